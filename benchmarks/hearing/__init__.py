@@ -1,1 +1,1 @@
-"""How well robots hear robots, beside PocketSphinx: run `python -m benchmarks.hearing --help`."""
+"""Recognition of robots by robots, compared with PocketSphinx: run `python -m benchmarks.hearing --help`."""

@@ -1,8 +1,8 @@
-"""How well robots hear robots, beside PocketSphinx: whole sentences right, wrong, garbled, missed and made up.
+"""Recognition of robots by robots, compared with PocketSphinx: sentences right, wrong, garbled, missed and inserted.
 
 Random sentences of the phrasebook, each in its speaker's voice, at unknown times in one stream of sound; the recogniser
-is told nothing but the names. PocketSphinx hears the same sentences with the same grammar, but is told where each one
-is; where it gets none right it is not asked again farther away or in more of the same noise. SNRs are of the speech's
+is given only the names. PocketSphinx gets the same sentences with the same grammar, but also the place of each
+one; where it gets none right, it is not tested farther away or in more of the same noise. SNRs are of the speech's
 mean power to the noise's, both over 0 to 8 kHz. The table is printed line by line; with --out it is written as CSV too,
 beside what earlier runs have left there, and plots are drawn (matplotlib: the `eval` extra).
 

@@ -1,4 +1,4 @@
-"""The conditions of the table, row by row: a stream of sound each, and what is said in it."""
+"""The conditions of the table, row by row: for each a stream of sound, and its sentences."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ DISTANCES_M = (0.5, 1.0, 2.0, 5.0, 10.0)
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line asks for."""
+    """The options of the command line."""
 
     sentences: int
     seed: int
@@ -152,7 +152,7 @@ class Stage:
             yield Condition("steps", "amid" if amid else "between", 20.0, label, sound, self.spoken)
 
     def free_field(self) -> Iterator[Condition]:
-        """Farther and farther away, without walls."""
+        """Growing distances, without walls."""
         kind = self.options.range_noise
         noise = self.noise(kind, len(self.clean)) * 10.0 ** ((RANGE_DBFS - RANGE_SNR_DB) / 20.0)
         gain = 10.0 ** (RANGE_DBFS / 20.0) / mixing.speech_rms(self.clean, self.spoken)
@@ -177,7 +177,7 @@ class Stage:
                 yield Condition("rooms", f"RT60 {rt60_s:g} s", distance_m, label, sound, self.spoken)
 
     def groups(self) -> dict[str, tuple[int, Callable[[], Iterator[Condition]]]]:
-        """The rows that can be asked for: how many conditions each has, and how to make them."""
+        """The available rows: the number of conditions in each, and the function that makes them."""
         kinds = len(self.options.noises)
         return {
             "noise": (kinds * len(self.options.snrs_db), self.noises),

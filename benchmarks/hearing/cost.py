@@ -1,4 +1,4 @@
-"""What listening costs: processor time and memory, ours and PocketSphinx's, on the same sound in the same run.
+"""The cost of listening: processor time and memory, ours and PocketSphinx's, on the same sound in the same run.
 
 Each listener runs in a process of its own (`listener`), one after the other, so that its peak memory is its own.
 """
@@ -74,7 +74,7 @@ def _sounds(names: Sequence[str], n_words: int, seed: int, folder: Path) -> tupl
 
 
 def truth_of(pieces: Sequence[Samples], spoken: Sequence[Spoken]) -> list[Spoken]:
-    """Where the sentences are when the pieces, the first of them noise, stand one after the other."""
+    """The places of the sentences when the segments, the first of them noise, are concatenated."""
     at, out = len(pieces[0]), []
     for piece, s in zip(pieces[1:], spoken, strict=True):
         pad = (len(piece) - (s.end - s.start)) // 2

@@ -1,4 +1,4 @@
-"""The range: how far away 95 of 100 sentences are heard."""
+"""The range: the distance at which 95 of 100 sentences are understood."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ SHARE = 0.95
 
 
 def range_m(points: Iterable[tuple[float, float]]) -> tuple[str, float]:
-    """Where the share of right sentences, given at distances (m), first falls below SHARE: linear in the logarithm of
-    the distance between two points. With it "<" or ">" when it does so before the first or not before the last."""
+    """The distance at which the share of right sentences, given at distances (m), first falls below SHARE: linear in
+    the logarithm of the distance between two points; with "<" or ">" when it falls before the first or not before the
+    last."""
     ordered = sorted(points)
     if ordered[0][1] < SHARE:
         return "<", ordered[0][0]

@@ -1,4 +1,4 @@
-"""The listeners: our recogniser, and PocketSphinx, which is told where each sentence is.
+"""The listeners: our recogniser, and PocketSphinx, which is given the place of each sentence.
 
 PocketSphinx gets the phrasebook's network as a finite-state grammar, as `hvcpd.evaluation.sphinx` makes it. It hears
 each sentence alone with half a second of the condition's noise at both ends (in digital silence it fares worse), with
@@ -25,7 +25,7 @@ PAD_S = 0.5
 
 
 def listen(recogniser: Recogniser, sound: Samples) -> tuple[list[tuple[int, Event]], float]:
-    """What the recogniser reports, each with the sample at which it does; and the processor time, s."""
+    """The recogniser's events, each with the sample at which it was reported; and the processor time, s."""
     began = time.process_time()
     events = []
     for start in range(0, len(sound), BLOCK):
@@ -35,7 +35,7 @@ def listen(recogniser: Recogniser, sound: Samples) -> tuple[list[tuple[int, Even
 
 
 def ours(team: Team, sound: Samples, spoken: Sequence[Spoken]) -> Score:
-    """How our recogniser fares with a stream."""
+    """Our recogniser's tally for a stream."""
     events, seconds = listen(team.ears(), sound)
     score = judge_events(events, spoken)
     score.seconds, score.heard_s = seconds, len(sound) / SAMPLE_RATE_HZ
@@ -51,11 +51,11 @@ class Peer:
             self._decoder = make_decoder(team.book.graph, Path(folder), team.sound.lexicon, **(settings or WIDE_BEAMS))
 
     def hear(self, sound: Samples) -> str:
-        """The sentence that it takes the whole sound for; empty if none."""
+        """Its result for the whole sound as one sentence; empty if none."""
         return heard(self._decoder, sound)
 
     def score(self, sound: Samples, spoken: Sequence[Spoken]) -> Score:
-        """How it fares with the sentences of a stream, one by one; of a repeated one the first that it understands."""
+        """Its tally for the sentences of a stream, one by one; of a repeated one the first that it understands."""
         score = Score()
         began = time.process_time()
         done: set[int] = set()
@@ -76,7 +76,7 @@ class Peer:
 
 
 def padded(sound: Samples, s: Spoken) -> Samples:
-    """A sentence with PAD_S of what is around it."""
+    """A sentence with PAD_S of the sound around it."""
     pad = round(PAD_S * SAMPLE_RATE_HZ)
     return sound[max(s.start - pad, 0) : s.end + pad]
 

@@ -1,4 +1,4 @@
-"""What is said: random sentences of a team's phrasebook, each in its speaker's voice, in one stream of sound."""
+"""The spoken material: random sentences of a team's phrasebook, each in its speaker's voice, in one stream of sound."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Spoken:
 
 @dataclass(frozen=True)
 class Team:
-    """Robots that know each other's names, and what they can say."""
+    """Robots that know each other's names, and their phrasebook."""
 
     names: tuple[str, ...]
     book: Phrasebook
@@ -66,14 +66,14 @@ class Team:
 
     @cached_property
     def books(self) -> Books:
-        """What they say, measured as a robot that is prepared has it."""
+        """Their sentences, prepared as in a robot that has started."""
         books = make_books(self.book, self.names, self.sound)
         for book in books:
             book.prepare(lambda: True)
         return books
 
     def ears(self) -> Recogniser:
-        """A recogniser that has heard nothing yet, as every robot has it."""
+        """A fresh recogniser, as in every robot."""
         coherent = make_coherent(self.book, self.names, self.sound)
         return Recogniser(self.book.graph, self.bank, coherent=coherent, keyword=make_keyword())
 
@@ -86,7 +86,7 @@ def make_team(names: Sequence[str], tasks: TaskRepository | None = None, natural
 
 
 def more_tasks(n_words: int) -> TaskRepository | None:
-    """Tasks that nobody can do, so many that the phrasebook has `n_words` words; None for the paper's five plants."""
+    """Tasks that nobody can do, enough for a phrasebook of `n_words` words; None for the paper's five plants."""
     if n_words == 0:
         return None
     plain = load_tasks(default_tasks_path())
@@ -101,7 +101,7 @@ def more_tasks(n_words: int) -> TaskRepository | None:
 def make_stream(
     book: Phrasebook, speakers: Mapping[str, Speaker], n: int, seed: int, times: int = 1
 ) -> tuple[Samples, list[Spoken]]:
-    """A stream of `n` random sentences without noise, at about -20 dBFS, and what is where in it.
+    """A stream of `n` random sentences without noise, at about -20 dBFS, and the place of each.
 
     Each is said `times` times in a row.
     """

@@ -1,4 +1,4 @@
-"""How speech and noise come together at the microphone: level, channel, sample clock, steps of the noise, 16 bits."""
+"""Mixes speech and noise at the microphone: level, channel, sample clock, steps of the noise, 16 bits."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ def mix(
 
 
 def digitized(sound: NDArray[np.float64]) -> Samples:
-    """As a 16-bit converter gives it, clipped at full scale."""
+    """The output of a 16-bit converter, clipped at full scale."""
     return np.asarray(np.round(np.clip(sound, -1.0, 1.0) * 32767.0) / 32767.0, np.float32)
 
 
 def off_clock(sound: Samples, spoken: Sequence[Spoken], ppm: float) -> tuple[Samples, list[Spoken]]:
-    """What a microphone takes whose clock is slow by `ppm` millionths against the speaker's: fewer samples."""
+    """The signal of a microphone whose clock is slow by `ppm` millionths against the speaker's: fewer samples."""
     ratio = 1.0 - ppm * 1e-6
     moved = [Spoken(s.words, round(s.start * ratio), round(s.end * ratio), s.number) for s in spoken]
     taken = np.zeros(round(len(sound) * ratio), np.float32)

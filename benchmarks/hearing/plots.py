@@ -25,7 +25,7 @@ def _axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]
 
 
 def _legend(figure: Any) -> None:
-    """Above the panels, for all of them: whose lines are which."""
+    """A common legend above the panels."""
     from matplotlib.lines import Line2D
 
     grey: dict[str, Any] = {"color": "#444444", "ms": 4}

@@ -1,4 +1,4 @@
-"""What was reported against what was said."""
+"""Scores the reported sentences against the spoken ones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hvcpd.recognition.events import Event, Recognised, Urgent
 
 
 class Outcome(Enum):
-    """What became of a sentence. WRONG is a substitution: another sentence was understood, with confidence."""
+    """The outcome of a sentence. WRONG is a substitution: another sentence was understood, with confidence."""
 
     RIGHT = "right"
     WRONG = "wrong"
@@ -24,7 +24,8 @@ class Outcome(Enum):
 @dataclass
 class Score:
     """Counts of one stream. `made_up` are sentences reported where nobody spoke; `delays_s` from the end of the last
-    word until the report; `seconds` of processor time for `heard_s` of sound; `notes` tell each sentence not right."""
+    word until the report; `seconds` of processor time for `heard_s` of sound; `notes` describe each sentence not
+    right."""
 
     outcomes: list[Outcome] = field(default_factory=list)
     made_up: int = 0
@@ -62,7 +63,7 @@ class Score:
 
 
 def judge_events(events: Iterable[tuple[int, Event]], spoken: Sequence[Spoken]) -> Score:
-    """Compare what was reported (with the sample at which it was) to what was said.
+    """Compare the reported sentences (with the sample of each report) with the spoken ones.
 
     Of a sentence that is said several times, the first time counts at which anything was understood.
     """

@@ -21,7 +21,7 @@ PEER_HEADING = " | PocketSphinx: right  wrong    rtf"
 
 @dataclass(frozen=True)
 class Result:
-    """What both made of a condition; the sound itself is let go."""
+    """Both listeners' results for a condition; the sound itself is released."""
 
     group: str
     name: str
@@ -92,7 +92,7 @@ def write_csv(path: Path, results: Sequence[Result]) -> None:
 
 
 def read_csv(path: Path) -> list[Result]:
-    """What an earlier run wrote, for its counts, mean delay and real-time factor; nothing when there is no file."""
+    """An earlier run's counts, mean delay and real-time factor; nothing when there is no file."""
     if not path.exists():
         return []
     found: dict[tuple[str, str, float], dict[str, Score]] = {}

@@ -1,5 +1,5 @@
-"""Pieces of sound near a robot, each of one kind, and the part that it is for: people are split by speaker, other
-recordings by file (`part_of`)."""
+"""Clips of sound near a robot, each of one kind, and their split: people are split by speaker, other recordings by file
+(`part_of`)."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Clip:
 
 
 def part_of(name: str, half: bool = False) -> str:
-    """Where recordings by this speaker, or this recording, belong; the same everywhere. `half`: half of them to test
-    with, a tenth to choose thresholds by."""
+    """The part for recordings by this speaker, or for this recording; the same on all machines. `half`: half of them
+    are for tests, a tenth for choosing thresholds."""
     first = hashlib.sha256(name.encode()).digest()[0]
     if half:
         return "test" if first % 2 else "validate" if first % 10 == 0 else "train"
@@ -43,7 +43,7 @@ def part_of(name: str, half: bool = False) -> str:
 
 
 def trimmed(sound: Samples) -> Samples:
-    """At full scale, without what is not audible before and after it but 50 ms."""
+    """Scale to full scale, and trim inaudible ends to 50 ms."""
     sound = sound - sound.mean(dtype=np.float64).astype(np.float32)
     begin, end = audible(sound)
     margin = SAMPLE_RATE_HZ // 20
@@ -107,7 +107,7 @@ def save(path: Path, clips: Sequence[Clip]) -> None:
 
 
 def load(path: Path) -> list[Clip]:
-    """Those that `save` wrote."""
+    """Load the clips that `save` wrote."""
     file = np.load(path)
     sounds = np.split(file["sound"].astype(np.float32) / 32768.0, np.cumsum(file["length"])[:-1])
     columns = (file["kind"], file["end"], file["part"], file["source"])

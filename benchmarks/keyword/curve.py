@@ -1,4 +1,4 @@
-"""What the net of `hvcpd.recognition.keyword` tells of calls and of other talk, at each threshold.
+"""Detections and false alarms of the net of `hvcpd.recognition.keyword` at each threshold.
 
     nice python -m benchmarks.keyword.curve --data DIR [--net stop.npz ...] [--part test] [--calls 40] [--minutes 20]
         [--more DIR] [--seed 0]

@@ -113,7 +113,7 @@ class Rooms:
 
 
 class Mixer:
-    """Draws what is heard."""
+    """Draws mixtures at random."""
 
     def __init__(self, clips: Sequence[Clip], data: Path | None, part: str, seed: int) -> None:
         self._rng = rng = np.random.default_rng(seed)
@@ -130,7 +130,7 @@ class Mixer:
             self._noises.append(kitchen[: len(kitchen) // 2])
 
     def draw(self) -> Heard:
-        """One more."""
+        """Draw one mixture."""
         rng = self._rng
         whole, ends = np.zeros(_LENGTH, np.float32), list[int]()
         background, level_db = self._background()

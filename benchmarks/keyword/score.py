@@ -1,4 +1,4 @@
-"""How well the keyword's nets tell words of takes that they have not learned from, and what makes their outputs odds.
+"""Scores the keyword's nets on words of takes outside their training, and calibrates their outputs to odds.
 
     python -m benchmarks.keyword.score test.npz --net stop.npz ...
 
@@ -49,7 +49,7 @@ class Told:
 
 
 def check(net: nn.Module, data: Data) -> list[Told]:
-    """How well each curve tells the word, without takes in which it is part of a sentence."""
+    """Each curve's accuracy on the word, without takes in which it is part of a sentence."""
     net.eval()
     words, others = [list[float]() for _ in TOLD_S], [list[float]() for _ in TOLD_S]
     chunks = [0 for _ in TOLD_S]

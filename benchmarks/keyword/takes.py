@@ -1,4 +1,4 @@
-"""Takes to train the keyword's net with, in batches: what the net is given, and what each chunk is to tell."""
+"""Takes to train the keyword's net with, in batches: the net's inputs, and the targets of each chunk."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from hvcpd.recognition.keyword.net import Levels
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
 TOLD_S = ((0.02, 0.22), (0.1, 0.75))
-"""When each curve should tell the word, after its end."""
+"""Time after the word's end in which each curve should detect it."""
 SPARED_S = ((-0.16, 0.6), (-0.16, 1.1))
-"""When it may tell it, too, or not."""
+"""Time in which it may or may not detect it."""
 BATCH = 64
 DISTURBED = 0.3
 """Share of takes before which it was louder or quieter."""
@@ -97,7 +97,7 @@ class Data:
 
 
 def inputs(energies: NDArray[np.float32], rng: np.random.Generator | None) -> NDArray[np.float32]:
-    """What the net is given of takes, shape (takes, frames, N_INPUTS)."""
+    """The net's inputs for takes, shape (takes, frames, N_INPUTS)."""
     levels, found = Levels(), []
     for at in range(0, energies.shape[1], CHUNK_FRAMES):
         found.append(levels.take(energies[:, at : at + CHUNK_FRAMES]))

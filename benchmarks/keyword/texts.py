@@ -1,4 +1,4 @@
-"""What is said near a robot: calls, words that sound like the keyword, and sentences of which it is a part."""
+"""Texts said near a robot: calls, words that sound like the keyword, and sentences of which it is a part."""
 
 from __future__ import annotations
 

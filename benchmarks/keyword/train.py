@@ -34,7 +34,7 @@ PRINTED = 500
 
 
 def loss_of(logits: Tensor, labels: Tensor, weight: float) -> Tensor:
-    """Each word must be told twice within its time, and nothing elsewhere; of each take."""
+    """Loss of each take: each word must be detected twice within its time, and nothing elsewhere."""
     is_told = labels == TOLD
     window = torch.where(is_told, logits[:, :, None], torch.tensor(-40.0))
     best = window.topk(2, dim=-1).values.mean(dim=-1)

@@ -1,4 +1,4 @@
-"""Collects what is said and heard near a robot: the keyword by many, words like it, talk, sounds.
+"""Collects speech and sounds near a robot: the keyword by many speakers, similar words, talk, sounds.
 
     nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
@@ -78,7 +78,7 @@ Job = tuple[str, str, Phrases, float]
 
 
 def jobs(seed: int, scale: float) -> Iterator[Job]:
-    """What synthesizers shall say."""
+    """Texts for the synthesizers."""
     known, chooser = common_words(), random.Random(seed)
     texts, near = Texts(known, seed), alike(known)
     for source, numbers in PLAN.items():

@@ -1,1 +1,1 @@
-"""The paper's experiments, again: `hvcpctl evaluate`."""
+"""Repeats the paper's experiments: `hvcpctl evaluate`."""

@@ -15,9 +15,9 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
 
 BLOCK_CALLS = 4
-"""Calls in one stream, from one pair of places in the hall: few, for places differ more than calls do."""
+"""Calls in one stream, from one pair of places in the hall: few, because places differ more than calls."""
 WAKE = f"Hi {listeners.CALLED}, I am {listeners.CALLER}"
-"""How one robot calls another: what the wake word was to the paper's."""
+"""One robot's call to another: the counterpart of the paper's wake word."""
 
 
 def blocks(experiment: str, seed: int, trials: int, settings: dict[str, Any]) -> list[Trial]:
@@ -27,7 +27,7 @@ def blocks(experiment: str, seed: int, trials: int, settings: dict[str, Any]) ->
 
 
 def call(trial: Trial) -> Row:
-    """Run a block: how many of its calls each listener understands as they were said, and what it took others for.
+    """Run a block: count the calls that each listener understands correctly, and its confusions.
 
     Settings: `text`, `calls`, `distance_m`, `robot_noise_db_spl` (or null), `listeners`.
     """
@@ -51,8 +51,8 @@ def hear(
     who_listens: Sequence[str],
     book: Phrasebook,
 ) -> dict[str, list[str]]:
-    """Return what each listener takes each sentence for, "" for nothing: the sentences, words and sound of shape
-    (n,), float32, are said one after the other at that distance."""
+    """Return each listener's result for each sentence, "" for nothing: the sentences, words and sound of shape (n,),
+    float32, are said one after the other at that distance."""
     sound, said = stream(sentences, bench, rng)
     heard = heard_at(sound, distance_m, bench, rng)
     return {name: LISTENERS[name](heard, said, book) for name in who_listens}
@@ -62,7 +62,7 @@ LISTENERS = {listeners.OURS: listeners.ours, listeners.PEER: listeners.peer}
 
 
 def who() -> list[str]:
-    """Who can listen on this machine."""
+    """The listeners available on this machine."""
     return [listeners.OURS, *([listeners.PEER] if listeners.peer_available() else [])]
 
 
@@ -79,8 +79,8 @@ def summed(rows: Sequence[Row], by: Sequence[str]) -> dict[tuple[Any, ...], dict
 
 
 def distances(quick: bool) -> tuple[float, ...]:
-    """The paper's steps of 10 cm to 4 m, then on to 20 m; for a quick look a few of them, densest where the paper's
-    pivotal point is."""
+    """The paper's steps of 10 cm up to 4 m, then on to 20 m; for a quick run a few of them, densest around the paper's
+    pivotal point."""
     if quick:
         return (0.6, 1.0, 1.2, 1.4, 2.0, 4.0, 7.0, 10.0, 14.0, 20.0)
     near = tuple(round(float(x), 1) for x in np.arange(1, 41) / 10.0)

@@ -1,4 +1,4 @@
-"""The paper's Table II: which objective is heard when another was meant, at the paper's 354 cm."""
+"""The paper's Table II: the objective that is understood when another was said, at the paper's 354 cm."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 
 
 def _run(trial: Trial) -> Row:
-    """Every objective once, in any order: what each listener took it for."""
+    """Every objective once, in any order: each listener's result for it."""
     s, rng = trial.settings, trial.generator()
     bench, book = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"]), _book(s["variant"])
     order = [OBJECTIVES[k] for k in rng.permutation(len(OBJECTIVES))]
@@ -74,7 +74,7 @@ def _run(trial: Trial) -> Row:
 
 
 def _objective(text: str, book: Phrasebook) -> str:
-    """The plant that a sentence orders to be watered; or that it is another sentence, or none."""
+    """The plant that a sentence orders a robot to water; or a note that it is another sentence, or none."""
     if not text:
         return NOTHING
     try:
@@ -136,13 +136,13 @@ def _paragraph(counts: Counter[tuple[str, str, str, str]], variant: str, name: s
 
 
 def _wrong(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> tuple[int, int]:
-    """How many orders were taken for something else, and of how many."""
+    """Number of orders that were misunderstood, and number of all orders."""
     mine = {(said, got): n for (v, who_, said, got), n in counts.items() if (v, who_) == (variant, name)}
     return sum(n for (said, got), n in mine.items() if got not in (said, NOTHING)), sum(mine.values())
 
 
 def _missed(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> int:
-    """How many orders were not understood at all."""
+    """Number of orders that were not understood at all."""
     return sum(n for (v, who_, _, got), n in counts.items() if (v, who_, got) == (variant, name, NOTHING))
 
 

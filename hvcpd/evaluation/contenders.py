@@ -27,7 +27,7 @@ def book() -> Phrasebook:
 
 
 def everybody() -> list[str]:
-    """Who can listen on this machine."""
+    """The listeners available on this machine."""
     installed = {OURS: True, PEER: listeners.peer_available(), PORCUPINE: porcupine.available()}
     return [name for name, there in installed.items() if there]
 
@@ -38,7 +38,7 @@ def _ours() -> Listen:
 
 
 def _peer() -> Listen:
-    listeners.decoder(book())  # is kept
+    listeners.decoder(book())  # is cached
     return lambda heard, said: listeners.peer(heard, said, book())
 
 

@@ -1,4 +1,4 @@
-"""What a listener costs: processor time and memory, measured in a process of its own.
+"""A listener's cost: processor time and memory, measured in a process of its own.
 
 `python -m hvcpd.evaluation.footprint LISTENER FILE` listens to a sound (numpy's format) and writes a line of JSON.
 """
@@ -37,7 +37,7 @@ class Footprint:
 
 
 def measured(listener: str, sound: Samples, said: Sequence[Said]) -> Footprint:
-    """Start a process that listens to the sound, shape (n,), float32, in which these sentences are; return its cost.
+    """Start a process that listens to the sound, shape (n,), float32, which contains these sentences; return its cost.
 
     Raises subprocess.CalledProcessError and TimeoutExpired.
     """
@@ -50,7 +50,7 @@ def measured(listener: str, sound: Samples, said: Sequence[Said]) -> Footprint:
 
 
 def resident_mb(field: str) -> float:
-    """Of this process: VmRSS, or VmHWM for the most that it ever was (proc(5)), MB."""
+    """Memory of this process: VmRSS, or VmHWM for its peak (proc(5)), MB."""
     status = Path("/proc/self/status").read_text()
     found = re.search(rf"^{field}:\s+(\d+) kB$", status, re.MULTILINE)
     return int(found[1]) * 1024 / 1e6 if found is not None else float("nan")

@@ -1,4 +1,4 @@
-"""The listeners: our recogniser, which does not know when somebody speaks, and PocketSphinx, which does."""
+"""The listeners: our recogniser, which must find the sentences itself, and PocketSphinx, which is given their times."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ neither voice."""
 BLOCK = 400
 """Samples pushed at once, as on the bench."""
 PAD_S = 0.5
-"""Of what is around a sentence, for PocketSphinx: at a sentence cut off sharply it fares worse."""
+"""Margin around a sentence, for PocketSphinx: a sharply cut sentence gives worse results."""
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,14 @@ def spoken(text: str, book: Phrasebook) -> tuple[tuple[str, ...], Samples]:
 
 
 def sentences(recogniser: Recogniser, heard: Samples) -> list[Recognised]:
-    """Return what a recogniser understands of a sound, shape (n,), float32, to its end."""
+    """Return the sentences that a recogniser finds in a whole sound, shape (n,), float32."""
     events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
     return [e for e in (*events, *recogniser.flush()) if isinstance(e, Recognised)]
 
 
 def ours(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
-    """Return what a robot that has heard nothing yet understands of each sentence in the sound, shape (n,), float32:
-    its words, or "" for nothing."""
+    """Return the result of a freshly started robot for each sentence in the sound, shape (n,), float32: its words, or
+    "" for nothing."""
     understood = sentences(make_recogniser(book, (CALLER,), sound()), heard)
     return [
         " + ".join(" ".join(e.words) for e in understood if e.start_sample < s.end and e.end_sample > s.start)
@@ -92,8 +92,8 @@ def decoder(book: Phrasebook) -> Any:
 
 
 def peer(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
-    """Return what PocketSphinx, with the same grammar, takes each sentence in the sound, shape (n,), float32, for;
-    "" for nothing."""
+    """Return PocketSphinx's result, with the same grammar, for each sentence in the sound, shape (n,), float32; "" for
+    nothing."""
     pad = round(PAD_S * SAMPLE_RATE_HZ)
     known = decoder(book)
     return [heard_by_sphinx(known, heard[max(s.start - pad, 0) : s.end + pad]) for s in said]

@@ -1,5 +1,5 @@
-"""The paper's other media: robots that order and report across open air, to 180 m, and across water, to 2,030 m;
-alone, and with a third one half-way that passes on what is not heard. Simulation only."""
+"""The paper's other media: robots order and report through open air, up to 180 m, and through water, up to 2,030 m;
+alone, and with a third robot half-way that relays missed sentences. Simulation only."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ALONE, RELAYED = "alone", "with one half-way"
 
 @dataclass(frozen=True)
 class Medium:
-    """What sound goes through, between what equipment. Levels of water are re 1 µPa, those of air re 20 µPa."""
+    """A medium, and the equipment on both sides. Levels of water are re 1 µPa, those of air re 20 µPa."""
 
     name: str
     paper_m: float
@@ -106,15 +106,15 @@ def _ways(name: str) -> Absorbing:
 
 
 def patient(flight_s: float) -> Timing:
-    """Of robots who know how long sound takes between them: as for a sound card as slow, and an answer may come later
-    by the way there and back."""
+    """Settings of robots that know the sound's travel time between them: those for a sound card with the same delay,
+    and an answer may come later by the round trip."""
     timing = Timing().for_latency(flight_s)
     both = 2.0 * flight_s
     return replace(timing, answer_s=timing.answer_s + both, greeting_wait_s=timing.greeting_wait_s + both)
 
 
 def _run(trial: Trial) -> Row:
-    """Whether the plant was watered once, by who is far away, and who gave the order knows."""
+    """Whether the plant was watered once, by the distant robot, and the robot that gave the order knows."""
     s = trial.settings
     medium, distance_m = MEDIA[s["medium"]], s["distance_m"]
     places = {NEAR: 0.0, **({BETWEEN: 0.5 * distance_m} if s["relayed"] else {}), FAR: distance_m}
@@ -167,7 +167,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
 
 
 def _reached(medium: Medium, rows: Sequence[Row]) -> str:
-    """How many missions succeed at the paper's distance, and where half do."""
+    """Number of missions that succeed at the paper's distance, and the distance at which half succeed."""
     texts = []
     for s in series_of(rows):
         there = next((step for step in s.steps if step.at == medium.paper_m), None)

@@ -59,8 +59,8 @@ def repository(plots: Iterable[Plot]) -> TaskRepository:
 
 
 def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, ...], bool]:
-    """ONE at 0 m and OTHER `distance_m` away, back to back, carry out the tasks; `plan`: what else the bench
-    is told. All that happened, and whether it ended by itself.
+    """ONE at 0 m and OTHER `distance_m` away, back to back, carry out the tasks; `plan`: further settings of the bench.
+    Return all events, and whether the mission ended by itself.
 
     Settings: `distance_m`, `robot_noise_db_spl` (or null). Raises ImportError without pyroomacoustics.
     """
@@ -95,7 +95,7 @@ def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, 
 
 
 def _heard_from(setting: Bench, distance_m: float, free_m: float, shift_m: float) -> Samples:
-    """The hall's response to a loudspeaker so far away, with the flight time in it."""
+    """The hall's response to a loudspeaker at that distance, including the flight time."""
     impulse, _ = response(setting.hall, distance_m, min(shift_m, max(free_m - distance_m, 0.0)))
     return band(impulse, *setting.loudspeaker_hz)
 
@@ -121,6 +121,6 @@ def waterers(events: Iterable[Event]) -> dict[int, list[str]]:
 
 
 def knows(events: Iterable[Event], robot: str, number: int, owner: str) -> bool:
-    """Whether a robot has it last that the task is, or was, that one's."""
+    """Whether a robot's last state of the task names that one as its performer, in progress or done."""
     changes = [e for e in events if isinstance(e, TaskChanged) and (e.robot, e.task) == (robot, number)]
     return bool(changes) and changes[-1].state in (CLAIMED, DONE) and changes[-1].owner == owner

@@ -1,4 +1,4 @@
-"""What the experiments with the paper's two working modes have in common."""
+"""Common parts of the experiments with the paper's two working modes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ QUICK_CALLS = 8
 
 
 def calls_each(scale: Scale) -> int:
-    """How often something is said at each distance."""
+    """Number of repetitions at each distance."""
     return min(scale.trials, QUICK_CALLS) if scale.quick else scale.trials
 
 

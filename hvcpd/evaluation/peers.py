@@ -53,7 +53,7 @@ def _run(trial: Trial) -> Row:
 
 
 def _heard(names: Sequence[str], distance_m: float, noise_db_spl: float | None, rng: np.random.Generator) -> Any:
-    """Calls to these robots as they are heard; and what is where."""
+    """Calls to these robots as received, and the place of each."""
     bench = replace(Bench(), robot_noise_db_spl=noise_db_spl)
     spoken = [listeners.spoken(f"Hi {name}, I am {CALLER}", book()) for name in names]
     sound, said = stream(spoken, bench, rng)
@@ -61,7 +61,7 @@ def _heard(names: Sequence[str], distance_m: float, noise_db_spl: float | None, 
 
 
 def _success(trial: Trial) -> Row:
-    """Each of the robots is called once: how many calls each listener understands, Porcupine by the name alone."""
+    """Call each of the robots once; count the calls that each listener understands, Porcupine by the name alone."""
     s, rng = trial.settings, trial.generator()
     names = [NAMES[k] for k in rng.permutation(len(NAMES))]
     heard, said = _heard(names, s["distance_m"], s["robot_noise_db_spl"], rng)
@@ -79,7 +79,7 @@ def _success(trial: Trial) -> Row:
 
 
 def _cost(trial: Trial) -> Row:
-    """Measured in a process of its own, and so the one thing that another run has otherwise."""
+    """Measured in a process of its own; it is the only result that varies from run to run."""
     s = trial.settings
     rng = replace(trial, settings={"part": COST}).generator()  # the same sound for all
     heard, said = _heard([*NAMES] * (COST_CALLS // len(NAMES)), COST_DISTANCE_M, s["robot_noise_db_spl"], rng)

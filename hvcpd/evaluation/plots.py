@@ -22,7 +22,7 @@ PNG_DPI = 130
 
 @dataclass(frozen=True)
 class Series:
-    """What one listener does in one condition."""
+    """One listener's results in one condition."""
 
     condition: str
     listener: str
@@ -56,7 +56,7 @@ def against(figure: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> 
 
 
 def shares(axes: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> None:
-    """Lines with their intervals, and whose they are."""
+    """Lines with their intervals, and a legend."""
     conditions = list(dict.fromkeys(s.condition for s in series))
     for s in series:
         x = np.array([step.at for step in s.steps])

@@ -86,7 +86,7 @@ def _book(listener: str, speaker: str) -> Phrasebook:
 
 
 def understood(recording: Recording) -> int:
-    """How many of the calls of a recording our recogniser understands. Raises AudioFileError."""
+    """Number of calls of a recording that our recogniser understands. Raises AudioFileError."""
     book = _book(recording.listener, recording.speaker)
     call = book.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
     understood = sentences(make_recogniser(book, (recording.speaker,), sound()), read_wav(recording.path))
@@ -95,13 +95,13 @@ def understood(recording: Recording) -> int:
 
 
 def analyse(folder: Path) -> Findings:
-    """What our recogniser makes of all recordings of a folder. Raises ConfigError and AudioFileError."""
+    """Our recogniser's results for all recordings of a folder. Raises ConfigError and AudioFileError."""
     recordings = read_list(folder)
     return findings(recordings, [understood(recording) for recording in recordings])
 
 
 def findings(recordings: Sequence[Recording], right: Sequence[int]) -> Findings:
-    """Shares by distance and the pivotal distance; of each recording so many calls are `right`."""
+    """Shares by distance and the pivotal distance; `right`: number of calls understood in each recording."""
     distances = sorted({recording.distance_m for recording in recordings})
     steps = tuple(
         Step(

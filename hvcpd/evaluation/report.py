@@ -1,4 +1,4 @@
-"""What the experiments found, as files: CSV, plots, and one HTML page that needs nothing else."""
+"""Writes the experiments' results as files: CSV, plots, and one HTML page that needs nothing else."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _csv(table: Table) -> str:
 
 
 def write_page(found: Sequence[tuple[str, Findings]], about: str, folder: Path) -> Path:
-    """report.html of all that was found, with the plots that lie in `folder`. Raises OSError."""
+    """Write report.html with all results and the plots in `folder`. Raises OSError."""
     head = (
         tag("meta", charset="utf-8"),
         tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
@@ -64,7 +64,7 @@ def write_page(found: Sequence[tuple[str, Findings]], about: str, folder: Path) 
 
 
 def _beside(found: Sequence[tuple[str, Findings]]) -> Markup | None:
-    """The paper's figures and ours, each with a way to its section."""
+    """The paper's figures and ours, each with a link to its section."""
     lines = [
         tag("tr", *(tag("td", cell, class_="text") for cell in (tag("a", b.what, href=f"#{name}"), b.paper, b.here)))
         for name, one in found

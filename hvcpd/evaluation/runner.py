@@ -1,4 +1,4 @@
-"""Runs trials in this process, in several, or on a cluster, and keeps each one's row as soon as it is there."""
+"""Runs trials in this process, in several, or on a cluster, and saves each row as soon as it is available."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class KeptRows:
     def add(self, trial: Trial, row: Row) -> None:
         """Keep a finished trial's row. Raises OSError."""
         line = json.dumps([trial.key, row], sort_keys=True)
-        self.rows[trial.key] = json.loads(line)[1]  # as a later run will read it
+        self.rows[trial.key] = json.loads(line)[1]  # as a later run reads it
         with self._path.open("a", encoding="utf-8") as file:
             file.write(line + "\n")
 
 
 def _read(path: Path) -> Iterator[tuple[str, Row]]:
-    """What can be read of a file; a last line that was cut off is dropped from it."""
+    """The readable rows of a file; a last line that was cut off is dropped from it."""
     if not path.exists():
         return
     text = path.read_text(encoding="utf-8", errors="replace")
@@ -85,7 +85,7 @@ class Workers:
             futures = self._client.map(run, trials, pure=False)
             of = dict(zip((future.key for future in futures), trials, strict=True))
             for future, row in as_completed(futures, with_results=True):
-                if isinstance(row, CancelledError):  # told as if it were the result
+                if isinstance(row, CancelledError):  # dask returns it as if it were the result
                     raise row
                 yield of[future.key], row
         except (CancelledError, CommClosedError, KilledWorker) as error:
@@ -109,8 +109,8 @@ def _client(jobs: int, scheduler: str | None) -> Any:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes that are started within take no notice of Ctrl-C, which a terminal sends to all: who started them ends
-    them, and they do not each tell where they were."""
+    """Processes started inside this block ignore Ctrl-C, which a terminal sends to all of them: their parent ends them,
+    and they print no traceback each."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
@@ -125,7 +125,7 @@ def sweep(
     workers: Workers,
     progress: Callable[[int, int], None] = lambda _done, _of: None,
 ) -> list[Row]:
-    """The rows of all trials, in the trials' order whoever ran them; those that were kept are not run again."""
+    """The rows of all trials, in the trials' order whichever process ran them; saved ones are not run again."""
     wanted = [trial for trial in trials if trial.key not in kept.rows]
     done = len(trials) - len(wanted)
     progress(done, len(trials))

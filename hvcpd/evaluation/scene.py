@@ -1,4 +1,4 @@
-"""The simulated bench: what a robot's microphone takes of another robot's speech, somewhere along a hall.
+"""The simulated bench: a robot's microphone signal for another robot's speech, somewhere along a hall.
 
 Speech passes the loudspeaker's band and the hall (image sources), and meets three noises at the microphone: the
 ambient one, the microphone's own, and what the robot itself makes. All levels are dB SPL over 0 to 8 kHz.
@@ -49,7 +49,7 @@ class Bench:
     full_scale_db_spl: float = Air().microphone_full_scale_db_spl
 
     def assumptions(self, robot: str | None = None) -> tuple[str, ...]:
-        """As a reader of a plot needs them; `robot`: how loud it is, where that is not the same all over the plot."""
+        """The assumptions in the form for a plot; `robot`: its noise level, where it is not constant over the plot."""
         length, width, height = self.hall.size_m
         low, high = self.loudspeaker_hz
         if robot is None:
@@ -82,8 +82,8 @@ def stream(
 
 
 def heard_at(sound: Samples, distance_m: float, bench: Bench, rng: np.random.Generator) -> Samples:
-    """Return what the microphone takes of such a stream, shape (n,), at that distance: shape (n,), float32 in steps of
-    16 bits, without the delay of the way.
+    """Return the microphone signal for such a stream, shape (n,), at that distance: shape (n,), float32 in steps of 16
+    bits, without the propagation delay.
 
     Raises ImportError without pyroomacoustics.
     """
@@ -96,7 +96,7 @@ def heard_at(sound: Samples, distance_m: float, bench: Bench, rng: np.random.Gen
 
 
 def noise(n: int, bench: Bench, rng: np.random.Generator) -> Samples:
-    """Return all that a microphone takes while nobody speaks, shape (n,), float32, 1.0 = its full scale."""
+    """Return the microphone signal while nobody speaks, shape (n,), float32, 1.0 = its full scale."""
 
     def rms(level_db_spl: float) -> float:
         return amplitude(level_db_spl - bench.full_scale_db_spl)

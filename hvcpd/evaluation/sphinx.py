@@ -22,7 +22,7 @@ WIDE_BEAMS = {"beam": 1e-60, "pbeam": 1e-60, "wbeam": 1e-40}
 
 
 def sphinx_installed() -> bool:
-    """Whether PocketSphinx is; it is not loaded."""
+    """Whether PocketSphinx is installed, without loading it."""
     return importlib.util.find_spec("pocketsphinx") is not None
 
 
@@ -57,7 +57,7 @@ def make_decoder(graph: WordGraph, folder: Path, lexicon: Lexicon, **settings: A
 
 
 def make_open_decoder() -> Any:
-    """A PocketSphinx decoder with its own model of English, told nothing of us. Raises ImportError."""
+    """A PocketSphinx decoder with its own model of English, without our words. Raises ImportError."""
     from pocketsphinx import Decoder
 
     return Decoder(loglevel="FATAL")
@@ -72,8 +72,8 @@ def _grammar(graph: WordGraph) -> str:
 
 
 def heard(decoder: Any, sound: Samples) -> str:
-    """The sentence that a decoder takes the whole sound for, by its own front end; empty if none."""
-    decoder.reinit_feat()  # it would go on with the noise of the last sound
+    """A decoder's result for the whole sound as one sentence, by its own front end; empty if none."""
+    decoder.reinit_feat()  # otherwise it keeps the noise estimate of the last sound
     decoder.start_utt()
     decoder.process_raw((np.clip(sound, -1, 1) * 32767).astype("<i2").tobytes(), full_utt=True)
     decoder.end_utt()

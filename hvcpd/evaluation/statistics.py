@@ -44,7 +44,7 @@ class Step:
 
 @dataclass(frozen=True)
 class Pivot:
-    """Where half of the trials succeed, and the interval in which that point lies: from 0 or to infinity where the
+    """The distance at which half of the trials succeed, and its confidence interval: from 0 or to infinity where the
     trials do not bound it.
 
     `sign` is "<" or ">" where all that was tried lies on one side of it: `at` is then the interval's other end.
@@ -58,7 +58,7 @@ class Pivot:
 
     @property
     def bounded(self) -> bool:
-        """Whether the trials tell anything of that point."""
+        """Whether the trials carry any information about that point."""
         return self.low > 0.0 or not math.isinf(self.high)
 
     def share(self, at: float) -> float:
@@ -66,7 +66,7 @@ class Pivot:
         return float(1.0 / (1.0 + np.exp(np.clip(self.slope * math.log(at / self.at), -500.0, 500.0))))
 
     def text(self, unit: str = "m", digits: int = 2) -> str:
-        """As a sentence has it: "1.23 m (95 %: 1.10 to 1.40 m)", or "> 20 m"."""
+        """As text: "1.23 m (95 %: 1.10 to 1.40 m)", or "> 20 m"."""
         low, high = (f"{end:.{digits}f}" for end in (self.low, self.high))
         if not self.bounded:
             return f"? {unit} (these trials do not tell)"
@@ -95,7 +95,7 @@ def pivot(steps: Sequence[Step]) -> Pivot:
     profile, slopes = _profile(ordered, points)
     best = int(np.argmax(profile))
     inside = np.flatnonzero(2.0 * (profile[best] - profile) <= CHI2)
-    # a step farther on the safe side; without end where it goes on beyond what is looked at
+    # a step farther to be safe; infinite where it leaves the grid
     low = float(points[inside[0] - 1]) if inside[0] > 0 else 0.0
     high = float(points[inside[-1] + 1]) if inside[-1] < FINE - 1 else math.inf
     at, slope = float(points[best]), float(slopes[best])

@@ -1,4 +1,4 @@
-"""A trial: the smallest part of an experiment that is run, kept and repeated by itself."""
+"""A trial: the smallest part of an experiment that is run, saved and repeated by itself."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 Row = Mapping[str, Any]
-"""What came of a trial, as JSON can hold it."""
+"""The result of a trial, in types that JSON can hold."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """What distinguishes it from all others: the experiment, what is set in it, and the seed of the whole."""
+    """The identity of a trial: the experiment, its settings, and the seed of the whole."""
 
     experiment: str
     seed: int
@@ -28,14 +28,14 @@ class Trial:
         return json.dumps([self.experiment, self.seed, self.settings], sort_keys=True)
 
     def generator(self) -> np.random.Generator:
-        """Its own chance: independent of every other trial's, the same wherever and whenever it is run."""
+        """Its own random generator: independent of every other trial's, the same wherever and whenever it is run."""
         digest = hashlib.sha256(self.key.encode()).digest()
         return np.random.default_rng(np.random.SeedSequence([self.seed, int.from_bytes(digest[:16], "big")]))
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How much of an experiment is run: `trials` at each step, and so many `missions` of whole robots."""
+    """The size of a run: `trials` at each step, and `missions` of whole robots."""
 
     seed: int = 1
     trials: int = 20
@@ -68,8 +68,8 @@ class Beside:
 
 @dataclass(frozen=True)
 class Findings:
-    """What an experiment found: paragraphs for the report, its table, what draws its plot on a matplotlib figure (if it
-    has one), and the assumptions printed on that plot."""
+    """The result of an experiment: paragraphs for the report, its table, a function that draws its plot on a matplotlib
+    figure (if it has one), and the assumptions printed on that plot."""
 
     title: str
     paragraphs: tuple[str, ...]
@@ -83,7 +83,7 @@ class Findings:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One of the paper's: which trials there are, how one is run, what all their rows mean together.
+    """One of the paper's experiments: its trials, the function that runs one, and the summary of all their rows.
 
     `run` must be a function of a module, for it is sent to other processes; it raises nothing that a trial can bring
     about. `needs` names the modules without which it cannot be run.

@@ -53,7 +53,7 @@ def _run(trial: Trial) -> Row:
 
 
 def _said_once(trial: Trial) -> Row:
-    """As the paper's: each robot claims its plant once; the first one drives off while the second one claims."""
+    """As in the paper: each robot claims its plant once; the first one drives off while the second one claims."""
     s, rng, book = trial.settings, trial.generator(), listeners.book()
     setting = replace(Bench(), robot_noise_db_spl=s["robot_noise_db_spl"])
     right = [True] * s["calls"]
@@ -65,13 +65,13 @@ def _said_once(trial: Trial) -> Row:
 
 
 def way_m() -> float:
-    """How far the first robot has come when the second one is in the middle of its claim."""
+    """Distance that the first robot has driven when the second one is in the middle of its claim."""
     _, claim = listeners.spoken(CLAIMS[1], listeners.book())
     return SPEED_M_S * (ANSWER_S + 0.5 * len(claim) / SAMPLE_RATE_HZ)
 
 
 def _mission(trial: Trial) -> Row:
-    """Whether each plant was watered once, by one robot each, and both know whose is whose."""
+    """Whether each plant was watered once, by one robot each, and both know who watered which."""
     s = trial.settings
     plots_ = (Plot(FIRST, -AWAY_M), Plot(SECOND, s["distance_m"] + AWAY_M))
     events, _ = run(trial, repository(plots_), hasty=s["drives"])

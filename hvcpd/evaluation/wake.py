@@ -1,4 +1,4 @@
-"""Does a robot hear that it is called? The success of the call against distance, in the paper's steps."""
+"""Success rate of the call against distance, in the paper's steps."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
 
 
 def reached(series: Sequence[plots.Series]) -> tuple[str, ...]:
-    """The lines' pivotal distances, as the report has them."""
+    """The lines' pivotal distances, in the report's form."""
     return tuple(f"{s.listener}, {s.condition}: {s.pivot.text()}" for s in series if s.pivot is not None)
 
 

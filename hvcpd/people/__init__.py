@@ -1,4 +1,4 @@
-"""People who are no robots: their voices, enrolled or not."""
+"""Recognition of people, as opposed to robots: their voices, enrolled or not."""
 
 PEOPLE_FOLDER = "people"
-"""Below `state_dir`: what is kept of those who are enrolled."""
+"""Folder below `state_dir` with the data of enrolled people."""

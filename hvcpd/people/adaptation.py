@@ -1,6 +1,6 @@
-"""Adaptation as it goes: what a person says again when asked, and then confirms, becomes takes of its words.
+"""Online adaptation: a sentence that a person repeats on request, and then confirms, yields takes of its words.
 
-Only then is it known what was said: the robot has read it back, and the same person has said that it is right.
+Only then is the sentence certain: the robot has read it back, and the same person has confirmed it.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.second_look import Piece
 
 ASKED_S = 15.0
-"""After "say again" so long what is said counts as said again."""
+"""Time after "say again" in which a sentence counts as a repetition."""
 CONFIRMED_S = 20.0
-"""And so long after it, a confirmation is of it: the robot has read it back by then."""
+"""Time after the repetition in which a confirmation refers to it: the robot has read it back by then."""
 EDGE_S = 0.02
-"""Kept around a word, since its ends are not known to the frame."""
+"""Margin around a word, since its ends are not known to the frame."""
 
 
 @dataclass
@@ -33,7 +33,7 @@ class _Candidate:
 
 
 class ConfirmedTakes:
-    """Told what the robot says, what it finds and what it hears, in order; gives takes when they are confirmed."""
+    """Takes the robot's speech, results and recognised sentences, in order; returns takes when they are confirmed."""
 
     def __init__(self, own_name: str) -> None:
         self._own_name = own_name.lower()
@@ -42,16 +42,17 @@ class ConfirmedTakes:
         self._candidate: _Candidate | None = None
 
     def said(self, utterance: Utterance, now: float) -> None:
-        """The robot says this."""
+        """Take a sentence that the robot says."""
         if isinstance(utterance.statement, SayAgain):
             self._asked_s = now
 
     def found(self, piece: Piece, sentence: Recognised) -> None:
-        """A second look made this of a piece of sound."""
+        """Take a second-pass result for a segment of sound."""
         self._found = (piece, sentence)
 
     def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, Takes] | None:
-        """The robot understood this, begun at `start_s`; the speaker's name and takes if it confirms some."""
+        """Take a recognised sentence that began at `start_s`; return the speaker's name and takes if it confirms
+        some."""
         speaker = (utterance.speaker or "").lower()
         if not speaker or speaker == self._own_name:
             return None
@@ -72,13 +73,13 @@ class ConfirmedTakes:
 
 
 def words_in(piece: Piece, sentence: Recognised) -> dict[str, list[Energies]]:
-    """Each word of a sentence, cut out of its piece of sound with the noise before it taken away."""
+    """Each word of a sentence, cut out of its segment, with the noise before it removed."""
     edge = round(EDGE_S * SAMPLE_RATE_HZ)
     noise = piece.sound[: min(piece.lead, SAMPLE_RATE_HZ // 5)]
     found: dict[str, list[Energies]] = {}
     for span in sentence.spans:
         begin, end = span.start_sample - piece.origin - edge, span.end_sample - piece.origin + edge
-        # The room's noise at both ends tells what is not the word.
+        # The room's noise at both ends separates the word from its surroundings.
         sound = np.concatenate([noise, piece.sound[max(begin, 0) : end], noise])
         check = check_take(sound)
         if check.energies is not None and len(check.energies) >= MIN_FRAMES:

@@ -1,7 +1,7 @@
-"""Mel bands that the net of phones was trained on, of sound in noise that is known.
+"""Mel bands on which the phone net was trained, computed for sound in known noise.
 
-What is heard before the speech tells the noise, which is taken away. Where all that is above 4 kHz was lost
-(telephones, narrow microphones), it is made up from what is below.
+The noise is estimated from the sound before the speech and subtracted. Where everything above 4 kHz was lost
+(telephones, narrow microphones), it is extrapolated from the lower bands.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ Bands = NDArray[np.float64]
 
 N_BANDS, LOW_HZ, HIGH_HZ = 25, 130.0, 6800.0
 WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS = 410, 160, 512, 0.97
-"""As the net was trained with, and before it the model `en-us` of PocketSphinx, from which they come."""
+"""Parameters of the net's training, taken from PocketSphinx's model `en-us`."""
 FULL_SCALE = 32768.0
 LEVEL_RMS = 0.1
-"""Of the louder quarter of the speech's samples, full scale 1: the models were trained on speech about as loud."""
+"""Level of the louder quarter of the speech's samples, full scale 1: that of the models' training speech."""
 LEAST = 1e-4
 """Added to energies before the logarithm."""
 
 SURELY_BEFORE_S = 0.2
 """Longest time that speech may have begun before it was noticed."""
 QUIETER = 0.7
-"""The quieter part of the frames before the speech tells its noise: somebody may have spoken before."""
+"""Share of the frames before the speech, the quieter ones, that gives the noise: somebody may have spoken before."""
 LEAST_FRAMES, QUIETEST = 10, 0.1
-"""With fewer frames before it, the quietest part of the speech's own does."""
+"""With fewer frames before it, the noise is estimated from the quietest part of the speech."""
 SMOOTH = 0.5
 """Of a band's energy, what is kept from the frame before where its noise is fused."""
 LEAST_GAIN = 0.05
@@ -80,7 +80,7 @@ def bands_of(sound: Samples) -> Bands:
 
 
 def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
-    """A sound and its part that is speech, brought to the level of the models' training."""
+    """A sound and its speech part, scaled to the level of the models' training."""
     if not len(speech):
         return sound, speech
     loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
@@ -101,7 +101,7 @@ def noise_of(sound: Samples, lead: int) -> NDArray[np.float64]:
 
 
 def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:
-    """The energies with those of the noise, shape (N_BANDS,), taken away as far as the models know it."""
+    """The energies minus those of the noise, shape (N_BANDS,), within the range that the models know."""
     smooth = np.empty_like(bands)
     level = bands[0]
     for frame, energy in enumerate(bands):
@@ -114,8 +114,8 @@ def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:
 
 
 def logs_of(sound: Samples, noise: NDArray[np.float64]) -> Bands:
-    """Logarithms of the energies, shape (frames, N_BANDS), of one utterance in a sound, shape (n,), with a little of
-    what is around it, in noise of which `bands_of` are `noise` in the mean, shape (N_BANDS,)."""
+    """Logarithms of the energies, shape (frames, N_BANDS), of one utterance in a sound, shape (n,), with a short margin
+    around it; `noise`, shape (N_BANDS,), is the mean of the noise's `bands_of`."""
     bands = bands_of(sound)
     if not len(bands):
         return bands
@@ -131,7 +131,7 @@ def mask_of(energies: NDArray[np.floating]) -> float:
 
 
 def completed(logs: Bands, bands: Bands) -> Bands:
-    """Logarithms, shape (frames, N_BANDS), with the upper bands made up where `bands` have nothing there."""
+    """Logarithms, shape (frames, N_BANDS), with empty upper bands of `bands` extrapolated."""
     return np.concatenate([logs[:, :UPPER], _made_up(logs[:, :UPPER])], axis=1) if upper_lost(bands) else logs
 
 
@@ -144,8 +144,8 @@ def upper_lost(bands: Bands) -> bool:
 
 @cache
 def _regression() -> NDArray[np.float64]:
-    """Of the upper bands' logarithms on the lower ones', shape (1 + UPPER, N_BANDS - UPPER), the constants first; made
-    by `benchmarks/upper_bands.py` of synthetic speech."""
+    """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + UPPER, N_BANDS - UPPER),
+    the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
     return np.asarray(stored("upper_bands.npz")["weights"], np.float64)
 
 
@@ -155,8 +155,8 @@ def _made_up(lower: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def masked_logs(energies: Energies, silence: int = 0) -> Bands:
-    """Logarithms of a take's energies, shape (frames, N_BANDS of the front end), with so many frames of silence before
-    and after it, nothing being fainter than what counts for the net."""
+    """Logarithms of a take's energies, shape (frames, N_BANDS of the front end), with this many frames of silence
+    before and after it; nothing is below the net's floor."""
     mask = mask_of(energies) + float(ENERGY_FLOOR)
     return np.asarray(np.log(np.pad(energies, ((silence, silence), (0, 0))) + mask))
 

@@ -1,4 +1,4 @@
-"""One-pass connected-word dynamic time warping over a whole piece of sound, all of which is explained.
+"""One-pass connected-word dynamic time warping that explains a whole segment of sound.
 
 As the robots' decoder does it (H. Ney, "The use of a one-stage dynamic programming algorithm for connected word
 recognition", IEEE Trans. ASSP 32(2), 1984), but without a filler to which a badly spoken word could be lost: each frame
@@ -30,9 +30,9 @@ of nine synthetic voices: 87 of 90, with 0.3 88, with 0.8 86."""
 GUARD = 3
 """Cells before each instance, as many as the longest step."""
 BLOCK_FRAMES = 10
-"""Paths are dropped so often. Within so few frames nobody begins more than one more word."""
+"""Number of frames between prunings: too few for anybody to begin more than one further word."""
 AT_ONCE_FRAMES = 5 * BLOCK_FRAMES
-"""Distances of so many frames are reckoned at once: of fewer takes longer, and those of a whole piece take 30 MB a
+"""Number of frames whose distances are computed at once: fewer take longer, and a whole segment takes 30 MB a
 person."""
 REACH = GUARD * BLOCK_FRAMES
 """Most cells that a path advances in that time."""
@@ -44,7 +44,7 @@ WIDTH = np.float32(120.0)
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """What the forward pass leaves.
+    """Result of the forward pass.
 
     For each frame (first axis) the `cost` of each word instance's end and the frame in which it `began`, and for each
     node the frame in which the last word before it ended (`since`; -1: none). `rest`, one row more: the cost of being
@@ -60,8 +60,8 @@ class Ends:
 
 @dataclass(frozen=True)
 class Word:
-    """A word of a path: its instance, its frames `start` up to `end`, what it costs, and how much more the cheapest
-    other word would that leads to the same place at the same time."""
+    """A word of a path: its instance, its frames `start` up to `end`, its cost, and the extra cost of the cheapest
+    other word that leads to the same place at the same time."""
 
     instance: int
     start: int
@@ -96,7 +96,7 @@ class OnePassDtw:
         size = net.length + GUARD
         instances = zip(net.first_row, net.length, strict=True)
         self.rows: Index = np.unique(np.concatenate([first + np.arange(n) for first, n in instances]))
-        """The template frames that some instance has."""
+        """The template frames that belong to an instance."""
         self._first_row: Index = np.searchsorted(self.rows, net.first_row)
         self._begin: Index = np.cumsum(size) - size
         self._n_cells = int(size.sum())
@@ -209,7 +209,7 @@ _FAR, _STAY, _SKIP, _LEAP = (int(_cells(np.asarray(cost))) for cost in (FAR, STA
 
 
 def _stepped(cells: Cells) -> Cells:
-    """One column but for its distances: for each cell the cheapest cell that it is reached from."""
+    """One column without its distances: for each cell, its cheapest predecessor."""
     new = cells + _STAY
     for reach, extra in ((1, 0), (2, _SKIP), (3, _LEAP)):
         np.minimum(new[reach:], cells[:-reach] + extra, out=new[reach:])

@@ -1,6 +1,7 @@
-"""People whose voices a robot knows: their words as mel energies, one file each, which may come from anywhere.
+"""Enrolled people: their words as mel energies, one file for each person, which may come from anywhere.
 
-Energies and not recordings: they are what the recogniser needs, a tenth of the size, and nobody can be heard in them.
+The files hold energies, not recordings: the recogniser needs no more, they have a tenth of the size, and they cannot be
+played back as speech.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from hvcpd.people import PEOPLE_FOLDER
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
 
 FORMAT = 1
-"""Of the file; raised with every change of it, or of the front end's bands."""
+"""Version of the file format; raised with every change of it, or of the front end's bands."""
 SUFFIX = ".npz"
 MAX_FILE_BYTES = 32_000_000
 """The phrasebook's 100 words in MAX_TAKES takes have 6 MB unpacked; a file that is larger is none of ours."""
@@ -37,19 +38,19 @@ Takes = Mapping[str, Sequence[Energies]]
 
 @dataclass(frozen=True)
 class Person:
-    """A person's name, as it is written, and takes of words."""
+    """A person's name, as written, and takes of words."""
 
     name: str
     takes: Takes = field(default_factory=dict)
 
     @property
     def words(self) -> frozenset[str]:
-        """The words that there are takes of."""
+        """The words with takes."""
         return frozenset(self.takes)
 
     @property
     def n_takes(self) -> int:
-        """Of all words."""
+        """Number of takes of all words."""
         return sum(map(len, self.takes.values()))
 
     def same_as(self, other: Person) -> bool:
@@ -62,7 +63,7 @@ class Person:
 
     @property
     def voice(self) -> str:
-        """What the recogniser calls this voice."""
+        """The recogniser's name for this voice."""
         return voice_of(self.name)
 
     def with_takes(self, more: Takes) -> Person:
@@ -72,7 +73,7 @@ class Person:
 
 
 def voice_of(name: str) -> str:
-    """What the recogniser calls an enrolled person's voice; no synthesizer's has a comma."""
+    """The recogniser's name for an enrolled person's voice; no synthesizer's has a comma."""
     return f"{name.lower()}, enrolled"
 
 
@@ -84,8 +85,8 @@ WEAK = 0.5
 
 
 def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:
-    """The takes of those of `words` that the person has, those of REDUCED words also as short as in a sentence. Each
-    take has the same loudness, since people do not keep theirs from one word to the next."""
+    """The person's takes of `words`, and shortened ones of REDUCED words as in a sentence. All takes have the same
+    loudness, since people do not keep theirs from one word to the next."""
     found: dict[str, list[Energies]] = {}
     for word in person.words.intersection(words):
         takes = [levelled(take) for take in person.takes[word]]
@@ -101,7 +102,7 @@ def levelled(energies: Energies) -> Energies:
 
 
 def stretched(energies: Energies, factor: float) -> Energies:
-    """The take in so many times the number of its frames, linearly interpolated; MIN_FRAMES at least."""
+    """The take with its number of frames multiplied, linearly interpolated; MIN_FRAMES at least."""
     n = max(round(len(energies) * factor), MIN_FRAMES)
     at = np.linspace(0.0, len(energies) - 1.0, n)
     low = np.minimum(at.astype(np.intp), len(energies) - 2)
@@ -111,7 +112,7 @@ def stretched(energies: Energies, factor: float) -> Energies:
 
 
 def person_path(state_dir: Path, name: str) -> Path:
-    """Where a person's words are kept."""
+    """The path of a person's file."""
     return state_dir / PEOPLE_FOLDER / f"{name.lower()}{SUFFIX}"
 
 
@@ -120,7 +121,7 @@ _BROKEN = (ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, zi
 
 
 def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]]:
-    """Everybody enrolled, by name in lower case, and what is wrong with files that cannot be used."""
+    """All enrolled people, by name in lower case, and the faults of unusable files."""
     folder = state_dir / PEOPLE_FOLDER
     files = sorted(folder.glob(f"[!.]*{SUFFIX}")) if folder.is_dir() else []
     people: dict[str, Person] = {}
@@ -156,7 +157,7 @@ def write_person(path: Path, person: Person) -> None:
 
 
 def remove_person(path: Path) -> bool:
-    """Forget a person; whether there was one. Raises StoreError."""
+    """Forget a person; return whether there was one. Raises StoreError."""
     try:
         path.unlink()
     except FileNotFoundError:
@@ -167,7 +168,7 @@ def remove_person(path: Path) -> bool:
 
 
 def read_person(path: Path) -> Person:
-    """The person in a file, of which nothing is trusted. Raises StoreError that names the file and what is wrong."""
+    """Read the person from an untrusted file. Raises StoreError that names the file and the fault."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             raise _WrongError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
@@ -185,7 +186,7 @@ def read_person(path: Path) -> Person:
 
 
 class _WrongError(Exception):
-    """What is wrong with a file."""
+    """The error for a faulty file."""
 
 
 def _filters() -> np.ndarray:

@@ -1,7 +1,7 @@
-"""Hears enrolled people: the sentence that is nearest to the takes of their words, and how likely that is right.
+"""Recognises enrolled people: the sentence nearest to the takes of their words, and its confidence.
 
-What robots say is known to the sample; what people say is not, from one time to the next. So a whole piece of sound is
-matched at once (`template_decoder`), and how sure a sentence is follows from a curve of its own.
+Robots' speech is known to the sample; people's speech varies from one time to the next. So a whole segment of sound is
+matched at once (`template_decoder`), and the confidence has a curve of its own.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ QUIETER = 0.7
 MOST_DEFICIT = 3.0
 """Of the worst word: words that people swallow in a sentence that is right have more."""
 LEAST_MARGIN, MOST_MARGIN = 0.3, 100.0
-"""Costs of the closest other word; more or less tells no more."""
+"""Range of the cost of the closest other word; values beyond it carry no more information."""
 LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
 
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """What enrolled people's words make of one piece of sound.
+    """Results of the enrolled people's templates for one segment of sound.
 
-    `nearest`: the sentence that is nearest by its cepstra, in the noise of the moment, and how likely it is right;
-    `tandem`: the one that is by what the net makes of it; None where there is none, or nobody asked. `votes`: what a
-    sentence costs in the one way and the other, None if nobody has its words.
+    `nearest`: the nearest sentence by cepstra, in the current noise, and its confidence; `tandem`: the nearest one by
+    tandem features; None where there is none, or none was requested. `votes`: the cost of a sentence by either feature,
+    None if nobody has its words.
     """
 
     nearest: Recognised | None
@@ -56,10 +56,10 @@ class Known:
 
 
 class EnrolledListener:
-    """Knows the enrolled people, and their sentences."""
+    """Matches sound with the sentences of the enrolled people."""
 
     def __init__(self, graph: WordGraph, people: Iterable[Person], features: FeatureCache = SHARED) -> None:
-        """`features`: what the net makes of takes. Raises ValueError if nobody has a word of `graph`."""
+        """`features`: the tandem features of takes. Raises ValueError if nobody has a word of `graph`."""
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
         self._graph = graph
         self._features = features
@@ -68,7 +68,8 @@ class EnrolledListener:
         self._matcher = TemplateDecoder(graph, self._composed.templates)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what the net makes of the takes, as long as `go_on`; else that is done when it is first needed."""
+        """Compute the tandem features of the takes, as long as `go_on` holds; otherwise they are computed when first
+        needed."""
         for take in (take for words in self._takes.values() for of_word in words.values() for take in of_word):
             if not go_on():
                 return
@@ -81,13 +82,13 @@ class EnrolledListener:
         return tandem, TemplateDecoder(self._graph, tandem.templates)
 
     def nearest(self, piece: Piece) -> Recognised | None:
-        """The sentence that is nearest to the piece, at the samples of its own clock, and how likely it is right; None
-        where nothing but noise is nearer."""
+        """The sentence nearest to the segment, in samples of the segment's own clock, and its confidence; None where
+        only noise is nearer."""
         hearing, origin = self._heard(piece)
         return _recognised(hearing, origin)
 
     def known(self, piece: Piece, logs: Bands, output: NetOutput) -> Known:
-        """Likewise, and beside it what the net makes of the piece's `logs`, shape (frames, N_BANDS)."""
+        """Likewise, together with the tandem result for the segment's `logs`, shape (frames, N_BANDS)."""
         hearing, origin = self._heard(piece)
         tandem, matcher = self._tandem
         by_net = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
@@ -101,7 +102,7 @@ class EnrolledListener:
         return Known(_recognised(hearing, origin), by_net.best if by_net is not None else None, votes)
 
     def _heard(self, piece: Piece) -> tuple[Hearing | None, int]:
-        """The piece by its cepstra, and the sample at which that begins; None if it is too short."""
+        """The segment's cepstra, and the sample at which they begin; None if it is too short."""
         energies = energies_of(np.asarray(piece.sound, np.float32))
         start = piece.lead // HOP_SAMPLES
         end = start + (piece.end - piece.start) // HOP_SAMPLES
@@ -123,7 +124,7 @@ def _noise(energies: Energies, start: int) -> Noise:
 
 
 def probability(match: Match) -> float:
-    """How likely a sentence is right, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights)."""
+    """Confidence of a sentence, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights)."""
     frames = [word.end - word.start for word in match.words]
     deficit = sum(n * word.deficit for n, word in zip(frames, match.words, strict=True)) / sum(frames)
     worst = min(max(word.deficit for word in match.words), MOST_DEFICIT)

@@ -1,7 +1,7 @@
-"""Hypothesis fusion: which of the sentences found in one piece of sound is right, and how likely that is.
+"""Hypothesis fusion: selects one of the sentences found in a segment of sound, and gives its confidence.
 
 Two logistic curves, fitted by `python -m benchmarks.fit` to people and synthetic voices that the net was not trained
-on, and to as much that is no sentence: other words, parts of longer sentences, talk that addresses nobody.
+on, and to an equal amount of other speech: other words, parts of longer sentences, talk that addresses nobody.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from hvcpd.recognition.fitted import fitted
 Words = tuple[str, ...]
 
 MOST_LOSS = 60.0
-"""A sentence that loses this much more than another is none; beyond that, the amount says nothing."""
+"""A sentence that loses this much more than another is none; beyond that, the amount carries no information."""
 MOST_FARTHER = 100.0
-"""Likewise, of what enrolled people's words tell."""
+"""Likewise, for the distance from enrolled people's words."""
 MOST_LOGIT = 9.2
-"""Beyond this, the listeners' own measure tells nothing either."""
+"""Beyond this, the listeners' own measure carries no information either."""
 MOST_RIVAL = 12.0
-"""What the best of all other sentences loses more, natural logarithm; more tells nothing."""
+"""Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
 MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
@@ -37,10 +37,10 @@ MOST_CALL_WORDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """What the net of phones and the templates of enrolled people make of one piece of sound.
+    """Results of the phone net and of the enrolled people's templates for one segment of sound.
 
-    `log_posteriors` are the net's, `by_phones` the sentence that fits them best, and `known` what the templates of
-    enrolled people make of the piece; None where there is none. `speech_s` is how long somebody spoke.
+    `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `known` are the results of the
+    enrolled people's templates; None where there are none. `speech_s` is the duration of the speech.
     """
 
     log_posteriors: LogPosteriors
@@ -49,11 +49,11 @@ class Hypotheses:
     known: Known | None
     speech_s: float
     fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
-    """How other sentences than `by_phones` fit, as far as that was asked for."""
+    """The fits of sentences other than `by_phones`, where requested."""
 
     @property
     def sentences(self) -> list[Words]:
-        """All that were found, each once."""
+        """All sentences that were found, each once."""
         found = [each.words for each in (self.by_phones, self.nearest) if each is not None]
         return list(dict.fromkeys([*found, self.tandem] if self.tandem is not None else found))
 
@@ -64,13 +64,13 @@ class Hypotheses:
 
     @property
     def tandem(self) -> Words | None:
-        """The one that is by what the net makes of them."""
+        """The sentence nearest to their words by tandem features."""
         return self.known.tandem if self.known is not None else None
 
     def farther(self, words: Words) -> tuple[float, float]:
-        """How much farther a sentence is from the enrolled's words than the nearest of all that were found, by cepstra
-        and by what the net makes of them, MOST_FARTHER at most; less where even the nearest is far, and 0 where it
-        cannot be told."""
+        """The extra distance of a sentence from the enrolled people's words, compared with the nearest of all sentences
+        found, by cepstra and by tandem features, MOST_FARTHER at most; less where even the nearest is far, and 0 where
+        it is unknown."""
         mine = self.known.votes(words) if self.known is not None else None
         if self.known is None or self.nearest is None or mine is None:
             return 0.0, 0.0
@@ -83,13 +83,13 @@ class Hypotheses:
         return by_cepstra, by_net
 
     def loss(self, words: Words) -> float:
-        """What a sentence loses for the net, MOST_LOSS more than the best at most."""
+        """A sentence's loss by the net, MOST_LOSS above the best at most."""
         least = self.by_phones.loss if self.by_phones is not None else 0.0
         aligned = self._aligned(words)
         return min(aligned.loss, least + MOST_LOSS) if aligned is not None else least + MOST_LOSS
 
     def worst_word(self, words: Words) -> tuple[str, float]:
-        """The word of a sentence that loses most in a frame for the net, and how much."""
+        """The word of a sentence with the largest loss per frame by the net, and that loss."""
         aligned = self._aligned(words)
         if aligned is None:
             return words[0], math.inf
@@ -97,8 +97,8 @@ class Hypotheses:
         return max(zip(aligned.words, lost, strict=True), key=lambda word: word[1])
 
     def rival(self, words: Words) -> float:
-        """What the best of all sentences loses more for the net that lack the weakest word of this one, MOST_RIVAL at
-        most; of calls for a halt, that lack the halt."""
+        """The extra loss by the net of the best sentence without this sentence's weakest word, MOST_RIVAL at most; for
+        calls for a halt, of the best one without the halt."""
         barred = URGENT if is_call(words) else self.worst_word(words)[0]
         other = self.search.best(self.log_posteriors, without=barred)
         return min(other.loss - self.loss(words), MOST_RIVAL) if other is not None else MOST_RIVAL
@@ -118,14 +118,14 @@ class Hypotheses:
 
 @dataclass(frozen=True)
 class Fused:
-    """The sentence that is likeliest right, and the probability that it is, 0 to 1."""
+    """The most likely sentence, and the probability that it is right, 0 to 1."""
 
     words: Words
     probability: float
 
 
 def fuse(hypotheses: Hypotheses) -> Fused | None:
-    """The likeliest of the sentences that were found; None if there is none."""
+    """The most likely of the sentences that were found; None if there is none."""
     scored = ranked(hypotheses)
     if not scored:
         return None
@@ -145,7 +145,7 @@ def is_call(words: Words) -> bool:
 
 
 def alike(one: Words, other: Words) -> bool:
-    """Whether two sentences say the same: calls do, whoever is to halt."""
+    """Whether two sentences have the same meaning: calls for a halt do, whoever is to halt."""
     return one == other or (is_call(one) and is_call(other))
 
 
@@ -157,23 +157,23 @@ PROBABILITY: tuple[float, ...] = tuple(_WEIGHTS["probability"].values())
 
 
 def support(hypotheses: Hypotheses, words: Words) -> float:
-    """How much speaks for a sentence, beside others that were found; natural logarithm of odds."""
+    """Support of a sentence compared with the others that were found; natural logarithm of odds."""
     return sum(weight * value for weight, value in zip(SUPPORT, supporting(hypotheses, words), strict=True))
 
 
 def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
-    """What speaks for a sentence: what it loses, and how much farther it is from enrolled people's words than others
-    are."""
+    """Features that support a sentence: its loss, and its distance from enrolled people's words compared with
+    others."""
     return (hypotheses.loss(words), *hypotheses.farther(words))
 
 
 def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
-    """What tells whether the likeliest sentence is right.
+    """Features of the confidence of the most likely sentence.
 
-    What it loses against the likeliest phones of all, for each of its own: a strange voice loses some in each, a wrong
-    sentence much in a few. What its worst word loses in a frame; how sure the net is of any phones; what the best of
-    all other sentences loses more; whether it is nearest to enrolled people's words by cepstra, and how sure that is,
-    and by what the net makes of them; how many phones, and how fast.
+    Its loss against the best phone sequence, for each of its phones: a strange voice loses a little in each, a wrong
+    sentence much in a few. The worst word's loss per frame; the net's certainty of any phones; the extra loss of the
+    best other sentence; whether it is nearest to enrolled people's words by cepstra, and how certainly, and by tandem
+    features; the number of phones, and their rate.
     """
     n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]

@@ -1,7 +1,7 @@
-"""A small net that tells the sounds of English apart, whoever says them: convolutions in time over mel bands.
+"""A small speaker-independent phone net for English: convolutions in time over mel bands.
 
 Trained by connectionist temporal classification (A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on
-synthetic speech alone (`benchmarks/phones`): between two sounds it says that there is none.
+synthetic speech alone (`benchmarks/phones`): between two sounds it emits a blank.
 
 The sentence of a network whose phones fit best is found by Viterbi's search over the topology of that classification:
 each phone lasts for a frame or more, and between two phones there may be frames of none. Pauses between words are such
@@ -61,7 +61,7 @@ def _weights() -> dict[str, NDArray[np.float32]]:
 
 @dataclass(frozen=True, eq=False)
 class NetOutput:
-    """What the net makes of a piece of sound.
+    """The net's output for a segment of sound.
 
     `log_posteriors`, and `activations`, shape (frames, its width), of its last hidden layer, which are alike where the
     same is said in the same way.
@@ -85,7 +85,7 @@ def phones_of(logs: Logs) -> NetOutput:
 
 
 def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Logs:
-    """What is above 0 of the weighted sums, `weights` of shape (size, inputs, outputs), in silence at both ends."""
+    """The positive part of the weighted sums, `weights` of shape (size, inputs, outputs), with silence at both ends."""
     reach = (len(weights) - 1) // 2 * apart
     padded = np.pad(sound, ((reach, reach), (0, 0)))
     n = len(sound)
@@ -102,9 +102,9 @@ NEVER = np.float32(-1e9)
 
 @dataclass(frozen=True)
 class CtcSentence:
-    """A sentence, each word with its first frame and the one after its last, and what it loses.
+    """A sentence, each word with its first frame and the one after its last, and its loss.
 
-    `loss`, 0 or more: the logarithm of the probability of the best of all rows of phones over that of its own.
+    `loss`, 0 or more: the logarithm of the ratio of the best phone sequence's probability to its own.
     """
 
     words: tuple[str, ...]
@@ -157,11 +157,11 @@ class CtcSearch:
         return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]))
 
     def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
-        """How well one sentence fits; None if the frames are too few for it."""
+        """The fit of one sentence; None if there are too few frames for it."""
         return CtcSearch(graph_of(words), self._pronounce).best(log_posteriors)
 
     def word_losses(self, log_posteriors: LogPosteriors, sentence: CtcSentence) -> list[float]:
-        """What each word of a sentence loses in a frame of its own."""
+        """The loss of each word of a sentence per frame of its own."""
         lost = []
         for word, (begin, end) in zip(sentence.words, sentence.spans, strict=True):
             fit = self.fit(log_posteriors[begin:end], [word])

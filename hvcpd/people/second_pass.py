@@ -18,9 +18,9 @@ from hvcpd.recognition.second_look import Piece
 from hvcpd.synthesis.lexicon import Lexicon
 
 STRANGER = "stranger"
-"""What the voice is called of who is neither a robot nor enrolled."""
+"""Voice name of a speaker who is neither a robot nor enrolled."""
 MIN_PROBABILITY = 0.8
-"""As the robots' own recogniser asks for."""
+"""Least confidence, as in the robots' own recogniser."""
 MIN_STRANGERS_PROBABILITY = 0.75
 """Asked of what anybody may have said. In rooms and noises down to 0 dB, each voice judged by a curve fitted to the
 others, 225 of 336 sentences and calls are so sure and right, and 12 of 1,169 other cases so sure and wrong; with 0.7 it
@@ -34,7 +34,7 @@ words of no sentence at all, clearly spoken, have fitted as well as some that we
 
 
 class SecondPassRecogniser:
-    """Looks at pieces of sound; its listeners are made when they are first needed, in the thread that looks."""
+    """Searches segments of sound; its listeners are made when first needed, in the thread that searches."""
 
     def __init__(
         self,
@@ -44,25 +44,25 @@ class SecondPassRecogniser:
         strangers: bool,
         features: FeatureCache = SHARED,
     ) -> None:
-        """`people`: those enrolled, looked up anew at each look, so that words learned meanwhile count; with
-        `strangers`, sentences of all others count too."""
+        """`people`: the enrolled people, read again for each segment, so that newly learned words count; with
+        `strangers`, sentences of all other people count too."""
         self._graph = graph
         self._lexicon = lexicon
         self._people = people
         self._strangers = strangers
         self._features = features
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
-        """Who knows whom: set in one step, for one thread may `prepare` while another looks."""
+        """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
         self._search: CtcSearch | None = None
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what takes long the first time, as long as `go_on`."""
+        """Make the slow first-time preparations, as long as `go_on` holds."""
         listener = self._listener()
         if listener is not None and self._strangers:
             listener.prepare(go_on)
 
     def look(self, piece: Piece) -> Recognised | None:
-        """The sentence in a piece, as sure as it is; None if none is sure enough."""
+        """The sentence in a segment, with its confidence; None if none is sure enough."""
         return next((found for each in piece.beginnings if (found := self._sentence(each)) is not None), None)
 
     def _sentence(self, piece: Piece) -> Recognised | None:
@@ -77,7 +77,7 @@ class SecondPassRecogniser:
         return _surely(hypotheses.nearest, piece.snr_db) if agreed else None
 
     def likeliest(self, piece: Piece) -> Recognised | None:
-        """The sentence in a piece that is likelier right than others, however unlikely."""
+        """The most likely sentence in a segment, however unlikely."""
         hypotheses, fused = self._fused(piece)
         return _told(fused, hypotheses, piece, piece.snr_db) if fused is not None else None
 
@@ -86,7 +86,7 @@ class SecondPassRecogniser:
         return hypotheses, fuse(hypotheses)
 
     def hypotheses(self, piece: Piece) -> Hypotheses:
-        """What the net and the enrolled's words make of a piece."""
+        """The results of the net and of the enrolled people's templates for a segment."""
         if self._search is None:
             self._search = CtcSearch(self._graph, self._lexicon.sounds)
         sound, speech = levelled(piece.sound, piece.speech)
@@ -98,7 +98,7 @@ class SecondPassRecogniser:
         return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s)
 
     def _listener(self) -> EnrolledListener | None:
-        """Who knows those enrolled; None if nobody has a word of the phrasebook's."""
+        """The listener for enrolled people; None if nobody has a word of the phrasebook's."""
         words = set(self._graph.words)
         people = tuple(person for person in tuple(self._people.values()) if person.words & words)
         if not people:
@@ -114,7 +114,7 @@ def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
 
 
 def _told(fused: Fused, hypotheses: Hypotheses, piece: Piece, snr_db: float) -> Recognised:
-    """The sentence, in the voice of who is enrolled if that fits by itself."""
+    """The sentence, in the voice of an enrolled person if that fits by itself."""
     words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.nearest
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
         return replace(known, confidence=max(fused.probability, known.confidence), snr_db=snr_db)

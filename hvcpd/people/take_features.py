@@ -1,5 +1,4 @@
-"""Features of takes of words: cepstra in the noise of the moment, and tandem features, what the net of phones makes of
-them.
+"""Features of takes of words: cepstra in the current noise, and tandem features, computed by the phone net.
 
 A net that was trained to tell the sounds of a language apart gives better features for matching words with examples
 than cepstra do, even where it names the sounds wrongly (H. Hermansky, D. Ellis & S. Sharma, "Tandem connectionist
@@ -46,7 +45,7 @@ def _axes() -> Features:
 
 
 def directions_of(activations: Features) -> Features:
-    """Of length 1, likewise shape (frames, width)."""
+    """Rows scaled to length 1, shape (frames, width)."""
     return np.asarray(activations / np.maximum(np.linalg.norm(activations, axis=1, keepdims=True), 1e-6), np.float32)
 
 
@@ -76,7 +75,7 @@ class FeatureCache:
         return self._of(_key(take), take).astype(np.float32)
 
     def all_of(self, takes: Sequence[Energies]) -> list[Features]:
-        """The same of all takes that a listener needs, however many; of others MOST_OTHERS stay at most."""
+        """The features of all takes that a listener needs, however many; at most MOST_OTHERS others stay in memory."""
         keys = [_key(take) for take in takes]
         found = {key: self._of(key, take) for key, take in zip(keys, takes, strict=True)}
         if len(self._known) > len(found) + MOST_OTHERS:

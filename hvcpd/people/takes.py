@@ -1,4 +1,4 @@
-"""One word from one recording: where it is, whether it can be used, and how far it is from other takes."""
+"""One word from one recording: its place, its usability, and its distance from other takes."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ _FAR = np.float32(1e9)
 
 @dataclass(frozen=True)
 class TakeCheck:
-    """What a recording holds: a word's energies without noise, or the fault that makes it useless."""
+    """The content of a recording: a word's energies without noise, or the fault that makes it useless."""
 
     energies: Energies | None
     fault: str
@@ -146,7 +146,7 @@ def _cost(heard: Features, template: Features) -> float:
 
 
 def odd_takes(takes: Sequence[Energies]) -> list[int]:
-    """Which takes of one word are unlike all others of it."""
+    """The takes of one word that are unlike all its others."""
     sounds = [features(take) for take in takes]
     nearest = [
         min((distance(one, other) for k, other in enumerate(sounds) if k != n), default=0.0)
@@ -156,7 +156,7 @@ def odd_takes(takes: Sequence[Energies]) -> list[int]:
 
 
 def confusable(takes: Takes, pairs: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Those of `pairs` of words of which takes are as near to one another as takes of one word are; worst first."""
+    """The `pairs` of words whose takes are as close to one another as takes of one word; worst first."""
     sounds = {word: [features(take) for take in of_word] for word, of_word in takes.items()}
     found = []
     for first, second in pairs:
@@ -170,6 +170,6 @@ def confusable(takes: Takes, pairs: Iterable[tuple[str, str]]) -> list[tuple[str
 
 
 def _spread(sounds: Sequence[Features]) -> float:
-    """How far takes of one word are from one another, a frame; of a single one half of INCONSISTENT, as is usual."""
+    """Distance of takes of one word from one another, a frame; half of INCONSISTENT, as is usual, for a single take."""
     apart = [distance(a, b) for a, b in combinations(sounds, 2)]
     return min(float(np.median(apart)), INCONSISTENT) if apart else INCONSISTENT / 2.0

@@ -1,4 +1,4 @@
-"""Matches a whole piece of sound with the sentences that can be made of the takes of words that there are."""
+"""Matches a whole segment of sound with the sentences that the available takes of words can form."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ of three others: 158 of 200 right, by the nearest voice alone 141; the speaker's
 
 @dataclass(frozen=True)
 class MatchedWord:
-    """A word, its frames `start` up to `end` of the piece, and how it fits.
+    """A word, its frames `start` up to `end` of the segment, and its fit.
 
-    `deficit`: the mean distance of a frame to the take beyond that to the nearest frame of all takes. `margin`: how
-    much more the cheapest other word costs that leads to the same place at the same time.
+    `deficit`: the mean distance per frame to the take beyond that to the nearest frame of all takes. `margin`: the
+    extra cost of the cheapest other word that leads to the same place at the same time.
     """
 
     word: str
@@ -36,7 +36,7 @@ class MatchedWord:
 
 @dataclass(frozen=True)
 class Match:
-    """The sentence that fits best, and in whose voice.
+    """The best-fitting sentence, and its voice.
 
     `passed_over`: the mean distance of a frame outside the words to the room's noise, beyond that to the nearest frame
     of all takes: high where speech is taken for noise. `above_noise`: how much farther a frame of the words is from the
@@ -66,7 +66,7 @@ class Heard:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    """How one sentence fits in the voices that have its words: least for the best voice, less if more voices fit."""
+    """The cost of one sentence over the voices that have its words: that of the best voice, less if more voices fit."""
 
     vote: float
     dtw: OnePassDtw
@@ -119,8 +119,8 @@ class Hearing:
         return min(fits, key=lambda each: each[:2])[2] if fits else None
 
     def vote(self, words: tuple[str, ...]) -> float | None:
-        """What a sentence costs, VOTE_COST being worth a factor of e in its odds; None if nobody has its words, or if
-        the piece is too short for them."""
+        """The cost of a sentence, where VOTE_COST is worth a factor of e in its odds; None if nobody has its words, or
+        if the segment is too short for them."""
         fit = self._fit(words)
         return fit.vote if fit is not None else None
 

@@ -1,4 +1,4 @@
-"""Is somebody speaking right now? Sound well above the tracked noise, in any part of the spectrum.
+"""Voice activity detection: sound well above the tracked noise, in any part of the spectrum.
 
 The logarithm of each band's energy over the noise is averaged over a short window and over groups of bands; the
 loudest group decides. Averaging logarithms makes the same thresholds hold in any noise at any level.
@@ -24,7 +24,7 @@ RATIO_RANGE = (-1.0, 3.0)
 """Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
 _LEAST, _MOST = map(np.float32, RATIO_RANGE)
 N_GROUPS = 3
-"""Low, middle and high bands are looked at separately, and all together."""
+"""Low, middle and high bands are evaluated separately, and all together."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def _window_matrix() -> NDArray[np.float32]:
 
 
 class ActivityDetector:
-    """Follows energies and noise, chunk by chunk; `busy` and `alert` tell what it heard last."""
+    """Tracks energies and noise, chunk by chunk; `busy` and `alert` describe the most recent frames."""
 
     def __init__(self, settings: ActivitySettings) -> None:
         self._settings = settings
@@ -92,11 +92,11 @@ class ActivityDetector:
             self.busy = False
 
     def account_for(self, n_after: int) -> None:
-        """All but the last `n_after` frames are explained, and a sign of nothing else: what goes on shows by itself."""
+        """Forget all but the last `n_after` frames, which a sentence explains. Ongoing speech will trigger it again."""
         self._history[: max(LONG_FRAMES - n_after, 0)] = 0.0
 
     def reset(self) -> None:
-        """Start again in silence, as after the robot's own words."""
+        """Start again in silence, for example after the robot's own words."""
         self._history.fill(0.0)
         self.busy = False
         self.alert = False

@@ -1,8 +1,8 @@
-"""Which of two listeners is told: the network of templates, or the coherent one, where both heard the same stretch.
+"""Chooses between two listeners that heard the same stretch: the template network or the coherent listener.
 
-The coherent one is believed wherever it is sure, since no other sentence has these samples. While it follows a
-sentence, what the network says of it waits. Where it is not sure, or loses the sentence on the way, as among a room's
-echoes, the network is believed; unless the sentence surely went on after the network's end."""
+The coherent listener wins wherever it is sure, since no other sentence has these samples. While it follows a sentence,
+the network's result waits. The network wins where the coherent listener is not sure, or loses the sentence on the way,
+for example because of a room's echoes. The exception: the sentence surely went on after the network's end."""
 
 from __future__ import annotations
 
@@ -20,24 +20,25 @@ WAIT = 12_800
 
 
 class Agreement:
-    """Settles what both heard, chunk by chunk."""
+    """Merges the results of both listeners, chunk by chunk."""
 
     def __init__(self, coherent: CoherentListener) -> None:
         self.coherent = coherent
         self._held: Recognised | Garbled | None = None
         self._unsure: Garbled | None = None
         self._cut: tuple[str, ...] = ()
-        """The words of that, if somebody went on after them."""
+        """The words of that sentence, if somebody went on after them."""
         self._told_until = 0
-        """Until this sample, a sentence was told."""
+        """A sentence was reported up to this sample."""
 
     def settle(
         self, events: Sequence[Event], heard: Sequence[Coherent], since: int, now: int, describe: Describe
     ) -> tuple[list[Event], int]:
-        """What is to be told at sample `now` of what the network has concluded and the coherent listener has heard; and
-        until which sample the network need not listen any more, 0 if nothing is dealt with.
+        """Return the events to report at sample `now`, from the results of the network and of the coherent listener;
+        and
+        the sample up to which the network need not listen any more, 0 if there is none.
 
-        What begins before sample `since` may be the end of something longer that was lost.
+        Whatever begins before sample `since` may be the end of something longer that was lost.
         """
         out: list[Event] = []
         dealt_with = 0
@@ -60,7 +61,7 @@ class Agreement:
         return out + self._given_up(now), dealt_with
 
     def interrupt(self) -> list[Event]:
-        """What was under way will not be understood."""
+        """Drop the sentence in progress: it will not be understood."""
         held, self._held = self._held, None
         return self._told(held) if held is not None else []
 
@@ -76,7 +77,7 @@ class Agreement:
                 return self._told(event)
             if followed.words[:n] == event.words and followed.is_sure_after(n):
                 event = Garbled(event.start_sample, event.end_sample)
-        self._held = event  # until it is known what comes of the sentence
+        self._held = event  # until the outcome of the sentence is known
         return []
 
     def _told(self, event: Recognised | Garbled) -> list[Event]:
@@ -90,19 +91,19 @@ class Agreement:
         return [event]
 
     def _given_up(self, now: int) -> list[Event]:
-        """A sentence that was not sure, and of which the network had nothing to say."""
+        """Return an uncertain sentence for which the network has no result."""
         if self._unsure is None or now < self._unsure.end_sample + WAIT or self._held is not None:
             return []
         unsure, self._unsure = self._unsure, None
         return [unsure]
 
     def _follows(self, event: Recognised | Garbled) -> bool:
-        """Whether the coherent listener follows a sentence in that stretch."""
+        """Whether the coherent listener follows a sentence in this stretch."""
         path = self.coherent.follows
         return path is not None and path.first < event.end_sample
 
     def _release(self, start: int, end: int) -> None:
-        """That stretch is dealt with."""
+        """Mark this stretch as handled."""
         if self._held is not None and _overlaps(self._held, start, end):
             self._held = None
         if self._unsure is not None and _overlaps(self._unsure, start, end):

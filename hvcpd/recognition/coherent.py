@@ -1,9 +1,9 @@
-"""Hears sentences by their very waveform: who knows a voice knows each sample of what it will say.
+"""Recognises sentences by their waveform: each sample of a known voice's words is known in advance.
 
-A second listener beside the network of templates. Where that compares spectra, of which noise leaves little, this one
-correlates (`matched_filter`). A word begins at the sample that the one before says, within the drift of two sample
-clocks, so a sentence is a path through the word network along which every next sound must be found at its place. It
-hears only the voices of synthesizers, in rooms by the direct sound, and then down to -15 dB.
+A second listener beside the template network. Templates compare spectra, which noise masks; this listener correlates
+waveforms (`matched_filter`). Each word begins at the sample given by the word before it, within the drift of two sample
+clocks. So a sentence is a path through the word network along which every next sound must be found at its place. It
+recognises synthesizers' voices only. In rooms it relies on the direct sound. It works down to -15 dB.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from hvcpd.recognition.paths import (
 )
 
 BEAM = 24
-"""Paths that are followed."""
+"""Maximum number of active paths."""
 LEAST_RANK = 12.0
 """Log likelihood ratio of a path, less what its words add by chance."""
 LEAST_SCORE = 100.0
@@ -47,9 +47,9 @@ LEAST_SCORE = 100.0
 LEAST_ALONE = 150.0
 """Log likelihood ratio of a single word against noise: another one may begin with the same hiss."""
 GOES_ON = 2080
-"""Samples of what may come next (0.13 s) that tell whether it comes."""
+"""Samples of a possible next word (0.13 s) that show whether it begins."""
 GOES_ON_LATER = 4800
-"""Samples (0.3 s) that tell it where so little would not stand out."""
+"""Samples (0.3 s) that show it where fewer would not stand out."""
 STANDS_OUT = 5.0
 """Expected strength with which something stands out."""
 SETTLED = 300.0
@@ -66,10 +66,10 @@ CALM = 10 * SAMPLE_RATE_HZ
 
 
 class CoherentListener:
-    """Tell it what is heard, chunk by chunk."""
+    """Push sound into it, chunk by chunk."""
 
     def __init__(self, graph: WordGraph, books: Sequence[Voicebook], ready: bool = True) -> None:
-        """`books`: of those who may speak. Hears none of them before `prepare`, unless they are `ready`."""
+        """`books`: the voices that may speak. None of them is recognised before `prepare`, unless they are `ready`."""
         self._all = tuple(books)
         self._books = self._all if ready else ()
         self._graph = graph
@@ -92,17 +92,17 @@ class CoherentListener:
 
     @property
     def voiced(self) -> bool:
-        """Whether a known voice's harmonics stand out, as far as can be told."""
+        """Whether a known voice's harmonics seem to stand out."""
         return self._sound.whitening.voiced
 
     @property
     def follows(self) -> Path | None:
-        """The best sentence in the making of two words and more, if it is surely one."""
+        """The best partial sentence of two words or more, if it surely is a sentence."""
         best = max((p for p in self._paths if p.parent), key=lambda p: p.score, default=None)
         return best if best is not None and best.score >= LEAST_SCORE else None
 
     def push(self, first: int, samples: Samples, speech: bool) -> list[Coherent]:
-        """The samples from number `first` on, shape (n,); `speech`: somebody seems to speak."""
+        """Take the samples from number `first` on, shape (n,); `speech`: somebody seems to be speaking."""
         if not self._books:
             return []
         if first != self._end:
@@ -110,7 +110,7 @@ class CoherentListener:
         self._unheard.append(samples)
         self._end += len(samples)
         if not (speech or self._paths or self._sound.whitening.voiced or self._end >= self._schedule.due):
-            return []  # in silence all is done at once when the search goes on: it costs less
+            return []  # in silence, wait and do all the work at once when the search resumes: it costs less
         self._sound.push(np.concatenate(self._unheard))
         self._unheard = []
         if not self._sound.whitening.ready:
@@ -125,7 +125,7 @@ class CoherentListener:
         return self._follow()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what is compared with, while `go_on`, then begin to hear. Another thread may do this."""
+        """Prepare the reference sounds while `go_on` holds, then start to recognise. Any thread may call this."""
         for book in self._all:
             book.prepare(go_on)
             if go_on() and book not in self._books:
@@ -133,7 +133,7 @@ class CoherentListener:
                 self._schedule.renew()
 
     def dismiss(self, end: int, voice: str | None = None) -> None:
-        """What was said before sample `end`, by that voice or by any, is dealt with."""
+        """Mark everything before sample `end` as handled, for this voice or for all."""
         self._paths = [
             path
             for path in self._paths
@@ -166,7 +166,7 @@ class CoherentListener:
         ]
 
     def _begin(self, signs: bool) -> None:
-        """Begin the paths of what sentences seem to begin with."""
+        """Start a path for each onset of a sentence."""
         greeted = any(map(_is_greeting, self._paths))
         followed = self.follows
         settled = followed is not None and followed.score >= SETTLED
@@ -195,12 +195,12 @@ class CoherentListener:
             if self._is_best(path):
                 words = (*self._before(path), *self._words_of(path))
                 found.append(Coherent(words, path.book.voice, path.score, path.explained, path.loses, path.gain))
-                # A faint likeness in other talk must not end the sentence that somebody else has begun meanwhile.
+                # A faint similarity in other talk must not end a sentence that somebody else has begun meanwhile.
                 self.dismiss(path.end, path.book.voice if path.score < SETTLED else None)
         return found
 
     def _is_due(self, word: Extension) -> bool:
-        """Whether it was heard to its end, wherever it began."""
+        """Whether the sentence was heard to its end, wherever it began."""
         return word.end + DRIFT <= self._sound.end
 
     def _extend(self, path: Path, due: Sequence[Extension]) -> None:
@@ -241,7 +241,7 @@ class CoherentListener:
                 path.goes_on, path.waiting = False, list(self._next(path))
 
     def _may_be_longer(self, path: Path) -> bool:
-        """Whether a longer word instead of one of its words fits too, as far as was heard."""
+        """Whether a longer word in place of one of its words fits too, so far."""
         now = self._sound.end
         if path.contested_until is None:
             path.contested_until = now
@@ -254,7 +254,7 @@ class CoherentListener:
         return path.contested_until > now
 
     def _goes_on(self, path: Path) -> bool:
-        """Whether the sentence goes on, as far as can be told by now."""
+        """Whether the sentence seems to go on."""
         if path.node not in self._arcs:
             return False
         for number, after in enumerate((GOES_ON, GOES_ON_LATER)):
@@ -264,11 +264,11 @@ class CoherentListener:
                 path.looks.append(self._look(path, path.at + after, after == GOES_ON_LATER))
             if not path.looks[number]:
                 return False
-        # Some word has begun: what becomes of it is told when it has ended.
+        # Some word has begun: it is evaluated when it has ended.
         return not all(self._is_due(each) for each in path.waiting)
 
     def _look(self, path: Path, until: int, last: bool) -> bool:
-        """Whether any word that may come next has perhaps begun, by what was heard until then."""
+        """Whether any possible next word may have begun in the sound so far."""
         goes_on = False
         for _, fit, _ in fitting(self._sound, list(self._next(path)), path.gain, until):
             goes_on |= not last or fit.expected >= STANDS_OUT or fit.strength >= CHANCE
@@ -276,7 +276,7 @@ class CoherentListener:
         return goes_on
 
     def _before(self, path: Path) -> list[HeardWord]:
-        """The word that was said before what sounds like a whole sentence: a name, whose beginning was not noticed."""
+        """The word before what sounds like a whole sentence: a name whose beginning was missed."""
         if thirds_of(len(path.words) + 1)[1:] != path.thirds:
             return []
         lead = path.book.said(path.words[0], 0)[0].lead
@@ -296,7 +296,7 @@ class CoherentListener:
         return sorted(found, key=lambda word: -word.margin)[:1]
 
     def _is_best(self, path: Path) -> bool:
-        """Whether it is surely a sentence and none explains what was heard better."""
+        """Whether it is surely a sentence, and no other sentence explains the sound better."""
         rivals = (p for p in self._paths if p.first < path.end and path.words[: len(p.words)] != p.words)
         if any(rival.score > path.score for rival in rivals):
             return False
@@ -313,14 +313,15 @@ class CoherentListener:
         return words
 
     def _handicap(self, path: Path, after: Path | None, rest: Sequence[str]) -> Callable[[str], float]:
-        """What another word instead of the last one loses: `after` and the `rest` may not be able to follow it."""
+        """The score that another word in place of the last one loses: `after` and the `rest` may not be able to follow
+        it."""
         loses = max(after.likelihood - 2.0 * BY_CHANCE, 0.0) if after is not None else 0.0
         source = path.parent.node if path.parent is not None else self._graph.start
         return lambda word: 0.0 if self._graph.finals & ends_of(self._graph, source, (word, *rest)) else loses
 
 
 def _is_greeting(path: Path) -> bool:
-    """Whether it perhaps begins with a greeting, as will be known in a moment, or surely."""
+    """Whether the path may begin with a greeting (the next samples will show), or surely does."""
     if not path.words:
         return path.waiting[0].word == GREETING
     return path.words[0] == GREETING and path.score >= LEAST_SCORE

@@ -1,7 +1,7 @@
-"""How likely a sentence of the template decoder is right: logistic regression, fitted by `python -m benchmarks.fit`.
+"""Confidence of the template decoder's sentences: logistic regression, fitted by `python -m benchmarks.fit`.
 
-What a word gains over the filler says little by itself: near the noise even the very word gains hardly anything. So it
-is measured by what the very word would gain in this noise (`Scorer.expected_gain`).
+A word's gain over the filler says little by itself: near the noise level even the right word gains hardly anything. So
+the gain is divided by the gain expected of the right word in this noise (`Scorer.expected_gain`).
 """
 
 from __future__ import annotations
@@ -13,35 +13,36 @@ from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.spotter import Sentence
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
-"""Costs of the closest other word; more or less tells no more."""
+"""Range of the cost of the closest other word; values beyond it carry no more information."""
 LEAST_FIT, MOST_FIT = 0.05, 1.0
-"""Gains, in those of the very word; the quietest voices gain twice as much by chance."""
+"""Gains relative to the right word's; the quietest voices gain twice as much by chance."""
 LEAST_WORD_FIT = -1.0
 SLOW, SLOWEST = 1.4, 2.4
-"""Frames of a word over its template's: right words have 1.25 at most, slow ones 1.4; a made-up one may have any."""
+"""Frames of a word over its template's: right words have 1.25 at most, slow ones 1.4; a false alarm may have any
+value."""
 FAST = 0.9
 
 
 @dataclass(frozen=True)
 class ConfidenceFeatures:
-    """What tells how well a sentence, or one word of it, fits."""
+    """Features that describe how well a sentence, or one word of it, fits."""
 
     log_margin: float
-    """Logarithm of the cost of the closest other word in the same place, of the word where that is least."""
+    """Logarithm of the cost of the closest other word in the same place, for the word where that is least."""
     deficit: float
     """The words' mean distance beyond the frames' best templates (`Sentence.deficits`)."""
     worst: float
     """Deficit of the worst word: a word that nobody knows hides in a long sentence that is right otherwise."""
     log_gain: float
-    """Logarithm of what the sentence fits better than the filler: long sentences do not come about by chance."""
+    """Logarithm of the sentence's gain over the filler: long sentences do not come about by chance."""
     log_fit: float
-    """Logarithm of the sentence's gain in gains of the very sentence."""
+    """Logarithm of the sentence's gain, relative to the right sentence's."""
     word_fit: float
-    """Gain of a word in gains of the very word, where that is least."""
+    """Gain of a word, relative to the right word's, where that is least."""
     slowness: float
-    """Of the slowest word, beyond SLOW: words made of a steady sound last."""
+    """Stretch of the slowest word, beyond SLOW: words matched to a steady sound last long."""
     haste: float
-    """Of the fastest word, below FAST."""
+    """Stretch of the fastest word, below FAST."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class ConfidenceCurve:
     )
 
     def probability(self, features: ConfidenceFeatures) -> float:
-        """The probability, 0 to 1, that what has these features is right."""
+        """The probability, 0 to 1, that a hypothesis with these features is right."""
         logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(features), strict=True))
         return logistic(logit)
 

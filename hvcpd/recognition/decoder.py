@@ -8,8 +8,8 @@ advances by one template frame or skips one, always from the previous column, so
 All costs are relative to the filler, a path that explains any sound; a filler therefore always costs 0, sentences
 begin at any frame at cost 0, and a sentence that fits better than the filler has a negative cost.
 
-Before every few frames all but the promising paths are dropped (`pruning`), so a large network costs little more than
-a small one.
+Every few frames, all but the promising paths are dropped (`pruning`), so a large network costs little more than a small
+one.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class StepCosts:
 
 
 def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) -> tuple[NDArray[np.bool_], ...]:
-    """One column of asymmetric DTW along the last axis, for states 2 and up; states 0 and 1 are left alone.
+    """One column of asymmetric DTW along the last axis, for states 2 and up; states 0 and 1 are left unchanged.
 
     `out[s] = distances[s] + min(previous[s] + stay, previous[s-1], previous[s-2] + skip)`.
     Returns two masks for the states 2 and up: where the path advanced, and where it skipped (which overrides).
@@ -59,7 +59,7 @@ def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) 
 class Best:
     """The best path of the whole network: its cost; node, token and rested frames if it rests in a final node.
 
-    `behind` is by how much a path inside a word is cheaper still.
+    `behind`: the amount by which a path inside a word is cheaper still.
     """
 
     cost: float
@@ -115,7 +115,7 @@ class Decoder:
         self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
 
     def prepare(self) -> Layout:
-        """Choose what to follow for the next HORIZON_FRAMES frames."""
+        """Choose the paths to follow for the next HORIZON_FRAMES frames."""
         old, cost, token = self.layout, self._cost, self._token
         net = self._net
         low = np.full(self._n_hypotheses * net.n_instances, -1, np.intp)
@@ -151,8 +151,8 @@ class Decoder:
     def column(self, distances: Costs, noise_cost: float) -> None:
         """Advance all paths by one frame.
 
-        `distances`, shape (n_states,) of the layout, are relative to the filler's cost; `noise_cost` is what a frame
-        of pause costs, relative to the filler too (0 when the filler takes it for noise).
+        `distances`, shape (n_states,) of the layout, are relative to the filler's cost; `noise_cost` is the cost of a
+        frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
         """
         if len(distances):
             advanced, skipped = dtw_column(self._cost, distances, self._steps, self._cost_next)
@@ -226,7 +226,7 @@ class Decoder:
         return rivals
 
     def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
-        """What it costs to go on at each hypothesis, and the token to go on with."""
+        """The cost of going on at each hypothesis, and the token to go on with."""
         entering, chosen = leaving.copy(), token.copy()
         dearer = leaving + np.float32(self._steps.hypothesis)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
@@ -250,7 +250,7 @@ class Decoder:
         self._token[:] = np.concatenate([token[moved:], token[highest:]])
 
     def best(self, margin: float = 0.0) -> Best:
-        """The cheapest path of all; a path that rests counts as such if it is dearer by no more than `margin`."""
+        """The cheapest path of all; a resting path counts as the cheapest if it is dearer by no more than `margin`."""
         cost = float(self._cost.min(initial=0.0))
         if self._rest_best >= UNREACHABLE:
             return Best(cost)

@@ -1,10 +1,10 @@
-"""Takes the robot's own voice, which it knows, out of what its microphone hears while it speaks.
+"""Acoustic echo cancellation: subtracts the robot's own known voice from the microphone signal while it speaks.
 
-A Kalman filter in the frequency domain estimates the way from the loudspeaker through the room to the microphone: how
-far each band may still be wrong is tracked together with the way itself, so that somebody who speaks at the same time
-slows its learning down and does not mislead it (G. Enzner & P. Vary, "Frequency-domain adaptive Kalman filter for
-acoustic echo control in hands-free telephones", Signal Processing 86(6), 2006; in partitions: F. Kuech et al.,
-"State-space architecture of the partitioned-block-based acoustic echo controller", ICASSP 2014).
+A Kalman filter in the frequency domain estimates the echo path from the loudspeaker through the room to the microphone.
+It tracks each band's uncertainty together with the path itself. So another speaker at the same time slows the
+adaptation down and does not mislead it (G. Enzner & P. Vary, "Frequency-domain adaptive Kalman filter for acoustic echo
+control in hands-free telephones", Signal Processing 86(6), 2006; in partitions: F. Kuech et al., "State-space
+architecture of the partitioned-block-based acoustic echo controller", ICASSP 2014).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hvcpd.ports import Samples
 
 BLOCK = 320
-"""Samples that are worked through at a time: 20 ms."""
+"""Number of samples processed at a time: 20 ms."""
 PARTS = 7
 """Number of blocks over which the echo path is modelled: 140 ms, of which 40 are for a latency that is known to within
 20 ms only, the rest for the room's early sound."""
@@ -26,21 +26,21 @@ _LATE_POWER = 0.03
 _DECAY = 0.6
 """Initial power of each later block relative to the one before: 20 ms in a room of 0.55 s."""
 _FORGET = 0.9998
-"""The way changes by so little from block to block: by half in a minute of speech."""
+"""Change of the echo path from block to block: by half in a minute of speech."""
 _SMOOTH = 0.8
 """Weight of the last block's error in the average of the noise."""
 _SILENT = 1e-5
-"""A peak below this is no voice: nothing is to be learned from it."""
+"""A peak below this is not a voice: the filter learns nothing from it."""
 
 
 class EchoCanceller:
-    """Feed it what was played and what was heard, sample by sample; `reset` when they have lost step."""
+    """Push the played and the recorded samples in step; call `reset` when they have lost step."""
 
     def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the way."""
+        """Forget the echo path."""
         bands = BLOCK + 1
         late = _LATE_POWER * _DECAY ** np.arange(PARTS - _EARLY_PARTS)
         prior = np.concatenate([np.ones(_EARLY_PARTS), late])
@@ -50,15 +50,15 @@ class EchoCanceller:
         self.pause()
 
     def pause(self) -> None:
-        """Forget what was played, and keep the way: some time went by without."""
+        """Forget the played sound but keep the echo path: some time has passed unprocessed."""
         self._last: Samples = np.zeros(BLOCK, np.float32)
         self._own = np.zeros((PARTS, BLOCK + 1), np.complex128)
         self._waiting: tuple[Samples, Samples] = (np.zeros(0, np.float32), np.zeros(0, np.float32))
 
     def take(self, played: Samples, heard: Samples) -> Samples:
-        """What is left of `heard` without the own voice, in whole blocks: the rest waits for the next call.
+        """Return `heard` without the robot's own voice, in whole blocks: the rest waits for the next call.
 
-        Both have shape (n,), float32; `played` no later than it can be heard, and 40 ms before that at most.
+        Both have shape (n,), float32. `played` must not arrive after its echo, and at most 40 ms before it.
         """
         played = np.concatenate([self._waiting[0], played])
         heard = np.concatenate([self._waiting[1], heard])

@@ -1,4 +1,4 @@
-"""What the recogniser reports. All positions are sample numbers since it was constructed."""
+"""The recogniser's events. All positions are sample numbers since it was constructed."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from enum import StrEnum
 
 
 class Source(StrEnum):
-    """Which of the ear's listeners found a sentence: see docs/recognition.md."""
+    """The listener that found a sentence: see docs/recognition.md."""
 
     TEMPLATES = "templates"
     """Robots' words as spectra, composed with the noise (`spotter`)."""
     WAVEFORM = "waveform"
     """Robots' words as they are rendered, by matched filters (`coherent`)."""
     CHANNEL = "channel"
-    """Robots' words through a response that was estimated with them (`channel`)."""
+    """Robots' words through a channel response that was estimated with them (`channel`)."""
     PEOPLE = "people"
     """Anybody's words (`hvcpd.people`)."""
     SPELLED = "spelled"
@@ -23,10 +23,10 @@ class Source(StrEnum):
 
 @dataclass(frozen=True)
 class WordSpan:
-    """One word of a recognised sentence, where it was heard, and the probability that it alone is right (0 to 1).
+    """One word of a recognised sentence, its position, and the probability that it alone is right (0 to 1).
 
-    `deficit` is its mean distance beyond what fits the sound best, a frame: near 0 if nothing else was heard, 1 for
-    another word.
+    `deficit` is its mean distance per frame beyond the best fit: near 0 if nothing else was heard, 1 for another
+    word.
     """
 
     word: str
@@ -41,7 +41,8 @@ class Recognised:
     """A whole sentence of the word network.
 
     `voice` is the name of the template voice that fitted best, `confidence` the probability that every word is
-    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise, `source` what found it.
+    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise, `source` the listener that
+    found it.
     """
 
     words: tuple[str, ...]
@@ -56,7 +57,7 @@ class Recognised:
 
 @dataclass(frozen=True)
 class Garbled:
-    """Somebody spoke, but no sentence of the network fits: begun late, cut off, two at once, or other speech.
+    """Somebody spoke, but no sentence of the network fits: it began late, was cut off, overlapped, or is other speech.
 
     `robot`: in the voice of a robot.
     """
@@ -76,7 +77,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Released:
-    """Nobody said it: what was held for was part of a sentence that is understood by now."""
+    """Nobody said it: the suspected word was part of a sentence that has been understood by now."""
 
     start_sample: int
     end_sample: int
@@ -91,4 +92,4 @@ class Urgent:
 
 
 Event = Recognised | Garbled | Held | Released | Urgent
-"""What the recogniser tells. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""
+"""The recogniser's events. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""

@@ -9,8 +9,8 @@ from typing import Any
 
 
 def fitted(section: str) -> dict[str, Any]:
-    """The weights of one model: `fitted` (the date), `by`, `data` and `score` say where they come from. Raises KeyError
-    if there is no such model."""
+    """The weights of one model: `fitted` (the date), `by`, `data` and `score` document their origin. Raises KeyError if
+    there is no such model."""
     found: dict[str, Any] = _file()[section]
     return found
 

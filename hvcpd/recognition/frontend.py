@@ -25,7 +25,7 @@ FFT_SIZE = 512
 N_BANDS = 24
 """Triangular filters from LOW_HZ to HIGH_HZ, about one critical band each."""
 LOW_HZ = 150.0
-"""Below it are mains hum and rumble, and no small loudspeaker."""
+"""Below it are mains hum and rumble; small loudspeakers radiate nothing there."""
 HIGH_HZ = 7000.0
 """Above it an anti-aliasing filter may already fall."""
 HARMONICS_HZ = 250.0
@@ -57,7 +57,8 @@ DELTA_WEIGHT = 3.0
 def mel_filterbank() -> NDArray[np.float32]:
     """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS).
 
-    No narrower to either side than the distance of a high voice's harmonics, which would otherwise show one by one.
+    No filter is narrower to either side than the distance between a high voice's harmonics. Narrower filters would
+    resolve single harmonics.
     """
     low_mel, high_mel = (2595.0 * np.log10(1.0 + hz / 700.0) for hz in (LOW_HZ, HIGH_HZ))
     edges_hz = 700.0 * (10.0 ** (np.linspace(low_mel, high_mel, N_BANDS + 2) / 2595.0) - 1.0)
@@ -90,7 +91,7 @@ def power_weights() -> NDArray[np.float32]:
 
 
 FRAMES_AT_ONCE = 200
-"""2 s: spectra of more would only take memory."""
+"""2 s: spectra of longer sounds would only take memory."""
 _WINDOW = np.hamming(WINDOW_SAMPLES).astype(np.float32)
 _FILTERS = mel_filterbank()
 _TRANSFORM = cepstral_transform()
@@ -102,7 +103,7 @@ def energies_of(samples: Samples) -> Energies:
         return np.zeros((0, N_BANDS), np.float32)
     sound = np.ascontiguousarray(samples, np.float32)
     n = 1 + (sound.size - WINDOW_SAMPLES) // HOP_SAMPLES
-    # Overlapping rows of one array, as sliding_window_view makes them with much more Python.
+    # Overlapping rows of one array, as from sliding_window_view but with much less Python.
     strides = (HOP_SAMPLES * sound.itemsize, sound.itemsize)
     frames: NDArray[np.float32] = np.ndarray((n, WINDOW_SAMPLES), np.float32, sound, 0, strides)
     if n <= FRAMES_AT_ONCE:

@@ -1,4 +1,4 @@
-"""The word ends that paths have passed: what the decoder's tokens point to.
+"""Word lattice: the word ends that paths have passed, to which the decoder's tokens point.
 
 A token is the number of a record, or, when negative, the beginning of a sentence: -1 - frame. Records are kept in a
 ring; the oldest are overwritten, and the decoder drops paths before they can point there.
@@ -22,9 +22,9 @@ Costs = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Step:
-    """A word on the traced path: its instance, the frames it begins at and ends before, and what it cost.
+    """A word on the traced path: its instance, its first frame, the frame after its last, and its cost.
 
-    `margin` is by how much another word at the same place would have cost more.
+    `margin`: the extra cost of another word at the same place.
     """
 
     instance: int
@@ -56,7 +56,7 @@ class Lattice:
         self._count = 0
 
     def add(self, frame: int, instance: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
-        """Store records of paths that end a word (or a pause) with `frame`; their tokens."""
+        """Store records of paths that end a word (or a pause) with `frame`; return their tokens."""
         numbers = (np.arange(self._count, self._count + len(token)) % CAPACITY).astype(np.int32)
         self._count += len(token)
         self._instance[numbers] = instance

@@ -1,7 +1,7 @@
-"""Two recognisers on one microphone: one for the sentences of those who are known, one for names that are spelled.
+"""Two recognisers on one microphone: one for the sentences of known robots, one for spelled names.
 
-Who spells its name is not known, and neither is its voice: the second one listens for it in every voice there is. It
-has few words, so that it costs less than the first.
+A robot that spells its name is unknown, and so is its voice: the second recogniser listens for it in all voices. Its
+vocabulary is small, so it costs less than the first.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
 was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
 KEPT_SAMPLES = 16_000
-"""What was understood is remembered for 1 s: the other recogniser has come to its end by then."""
+"""Sentences are remembered for 1 s: by then the other recogniser has finished the same sound."""
 
 
 class Listening:
-    """Events of both, each stretch of sound accounted for once."""
+    """Merges the events of both; each stretch of sound is reported once."""
 
     def __init__(
         self, sentences: Recogniser, spelled: Recogniser | None, later: Callable[[], Recogniser] | None = None
     ) -> None:
-        """`later` makes `spelled` in `prepare`, where it is not there yet. Raises ValueError if they do not share one
+        """`later` makes `spelled` in `prepare` if it is missing. Raises ValueError if both recognisers do not share one
         watch."""
         if spelled is not None and spelled.watch is not sentences.watch:
             raise ValueError("two recognisers on one microphone share one watch")
@@ -67,7 +67,7 @@ class Listening:
         return told
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Recogniser.prepare`; from then on spelled names are heard, too."""
+        """As `Recogniser.prepare`; from then on spelled names are recognised, too."""
         if self._spelled is None and self._later is not None and go_on():
             spelled = self._later()
             spelled.begin_late()
@@ -75,7 +75,7 @@ class Listening:
         self._sentences.prepare(go_on)
 
     def succeed(self, predecessor: Listening) -> None:
-        """Go on where `predecessor` is: with its sample clock and what it knows of the noise."""
+        """Continue from `predecessor`: take over its sample clock and its noise estimate."""
         self._sentences.succeed(predecessor._sentences)
         self._spelled, self._later = predecessor._spelled, predecessor._later
         self._understood = predecessor._understood
@@ -94,7 +94,7 @@ class Listening:
         return out
 
     def _accounted(self, event: Recognised | Garbled) -> bool:
-        """Whether the sound of this event was understood already."""
+        """Whether the sound of this event has already been understood."""
         return any(
             event.start_sample < known.end_sample and event.end_sample > known.start_sample
             for known in self._understood

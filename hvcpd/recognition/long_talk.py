@@ -1,4 +1,4 @@
-"""Talk that goes on for longer than any sentence: what lies between its pauses, as soon as a pause is heard."""
+"""Segments talk that lasts longer than any sentence at its pauses, as soon as each pause is heard."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ ENDED_FRAMES = 25
 PAUSE_FRAMES = 12
 """0.24 s: the closures of stop consonants are shorter, the pauses between two sentences longer."""
 PAUSE_SHARE = 0.35
-"""Of the way from the noise to the voice, in dB; what is fainter belongs to a pause."""
+"""Share of the range from the noise to the voice, in dB; fainter sound belongs to a pause."""
 LEAST_RANGE_DB = 8.0
-"""With less between the faintest and the loudest there is no telling a pause from speech."""
+"""With a smaller range between the faintest and the loudest level, pauses cannot be told from speech."""
 FALL_DB, RISE_DB = 0.06, 0.06
-"""In a frame: the loudest level is forgotten at 3 dB/s, and so is the faintest."""
+"""Decay per frame: the loudest level falls at 3 dB/s, and the faintest rises as fast."""
 LEAST_FRAMES, MOST_FRAMES = 15, 400
 """0.3 to 8 s: how long a sentence takes."""
 MOST_PAUSES = 2
@@ -29,18 +29,18 @@ MOST_PAUSES = 2
 
 @dataclass(frozen=True)
 class Stretch:
-    """Speech from one pause to another, in samples; `starts`, the earliest first: where a sentence may have begun that
-    ends with it."""
+    """Speech from one pause to another, in samples; `starts`, the earliest first: possible beginnings of a sentence
+    that ends with it."""
 
     starts: tuple[int, ...]
     end: int
 
 
 class LongTalk:
-    """Follows levels while somebody speaks."""
+    """Tracks levels while somebody speaks."""
 
     def __init__(self, longest_samples: int) -> None:
-        """`longest_samples`: talk that has lasted no longer is left to those who look at it as a whole."""
+        """`longest_samples`: shorter talk is left to listeners that search it as a whole."""
         self._longest = longest_samples
         self._rest = np.zeros(0, np.float32)
         self._at = 0
@@ -48,7 +48,7 @@ class LongTalk:
         self.end_talk()
 
     def end_talk(self) -> None:
-        """Nobody speaks any more, or nobody knows what was said: begin anew."""
+        """Start again: nobody speaks any more, or sound was lost."""
         self._since: int | None = None
         self._silent = 0
         self._faint = PAUSE_FRAMES
@@ -90,7 +90,7 @@ class LongTalk:
         return self._paused() if self._faint == PAUSE_FRAMES else []
 
     def _paused(self) -> list[Stretch]:
-        """A pause has lasted long enough to be one."""
+        """Handle a pause that has lasted long enough."""
         began, self._began = self._began, None
         end = self._at - (PAUSE_FRAMES - 1) * FRAME_SAMPLES
         if began is None or self._since is None:

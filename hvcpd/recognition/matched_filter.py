@@ -1,6 +1,6 @@
-"""Matched filters: how surely a known sound begins at each sample of what is heard.
+"""Matched filters: detect where a known sound begins, with a strength for each sample.
 
-The detector of a known signal in Gaussian noise correlates the signal with what is heard over the noise's power
+The detector of a known signal in Gaussian noise correlates the signal with the received sound over the noise's power
 spectrum (D. North, "An analysis of the factors which determine signal/noise discrimination", Proc. IEEE 51(7), 1963; G.
 Turin, "An introduction to matched filters", IRE Trans. IT 6(3), 1960). Its output over its own deviation, the
 *strength* here, grows with the square root of the signal's duration times its bandwidth: a word of 0.4 s stands out by
@@ -20,7 +20,7 @@ FRAME = 1024
 BINS = FRAME // 2 + 1
 HOP = FRAME // 2
 MEMORY_S = 2.0
-"""Time constant of the spectrum: some words, so that no single one is taken for the noise."""
+"""Time constant of the spectrum: several words long, so that no single word is taken for the noise."""
 MEMORY_FRAMES = MEMORY_S * SAMPLE_RATE_HZ / HOP
 REFRESH_FRAMES = 8
 """The filter follows the spectrum every 0.26 s."""
@@ -71,7 +71,7 @@ class WhiteningFilter:
         self._filter: Samples = np.zeros(2 * REACH, np.float32)
         self._filters: dict[int, NDArray[np.complex64]] = {}
         self.version = 0
-        """Another one whenever the weights have changed."""
+        """Version number, raised whenever the weights change."""
         self._usual: Spectrum = np.full(BINS, np.inf, np.float32)
         self._voices: Spectrum = np.zeros((0, BINS), np.float32)
         self._watched: Spectrum = np.zeros((0, BINS), np.float32)[:, VOICED]
@@ -89,20 +89,20 @@ class WhiteningFilter:
         """
 
     def expect(self, voices: Spectrum) -> None:
-        """Who may speak: mean power spectra, at any level, of what their sentences begin with, shape (n, BINS)."""
+        """`voices`: mean power spectra, at any level, of the beginnings of their sentences, shape (n, BINS)."""
         self._voices = voices
         self._rises = np.zeros((RISEN[-1][0], len(voices)), np.float32)
         self._watch()
 
     def push(self, samples: Samples) -> None:
-        """Learn of the next samples, shape (n,)."""
+        """Learn from the next samples, shape (n,)."""
         heard = np.concatenate([self._framed, samples])
         n = max(1 + (len(heard) - FRAME) // HOP, 0)
         self._framed = heard[n * HOP :]
         # Overlapping rows of one array, as many at once as there are before the weights change.
         frames: Samples = np.ndarray((n, FRAME), np.float32, heard, 0, (HOP * heard.itemsize, heard.itemsize))
         self.voiced = self.voiced and not n
-        frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENCE]  # zeros tell nothing of the noise
+        frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENCE]  # zeros are no noise
         while len(frames):
             some = REFRESH_FRAMES - self._frames % REFRESH_FRAMES
             self._learn(frames[:some])
@@ -123,23 +123,23 @@ class WhiteningFilter:
             self._refresh()
 
     def interrupt(self) -> None:
-        """What comes next does not follow on what was pushed last."""
+        """Note a gap: the next samples do not follow on the last ones."""
         self._framed = self._framed[:0]
         self._rises = np.zeros_like(self._rises)
         self.voiced = False
 
     def _rises_enough(self, n_frames: int) -> bool:
-        """Whether any of the last frames ends what rises enough."""
+        """Whether a sufficient rise ends in any of the last frames."""
         sums = np.cumsum(self._rises, axis=0)
         return any(bool((sums[-n_frames:] - sums[-n_frames - n : -n] > least * n**0.5).any()) for n, least in RISEN)
 
     @property
     def ready(self) -> bool:
-        """Whether enough was heard to tell anything."""
+        """Whether enough sound was heard for an estimate."""
         return bool(self.weights.any())
 
     def whiten(self, heard: Samples) -> Samples:
-        """What is heard, shape (n + 2 REACH,), over the spectrum, shape (n,): without REACH at either end."""
+        """Whiten a sound, shape (n + 2 REACH,), by the spectrum; returns shape (n,), without REACH at either end."""
         size = transform_size(len(heard))
         if size not in self._filters:
             self._filters[size] = np.asarray(np.fft.rfft(self._filter, size), np.complex64)
@@ -163,7 +163,7 @@ class WhiteningFilter:
         self.weights = np.asarray(np.maximum(np.fft.rfft(full).real, 0.0), np.float32)
 
     def _watch(self) -> None:
-        """Let each bin count by each voice's power over the noise's."""
+        """Weight each bin by each voice's power over the noise's."""
         above = self._voices[:, VOICED] / self._usual[VOICED]
         above /= np.maximum(above.mean(axis=1, keepdims=True), 1e-20)
         counts = above / (1.0 + TAPERED * above)
@@ -186,18 +186,18 @@ def power_of(sound: Samples) -> Spectrum:
 
 
 def faded(sound: Samples) -> Samples:
-    """The beginning of a longer sound, shape (n,), with an end that fades over REACH samples: cut off, it would have
-    the power of a click at all frequencies, most of it where the weights are highest, which is not heard."""
+    """The beginning of a longer sound, shape (n,), with an end that fades over REACH samples. A cut end would have the
+    power of a click at all frequencies, mostly where the weights are highest, although that click is not heard."""
     n = min(REACH, len(sound))
     return np.concatenate([sound[: len(sound) - n], sound[len(sound) - n :] * _TAPER[2 * REACH - n :]])
 
 
 @dataclass(frozen=True)
 class Match:
-    """How a known sound fits what is heard.
+    """How a known sound fits the received sound.
 
-    `strength`: its correlation over the deviation that what is left over would give it, 1 for chance; `expected`: the
-    same for the sound at gain 1; `whole`: whether each part of it does.
+    `strength`: its correlation over the standard deviation that the residual would give it, 1 for chance; `expected`:
+    the same for the sound at gain 1; `whole`: whether each part of it fits.
     """
 
     strength: float
@@ -206,8 +206,8 @@ class Match:
 
 
 def correlated(whitened: Samples, sound: Samples, expected: float) -> tuple[float, int]:
-    """The greatest strength in steady noise of `sound`, shape (n,), beginning at each of the first samples of
-    `whitened`, shape (n + lags - 1,), and at which."""
+    """The greatest strength in steady noise of `sound`, shape (n,), over all lags in `whitened`, shape (n + lags - 1,);
+    and the sample at which it begins."""
     values = np.correlate(whitened, sound, "valid")
     offset = int(values.argmax())
     return float(values[offset]) / expected, offset
@@ -216,11 +216,12 @@ def correlated(whitened: Samples, sound: Samples, expected: float) -> tuple[floa
 def scrutinized(
     whitened: Samples, sound: Samples, power: Spectrum, whitening: WhiteningFilter, strength: float, expected: float
 ) -> Match:
-    """The same once it is known where: what is left over tells the deviation, and the parts whether all of it is there.
+    """The strength at a known place: the residual gives the deviation, and the parts show whether the sound is
+    complete.
 
     `whitened` and `sound` have the same shape (n,), `power` is the sound's `power_of`; strength and expectation are
-    those in steady noise. Where other people are loud, a part of the sound tells less: the parts count by what is left
-    over in each of them, as the optimum detector in noise that changes has it.
+    those in steady noise. Where other speech is loud, a part of the sound carries less information. So the parts are
+    weighted by the residual in each of them, as in the optimum detector for noise that changes.
     """
     whole = whitening.whiten(np.pad(sound, REACH))
     edges = np.arange(0, len(sound), PART)
@@ -229,7 +230,7 @@ def scrutinized(
     least = max(LEAST_ENERGY * float(energy.mean()), 1e-20)
     faint = energy < least  # as before a burst: nothing of it can be missing, however loud the rest is
     energy = np.maximum(energy, least)
-    # Each part has a gain of its own, or a part that is not there would look like noise that hides it.
+    # Each part has a gain of its own. With a common gain, a missing part would look like noise that hides it.
     gains = np.add.reduceat(whitened * sound, edges) / energy
     left = np.zeros(len(edges) * PART)  # double: a faint part's gain squared is more than single precision holds
     left[: len(sound)] = whitened - np.repeat(np.maximum(gains, 0.0).astype(np.float64), lengths) * whole
@@ -264,7 +265,7 @@ class WhitenedSound:
         self._whitened: Samples = np.zeros(0, np.float32)
 
     def push(self, samples: Samples) -> None:
-        """The next samples, shape (n,)."""
+        """Append the next samples, shape (n,)."""
         if self._filled + len(samples) > len(self._buffer):
             self._buffer[:KEPT] = self._buffer[self._filled - KEPT : self._filled]
             self._filled = KEPT
@@ -274,14 +275,14 @@ class WhitenedSound:
         self.whitening.push(samples)
 
     def break_off(self, at: int) -> None:
-        """What comes next, sample number `at`, does not follow on what was heard last."""
+        """Note a gap: the next sample has number `at` and does not follow on the last one."""
         self.whitening.interrupt()
         self._filled = 0
         self.end = at
         self._version = -1
 
     def between(self, start: int, end: int, more: bool = True) -> Samples:
-        """Samples `start` up to `end`, whitened; silence where none are kept. `more`: others will be asked for."""
+        """Samples `start` up to `end`, whitened; silence where none are kept. `more`: further requests will follow."""
         if self._version != self.whitening.version or start < self._from:
             self._version = self.whitening.version
             self._from = self._to = min(start, self.end - AGAIN) if more else start
@@ -294,7 +295,7 @@ class WhitenedSound:
         return np.pad(found, (0, end - start - len(found))) if len(found) < end - start else found
 
     def heard(self, start: int, end: int) -> Samples:
-        """Samples `start` up to `end` as they were heard; silence where none are kept."""
+        """Samples `start` up to `end`, unfiltered; silence where none are kept."""
         oldest = self.end - self._filled
         kept = self._buffer[max(start - oldest, 0) : max(min(end, self.end) - oldest, 0)]
         return np.pad(kept, (max(oldest - start, 0), max(end - self.end, 0)))

@@ -27,8 +27,8 @@ class Network:
     """
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template], partial: frozenset[str] = frozenset()) -> None:
-        """Raises ValueError for a word of the graph that a voice has no template of, unless it is one of `partial`:
-        such a voice says only the sentences that it has all words of."""
+        """Raises ValueError if a voice lacks a template of a word of the graph, unless it is one of `partial`: such a
+        voice says only the sentences for which it has all words."""
         self.voices = tuple(dict.fromkeys(t.voice for t in templates))
         by_word: dict[tuple[str, str], list[int]] = {}
         for number, t in enumerate(templates):

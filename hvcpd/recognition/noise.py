@@ -23,7 +23,7 @@ WARM_UP_FRAMES = 12
 STEP_FRAMES = 48
 """After a step the noise is known again when it was steady for 0.48 s: no sound of speech lasts that long unchanged."""
 STEP_NEPER = 0.7
-"""Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is looked for."""
+"""Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is searched for."""
 STEADY_DRIFT_NEPER = 0.22
 """Two halves of the window may differ by this, mean over the bands; steady noise: 0.11, hardly ever above 0.18."""
 STEADY_SPREAD = 1.15
@@ -35,7 +35,7 @@ TONE_FRAMES = 24
 """A band's noise is known again when it was a steady tone, or lower than before, for 0.24 s: a motor changes its speed
 faster than the memory forgets, and hardly any vowel stays that long unchanged."""
 TONE_EVERY_FRAMES = 8
-"""Interval at which tones are looked for: 80 ms."""
+"""Interval at which tones are searched for: 80 ms."""
 TONE_SPREAD = 0.6
 """A tone's spread in time is less than this much of steady noise's; speech has more than the noise."""
 TONE_DRIFT_NEPER = 0.35
@@ -46,8 +46,9 @@ TONE_SHARE = 0.3
 """A rise is a tone whose pitch has moved if its power is at most this share of the whole noise's. A vowel that is
 louder than the noise is none."""
 FALL_NEPER = 0.7
-"""A band that was this much (3 dB) below the estimate has become quieter: the mean of so many frames of steady noise
-spreads by 1 dB."""
+"""A band that was this much (3 dB) below the estimate has become quieter: the mean of that number of frames of steady
+noise
+has a standard deviation of 1 dB."""
 _RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
 PERCENTILE = 20.0
 """Low enough that speech present four fifths of the time leaves the estimate of the noise alone."""
@@ -55,7 +56,7 @@ PERCENTILE = 20.0
 
 @dataclass(frozen=True)
 class SteadyNoise:
-    """How the energies of steady noise spread in the front end, band by band; nothing of its spectrum. `python -m
+    """The spread of steady noise's energies in the front end, band by band, without its spectrum. `python -m
     benchmarks.fit --only steady_noise` measures it on 40 s of white noise (estimates good to about 1 %).
 
     `percentile_ratio`: PERCENTILE of a band's energies over their mean; `mean_log`, `std_log`: mean and standard
@@ -99,9 +100,9 @@ class NoiseTracker:
         return self._filled >= WARM_UP_FRAMES
 
     def push(self, energies: Energies, speech: bool = False) -> None:
-        """Remember frames of shape (n, N_BANDS), n at most MEMORY_FRAMES, and renew the estimate.
+        """Remember frames of shape (n, N_BANDS), n at most MEMORY_FRAMES, and update the estimate.
 
-        `speech`: somebody speaks, as far as is known.
+        `speech`: somebody seems to be speaking.
         """
         room = MEMORY_FRAMES - self._next
         self._ring[self._next : self._next + len(energies)] = energies[:room]
@@ -148,7 +149,8 @@ class NoiseTracker:
             np.minimum(self.estimate, most, out=self.estimate)
 
     def follow_step(self) -> bool:
-        """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace all the past."""
+        """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace the whole
+        history."""
         if self._filled < STEP_FRAMES:
             return False
         window = self._window(STEP_FRAMES)

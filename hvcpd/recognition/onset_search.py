@@ -1,9 +1,9 @@
-"""Onset search: where sentences may begin, by matched filters for the sounds that they begin with.
+"""Onset search: finds possible beginnings of sentences, by matched filters for their first sounds.
 
-Greetings are sought all the time, all other words where there are signs of speech. A search costs more than anything
-else in quiet, and grows with the voices that are known. So what a sentence seldom begins with is sought only once there
-are signs of speech, first right there, later also in what came before; and not at all while a sentence that began with
-a greeting is followed.
+The search for greetings runs all the time, the search for all other words only where there are signs of speech. A
+search costs more than anything else in quiet, and its cost grows with the number of known voices. So rare beginnings
+are searched for only after signs of speech: first right there, later also in the sound before. While a sentence that
+began with a greeting is followed, they are not searched for at all.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ from hvcpd.recognition.paths import Said, Voicebook
 SIZE = 8192
 """Samples of a transform: half a second, most of which are new ones each time."""
 SOUND_SAMPLES = 3 * PART
-"""Of a first word the loudest 0.19 s are sought, in whole parts: "hi" has little more."""
+"""The search uses the loudest 0.19 s of a first word, in whole parts: "hi" has little more."""
 STEP = SIZE - SOUND_SAMPLES
-"""Lags that one transform tells of: 0.32 s."""
+"""Number of lags that one transform covers: 0.32 s."""
 LEAST = 6.0
 """Strength of an onset; noise alone passes it once in 10^9 samples."""
 MEDIAN_OF_NORMAL = 0.6745
 """Median of |x| of a normal distribution with deviation 1."""
 SPARSE = 8
-"""Every eighth value tells that median well enough: about 620, a twentieth of a syllable apart."""
+"""Every eighth value is enough to estimate that median: about 620 values, a twentieth of a syllable apart."""
 APART = SAMPLE_RATE_HZ // 50
 """20 ms: nearer ones, of the same sound, are one."""
 BATCH = 4
@@ -51,9 +51,10 @@ MOST_OF_SOUND = 8
 MOST_SCRUTINIZED = 48
 """Of all onsets in one step, the strongest ones: in babble, hisses of other voices come before a word's beginning."""
 LEAST_THERE = 4.5
-"""Least strength of an onset for what is left over where it is found."""
+"""Least strength of an onset relative to the residual at its place."""
 LEAST_OF_BEST = 0.25
-"""Least share of the strongest onset's such strength: what is said resembles other beginnings too."""
+"""Least share of the strongest onset's strength, also relative to the residual: speech resembles other beginnings
+too."""
 MOST = 12
 """Maximum number of onsets of one step."""
 
@@ -62,8 +63,8 @@ Spectra = NDArray[np.complex64]
 
 @dataclass(frozen=True)
 class Onset:
-    """Sound number `sound` seems to begin at sample `at`, with a strength for what is usually heard, and `there` for
-    what is left over where it is found; 0 if a part of it is not there."""
+    """Sound number `sound` seems to begin at sample `at`. The strength is relative to the usual noise; `there` is
+    relative to the residual at that place, and 0 if a part of the sound is missing."""
 
     sound: int
     at: int
@@ -72,11 +73,11 @@ class Onset:
 
 
 class OnsetSearch:
-    """Known beginnings, to be found in what is heard."""
+    """Searches the microphone signal for known beginnings."""
 
     def __init__(self, sounds: Iterable[Samples], quick: bool = False) -> None:
-        """`sounds`, float32 at 16 kHz, of any length but 0; each is only looked at once. `quick`: to be found in half
-        the time with five times the memory."""
+        """`sounds`, float32 at 16 kHz, of any length but 0; each is read only once. `quick`: search in half the
+        time with five times the memory."""
         self._leads: list[int] = []
         cut: list[Quantised] = []
         powers: list[Spectrum] = []
@@ -92,9 +93,9 @@ class OnsetSearch:
         self._spectra = _conjugates(self._sounds) if quick else None
 
     def find(self, places: Sequence[tuple[int, Samples]], whitening: WhiteningFilter) -> list[list[Onset]]:
-        """For each place those among the first STEP samples of what was heard there.
+        """Return for each place the onsets among its first STEP samples.
 
-        `places`: a sample's number, and what is whitened from it on, shape (SIZE,). Several at once cost less: each
+        `places`: a sample number, and the whitened sound from it on, shape (SIZE,). Several at once cost less: each
         sound is transformed once.
         """
         standing_out: list[list[Onset]] = [[] for _ in places]
@@ -106,7 +107,7 @@ class OnsetSearch:
         ]
 
     def _best(self, found: list[Onset], whitened: Samples, first: int, whitening: WhiteningFilter) -> list[Onset]:
-        """Of what stands out, the strongest for what is left over."""
+        """Return the strongest candidates, relative to the residual."""
         found.sort(key=lambda onset: -onset.strength)
         found = [self._scrutinized(onset, whitened, first, whitening) for onset in found[:MOST_SCRUTINIZED]]
         found.sort(key=lambda onset: -onset.there)
@@ -115,7 +116,7 @@ class OnsetSearch:
     def _standing_out(
         self, places: Sequence[tuple[int, Samples]], whitening: WhiteningFilter
     ) -> Iterator[tuple[int, Onset]]:
-        """All that stand out from what is usually heard, each with the number of its place."""
+        """Return all candidates that stand out from the usual noise, each with the number of its place."""
         spectra = [np.fft.rfft(whitened, SIZE) for _, whitened in places]
         for start in range(0, len(self._sounds), BATCH):
             batch = slice(start, start + BATCH)
@@ -132,7 +133,7 @@ class OnsetSearch:
         return np.asarray(np.sqrt(np.maximum(self._powers[batch] @ whitening.weights, 1e-20)), np.float32)
 
     def _scrutinized(self, onset: Onset, whitened: Samples, first: int, whitening: WhiteningFilter) -> Onset:
-        """The same, once it is known how strong it is there."""
+        """Return the onset with its strength at this place."""
         number = onset.sound
         at = onset.at + self._leads[number] - first
         there = whitened[at : at + SOUND_SAMPLES]
@@ -151,7 +152,8 @@ def _conjugates(sounds: Quantised) -> Spectra:
 
 
 def _loudest(sound: Samples) -> int:
-    """From which sample on SOUND_SAMPLES of it have most energy, its highs raised as those of speech in noise are."""
+    """The sample from which SOUND_SAMPLES of it have most energy, with high frequencies raised as in speech in
+    noise."""
     energy = np.concatenate([[0.0], np.cumsum(np.square(np.diff(sound, prepend=sound[:1])), dtype=np.float64)])
     last = max(len(sound) - SOUND_SAMPLES, 0)
     ends = np.minimum(np.arange(last + 1) + SOUND_SAMPLES, len(sound))
@@ -159,7 +161,7 @@ def _loudest(sound: Samples) -> int:
 
 
 def _peaks(row: NDArray[np.float32]) -> Iterator[tuple[int, float]]:
-    """The strongest places, and how strong they are for what the sound usually has around them."""
+    """The strongest places, and their strengths relative to the usual surroundings of the sound."""
     spread = np.abs(row[::SPARSE])
     middle = len(spread) // 2
     spread.partition(middle)
@@ -173,14 +175,14 @@ def _peaks(row: NDArray[np.float32]) -> Iterator[tuple[int, float]]:
 
 
 LOOK_BACK = 4
-"""Steps (1.25 s) before signs of speech in which a sentence may have begun: so late, they are surely seen."""
+"""Steps (1.25 s) before signs of speech in which a sentence may have begun: signs are never seen later than that."""
 LONGEST_WAIT = 6
 """Steps (1.9 s) that may wait while a greeting is followed: what is heard is kept for 3 s."""
 
 
 @dataclass(frozen=True)
 class First:
-    """A way in which a sentence may begin."""
+    """A possible beginning of a sentence."""
 
     book: Voicebook
     word: str
@@ -196,8 +198,8 @@ class _Search:
         self._onsets = OnsetSearch((first.said.samples for first in firsts), quick)
 
     def find(self, sound: WhitenedSound, places: Sequence[int], more: bool) -> list[tuple[First, int]]:
-        """What begins within STEP samples from each of these on, in their order, and where; `more`: the sound will be
-        asked for again."""
+        """Return the beginnings within STEP samples of each of these places, in their order, with their samples;
+        `more`: the sound will be requested again."""
         if not self.firsts:
             return []
         heard = [(at, sound.between(at, at + SIZE, more)) for at in places]
@@ -206,7 +208,7 @@ class _Search:
 
 
 class OnsetSchedule:
-    """Seeks them in a sound as it grows."""
+    """Searches a growing sound for beginnings."""
 
     def __init__(self, make: Callable[[bool], Sequence[First]]) -> None:
         """`make`: all greetings, or all other beginnings."""
@@ -215,30 +217,30 @@ class OnsetSchedule:
         self._others: _Search | None = None
         self._next = 0
         self._waiting: list[int] = []
-        """Where steps begin in which only greetings have been sought."""
+        """First samples of the steps that were searched only for greetings."""
         self._sign: int | None = None
         """Where the signs of speech were seen first."""
 
     @property
     def due(self) -> int:
-        """The search goes on when samples up to this one are there."""
+        """The search continues when samples up to this one are available."""
         return self._next + SIZE
 
     def restart(self, at: int) -> None:
-        """What comes next is sample `at`, and follows on nothing."""
+        """Note a gap: the next sample has number `at` and does not follow on the last one."""
         self._next, self._waiting, self._sign = at, [], None
 
     def renew(self) -> None:
-        """Other beginnings are known now."""
+        """Replace the known beginnings."""
         self._greetings = self._others = None
 
     def seek(self, sound: WhitenedSound, signs: bool, greeted: bool, settled: bool) -> Iterator[tuple[First, int]]:
-        """What begins in the sound that was not looked into yet, and at which samples.
+        """Search the new part of the sound; return the beginnings and their samples.
 
-        `signs`: of speech; `greeted`: a sentence that began with a greeting may be under way; `settled`: some sentence
-        surely is.
+        `signs`: there are signs of speech; `greeted`: a sentence that began with a greeting may be in progress;
+        `settled`: some sentence surely is.
         """
-        greetings = self._greetings  # another thread may renew meanwhile
+        greetings = self._greetings  # another thread may replace them meanwhile
         if greetings is None:
             greetings = self._greetings = _Search(self._make(True), quick=True)
             sound.whitening.expect(_spectra_of(self._make(False)))
@@ -254,14 +256,15 @@ class OnsetSchedule:
         if self._sign is None:
             self._sign = sound.end if signs else None
         elif not signs and self._next >= self._sign + STEP:
-            self._sign = None  # what came before it was looked into
+            self._sign = None  # the sound before it has been searched
         longest = LONGEST_WAIT if self._sign is not None else LOOK_BACK
         self._waiting = self._waiting[-longest:]
         if self._sign is not None and not greeted:
             yield from self._seek_others(sound, self._sign)
 
     def _seek_others(self, sound: WhitenedSound, sign: int) -> Iterator[tuple[First, int]]:
-        """The same of all but greetings: where the `sign` was, and before it when it is known that no greeting was."""
+        """Search for all beginnings but greetings: at the `sign`, and before it once no greeting can have been
+        there."""
         due = self._waiting if self._next >= sign else [at for at in self._waiting if at + SIZE > sign]
         self._waiting = [at for at in self._waiting if at not in due]
         if not due:
@@ -271,7 +274,8 @@ class OnsetSchedule:
 
 
 def _spectra_of(firsts: Sequence[First]) -> Spectrum:
-    """The mean power spectrum of the beginnings in each voice, shape (n_voices, BINS); the first rate tells enough."""
+    """The mean power spectrum of the beginnings in each voice, shape (n_voices, BINS); the first rate is
+    representative."""
     books = {first.book.voice: first.book for first in reversed(firsts)}.values()
     mean = [
         np.mean([_shape_of(first.said.samples) for first in firsts if first.book is book], axis=0) for book in books
@@ -280,6 +284,6 @@ def _spectra_of(firsts: Sequence[First]) -> Spectrum:
 
 
 def _shape_of(sound: Samples) -> Spectrum:
-    """Its power spectrum, 1 in all."""
+    """The sound's power spectrum, with sum 1."""
     power = power_of(sound)
     return power / max(float(power.sum()), 1e-20)

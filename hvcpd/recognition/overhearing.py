@@ -1,6 +1,6 @@
-"""Hears the urgent word while the robot itself speaks: its own voice is taken out of what the microphone hears.
+"""Recognises the urgent word while the robot itself speaks: echo cancellation removes its own voice first.
 
-The residual still has the own voice in it, about 20 dB fainter, and fainter than anybody whom the robot should obey.
+The residual still has the own voice in it, about 20 dB fainter, and fainter than any person whom the robot must obey.
 The net of `keyword` listens to it.
 """
 
@@ -18,20 +18,20 @@ from hvcpd.recognition.keyword.words import LENGTH_FRAMES, KeywordSpotter, Word
 from hvcpd.recognition.stream import FrameStream
 
 EARLIER_S = 0.02
-"""Most that the own voice may be heard earlier or later than expected."""
+"""Largest deviation of the own voice's delay from the expected one, either way."""
 FAINTEST_DB = -15.0
-"""The least level of the word, by the own voice's; the filter leaves -16 dB of it in its first sentence."""
+"""The least level of the word relative to the own voice's; the filter leaves -16 dB of it in its first sentence."""
 LEVEL_QUANTILE = 0.75
-"""A level is that of the louder frames: of the vowels."""
+"""Quantile of the frames' powers that counts as the level: that of the vowels."""
 CERTAIN = 0.4
-"""A chance from which it counts: nothing that is heard later could tell more, for the robot speaks on. 12 of 12 calls
+"""Least probability that counts: no later sound could confirm it, since the robot continues to speak. 12 of 12 calls
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
 RECENT_FRAMES = 400
 """The own level is that of the last 4 s of it."""
 
 
 class Overhearing:
-    """Tell it what is played and what is heard, block by block; it listens from `begin` until the own voice is gone."""
+    """Push the played and the recorded sound, block by block; it listens from `begin` until the own voice is gone."""
 
     def __init__(self, net: KeywordNet) -> None:
         self._net = net
@@ -42,10 +42,10 @@ class Overhearing:
         self._listens = False
 
     def begin(self, now: int, latency_s: float) -> None:
-        """The robot begins to speak at sample `now`; of before, only the way through the room is kept.
+        """The robot begins to speak at sample `now`; of the earlier state, only the echo path is kept.
 
-        `latency_s`: from when a block may be played until it is heard, within EARLIER_S. Little that it changes by is
-        left to the filter, for which all else is another way.
+        `latency_s`: the time between handing out a block and hearing it, within EARLIER_S. The filter can follow only
+        small changes of it and takes any larger change for another echo path.
         """
         if abs(latency_s - self._latency_s) > EARLIER_S / 2:
             self._latency_s = latency_s
@@ -61,17 +61,17 @@ class Overhearing:
         self._heard, self._rest = FrameStream(), FrameStream()
 
     def lost(self) -> None:
-        """Sound was lost: what is played and what is heard are out of step, and may stay so."""
+        """Sound was lost: the played and the recorded sound are out of step, and may stay so."""
         self._echo.reset()
         self._net.reset()
 
     def play(self, samples: Samples) -> None:
-        """This is played over the next block."""
+        """Push the sound that is played during the next block."""
         if self._listens:
             self._playing = np.concatenate([self._playing, samples])
 
     def hear(self, samples: Samples, speaking: bool) -> list[Urgent]:
-        """Hear the next samples, shape (n,), float32, while the own voice may be in them or not: the word, if any."""
+        """Push the next samples, shape (n,), float32, with or without the own voice; returns the word, if any."""
         if not self._listens:
             return []
         if not speaking:
@@ -90,7 +90,7 @@ class Overhearing:
         return found
 
     def _least_level(self, samples: Samples) -> float:
-        """Of the word, by how loud the own voice is."""
+        """Level of the word relative to the own voice."""
         for chunk in self._heard.push(samples, False):
             self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
         if not len(self._own_powers):
@@ -99,12 +99,12 @@ class Overhearing:
 
     def _told(self, word: Word) -> list[Urgent]:
         if word.end_frame < self._told_until:
-            return []  # it is told already
+            return []  # it is reported already
         self._told_until = word.end_frame + LENGTH_FRAMES
         start, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))
         return [Urgent(start, end)]
 
 
 def _recent(powers: NDArray[np.float64], energies: Energies, most: int) -> NDArray[np.float64]:
-    """The powers of the last frames, these included."""
+    """The powers of the last frames, including these."""
     return np.concatenate([powers, energies.sum(axis=1, dtype=np.float64)])[-most:]

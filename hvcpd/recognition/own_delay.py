@@ -1,8 +1,8 @@
-"""How long after it is handed out the robot's own sentence comes back in its own microphone.
+"""Measures the delay after which the robot's own sentence returns to its microphone.
 
-What a sound system says of its delays is a promise; what was said and what was heard show the truth. The mel energies
-of both, as dB above a common floor and freed of each band's mean, are correlated over all delays that may be; the peak
-is the delay if what is heard follows what was said closely enough there. Levels, the colour of loudspeaker and room,
+The delays that a sound system reports are nominal; only the played and the recorded sound show the true delay. The mel
+energies of both, in dB above a common floor and with each band's mean removed, are correlated over all possible delays.
+The peak is the delay if the correlation there is high enough. Levels, the frequency response of loudspeaker and room,
 and steady noise do not matter; with headphones on, or a loudspeaker switched off, there is no peak.
 """
 
@@ -17,7 +17,7 @@ from hvcpd.recognition.stream import FrameStream
 
 HOP_S = HOP_SAMPLES / SAMPLE_RATE_HZ
 MOST_DELAY_S = 1.0
-"""Longer delays are not looked for; the longest seen, on a computer with six times too much to do, is 0.7 s."""
+"""Longer delays are not searched; the longest seen, on a computer with six times its capacity of work, is 0.7 s."""
 LEAST_FRAMES = 60
 """0.6 s of the sentence must have come back, or else one vowel looks like another."""
 COMPARED_FRAMES = 300
@@ -32,7 +32,7 @@ Measured on sentences of 1.5 to 5 s in a room of 0.45 s: 0.9 with little noise, 
 
 
 class OwnDelay:
-    """`begin` with each own sentence, then `play` and `hear` every block in turn, and `measure` at its end."""
+    """Call `begin` with each own sentence, `play` and `hear` for every block in turn, and `measure` at its end."""
 
     def __init__(self) -> None:
         self.begin()
@@ -42,15 +42,16 @@ class OwnDelay:
         self._said, self._heard = _Track(), _Track()
 
     def play(self, samples: Samples) -> None:
-        """This is handed out, shape (n,), to be played over the block that is heard next."""
+        """Push the sound, shape (n,), that is played during the next recorded block."""
         self._said.push(samples)
 
     def hear(self, samples: Samples) -> None:
-        """This was heard, shape (n,), float32."""
+        """Push the recorded sound, shape (n,), float32."""
         self._heard.push(samples)
 
     def measure(self) -> float | None:
-        """The delay of what was said in what was heard since `begin`, s; None if the sentence is not in it."""
+        """Return the delay of the own sentence in the sound recorded since `begin`, s; None if the sentence is not in
+        it."""
         first = self._said.first
         said, heard = self._said.levels(first), self._heard.levels(first)
         spoken = np.flatnonzero(said.any(axis=1))
@@ -64,7 +65,7 @@ class OwnDelay:
 
 
 class _Track:
-    """Mel energies of the last of a sound."""
+    """Mel energies of the last part of a sound."""
 
     def __init__(self) -> None:
         self._stream = FrameStream()
@@ -82,7 +83,7 @@ class _Track:
         return self._frames - len(self._kept)
 
     def levels(self, first: int) -> NDArray[np.float64]:
-        """From frame `first` on, dB above what counts as silence in each band, shape (n, N_BANDS)."""
+        """Levels from frame `first` on, dB above the silence threshold of each band, shape (n, N_BANDS)."""
         kept = self._kept[max(first - self.first, 0) :]
         if not len(kept):
             return np.zeros((0, N_BANDS))
@@ -91,7 +92,8 @@ class _Track:
 
 
 def _likeness(said: NDArray[np.float64], heard: NDArray[np.float64]) -> float:
-    """Pearson's correlation, over all bands together, of the frames that both have, by what is asked for of it."""
+    """Pearson's correlation, over all bands together, of the common frames, divided by the least correlation
+    required."""
     n = min(len(said), len(heard))
     if n < LEAST_FRAMES:
         return 0.0
@@ -101,7 +103,7 @@ def _likeness(said: NDArray[np.float64], heard: NDArray[np.float64]) -> float:
 
 
 def _between(values: NDArray[np.float64], peak: int) -> float:
-    """By how far a parabola's top lies from its highest sample."""
+    """Offset of a parabola's vertex from its highest sample."""
     if not 0 < peak < len(values) - 1:
         return 0.0
     before, at, after = values[peak - 1 : peak + 2]

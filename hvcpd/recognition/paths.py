@@ -1,4 +1,4 @@
-"""Sentences in the making of the coherent listener: paths through the word network, each word at its sample."""
+"""Partial sentences of the coherent listener: paths through the word network, each word at its sample."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from hvcpd.recognition.matched_filter import (
 DRIFT = 24
 """Samples (1.5 ms) that a word may begin off its place: clocks 400 ppm apart over a pause and a long word, an echo."""
 GREETING = "hi"
-"""What robots begin with: it is sought even where nobody seems to speak."""
+"""The first words of robots' sentences: the search for them goes on even where nobody seems to speak."""
 LEAST_SHARE = 0.5
-"""Of the strength that a word would have at the sentence's loudness, the least; and one over it, the most."""
+"""Least ratio of a word's strength to the one expected at the sentence's loudness; the largest ratio is its inverse."""
 BY_CHANCE = 4.0
 """Log likelihood ratio that a word adds by chance, at the best of its lags."""
 SAME_WORD = 0.9
-"""Of the likelihood of a word at another pitch, the least of the one that its place asks for."""
+"""Least ratio of a word's likelihood at the pitch of its place to its likelihood at another pitch."""
 BEHIND_SHARE, BEHIND = 1.5, 80.0
-"""A path whose score is this many times and this much higher is the right one, or neither is."""
+"""Factor and difference in score above which a path rules out another: it is the right one, or neither is."""
 LEAST_MARGIN = 5.0
 """Least log likelihood ratio of a word against any other in its place."""
 AMPLE_MARGIN = 20.0
-"""Log likelihood ratio of a word against any other from which it is as sure as can be."""
+"""Log likelihood ratio of a word against any other from which it is certain."""
 
 
 class Signal(Hashable, Protocol):
-    """A sound that is known to the sample. It may have to be read from disk, so it is asked for only to be compared."""
+    """A sound that is known to the sample. It may be on disk, so request it only to compare it."""
 
     @property
     def length(self) -> int:
-        """Samples of it."""
+        """Its length, samples."""
 
     @property
     def samples(self) -> Samples:
-        """It, shape (length,)."""
+        """The sound, shape (length,)."""
 
 
 class Said(Signal, Protocol):
@@ -60,11 +60,11 @@ class Said(Signal, Protocol):
 
     @property
     def lead(self) -> int:
-        """Samples of it that precede its audible part: after a pause it begins this much earlier."""
+        """Number of samples before its audible part: after a pause it begins this much earlier."""
 
     @property
     def advance(self) -> int:
-        """From its first sample to the next word's place."""
+        """Distance from its first sample to the next word's place, samples."""
 
     @property
     def power(self) -> Spectrum:
@@ -72,26 +72,26 @@ class Said(Signal, Protocol):
 
 
 class Voicebook(Protocol):
-    """What one voice says, at one rate."""
+    """The words of one voice, at one rate."""
 
     @property
     def voice(self) -> str:
-        """What the voice is called."""
+        """The voice's name."""
 
     def said(self, word: str, third: int) -> Sequence[Said]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""
 
     def forget(self) -> None:
-        """Give back memory: nobody has spoken for a while."""
+        """Free memory: nobody has spoken for a while."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make all that may be asked for ready, while `go_on`."""
+        """Prepare all words that may be requested, while `go_on` holds."""
 
 
 @dataclass(frozen=True)
 class HeardWord:
-    """A word; samples `start` up to `end`; its strength over what was to be expected; and its log likelihood ratio
-    against any other in its place."""
+    """A word; samples `start` up to `end`; its strength relative to the expected one; and its log likelihood ratio
+    against any other word in its place."""
 
     word: str
     start: int
@@ -99,35 +99,35 @@ class HeardWord:
     share: float
     margin: float
     said: Said | None = None
-    """The very rendering, if it is known."""
+    """The exact rendering, if it is known."""
 
     @property
     def chance(self) -> float:
-        """The probability that it is right: of two words as likely beforehand, one half below the least margin."""
+        """The probability that it is right, given equal prior probabilities: one half below the least margin."""
         return 1.0 / (1.0 + float(np.exp(min(LEAST_MARGIN / 2 - self.margin, 50.0))))
 
 
 @dataclass(frozen=True)
 class Coherent:
-    """A sentence that was heard, its voice, and its log likelihood ratio against noise."""
+    """A recognised sentence, its voice, and its log likelihood ratio against noise."""
 
     words: tuple[HeardWord, ...]
     voice: str
     score: float
     explained: float = 1.0
-    """Share of the energy that was heard."""
+    """Share of the received energy that it explains."""
     cut: bool = False
     """Somebody went on, but not with a word that was found."""
     gain: float = 0.0
-    """How loud it was, over what its words are as they are rendered."""
+    """Gain relative to its words as they are rendered."""
 
     @property
     def sure(self) -> bool:
-        """Whether it is whole, and no word of it may be another."""
+        """Whether it is complete, and no word of it may be another."""
         return not self.cut and min(word.margin for word in self.words) >= LEAST_MARGIN
 
     def sound(self, first: int, n: int) -> Samples:
-        """What was heard of it from sample `first` on, shape (n,), by the direct way."""
+        """The sentence as received from sample `first` on by the direct path, shape (n,)."""
         out = np.zeros(n, np.float32)
         for word in self.words:
             begin, end = max(word.start, first), min(word.end, first + n)
@@ -138,7 +138,7 @@ class Coherent:
 
 @dataclass(frozen=True)
 class Extension:
-    """A word that may come next, at sample `at`."""
+    """A possible next word, at sample `at`."""
 
     word: str
     node: int
@@ -153,10 +153,10 @@ class Extension:
 
 @dataclass(eq=False)
 class Path:
-    """A sentence up to a word. `heard` and `known`: strengths times expectations, and expectations squared, summed.
+    """A partial sentence. `heard` and `known`: the sums of strengths times expectations, and of squared expectations.
 
-    With one gain for all of it, that makes its log likelihood ratio against noise alone, the `score`: a word that is
-    not there adds to `known` only, and lowers it."""
+    With one gain for all words, they give its log likelihood ratio against noise alone, the `score`: a missing word
+    adds to `known` only, and lowers it."""
 
     book: Voicebook
     node: int
@@ -171,29 +171,29 @@ class Path:
     start: int = 0
     end: int = 0
     likelihood: float = 0.0
-    """What the last word added to the log likelihood ratio at the gain of those before it."""
+    """Increase of the log likelihood ratio by the last word at the gain of the words before it."""
     share: float = 1.0
-    """Its strength over what was to be expected."""
+    """Its strength relative to the expected one."""
     said: Said | None = None
-    """How it was said."""
+    """The rendering that matched."""
     first: int = 0
     """Where the first word begins."""
     energy: float = 0.0
-    """Of its words at gain 1; `heard_energy`: of what was heard while they were said."""
+    """Energy of its words at gain 1; `heard_energy`: energy received while they were said."""
     heard_energy: float = 0.0
     tried: dict[str, float] = field(default_factory=dict)
     """The best likelihood of each word after this path."""
     waiting: list[Extension] = field(default_factory=list)
     goes_on: bool = False
-    """Words may come next, and do not wait yet."""
+    """Words may come next, and are not queued yet."""
     ended: bool = False
     """It may be a whole sentence."""
     looks: list[bool] = field(default_factory=list)
-    """At each look at what comes after it, whether it perhaps goes on."""
+    """For each check of the sound after it, whether it may go on."""
     loses: bool = False
-    """At the last look it surely did."""
+    """At the last check it surely went on."""
     contested_until: int | None = None
-    """At this sample, longer words that may be said instead of its words have ended."""
+    """The sample at which longer words that may replace its words have ended."""
 
     @property
     def gain(self) -> float:
@@ -205,14 +205,14 @@ class Path:
 
     @property
     def rank(self) -> float:
-        """What paths are dropped by: every word fits a little by chance."""
+        """The score for pruning, without the words' chance level: every word fits a little by chance."""
         return self.score - BY_CHANCE * len(self.words)
 
     def margin(self, ends: bool, handicap: Callable[[str], float] = lambda _word: 0.0) -> float:
-        """By how much the last word is likelier than any other in its place, and than none.
+        """The margin of the last word over any other word in its place, and over none.
 
-        Unless the sentence `ends` with it, it may be a little less likely than none: what follows speaks for it.
-        `handicap`: how strongly what follows speaks against another word; it is asked for those only that come near.
+        Unless the sentence `ends` with it, it may be a little less likely than none: the next words support it.
+        `handicap`: how strongly the next words count against another word; it is evaluated only for close candidates.
         """
         tried = self.parent.tried if self.parent else {}
         near = self.likelihood - AMPLE_MARGIN
@@ -224,13 +224,13 @@ class Path:
         return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
 
     def is_sure_after(self, n_words: int) -> bool:
-        """Whether it has words after the first `n_words`, and they are surely there."""
+        """Whether it has words after the first `n_words` that were surely said."""
         later = [each for each in self.back() if len(each.words) > n_words]
         return bool(later) and all(each.margin(ends=True) >= LEAST_MARGIN for each in later)
 
     @property
     def is_best_of_its_words(self) -> bool:
-        """Whether no word of it fits much better at another pitch, as it has elsewhere in a longer sentence."""
+        """Whether no word of it fits much better at another pitch, as at another place in a longer sentence."""
         return all(
             each.likelihood >= SAME_WORD * each.parent.tried[each.words[-1]] - BY_CHANCE
             for each in self.back()
@@ -239,11 +239,11 @@ class Path:
 
     @property
     def explained(self) -> float:
-        """Its share of the energy that was heard."""
+        """The share of the received energy that it explains."""
         return self.gain**2 * self.energy / max(self.heard_energy, 1e-20)
 
     def is_hopeless(self, leader: Path) -> bool:
-        """Whether `leader` had far more where this one stands."""
+        """Whether `leader` had a far higher score at this point."""
         begins = self.first if self.words else self.at
         if begins >= leader.end:
             return False
@@ -251,14 +251,14 @@ class Path:
         return passed is not None and passed.score > BEHIND_SHARE * self.score + BEHIND
 
     def back(self) -> Iterator[Path]:
-        """This path and those that it goes on from, the first word last."""
+        """This path and its predecessors, the first word last."""
         path: Path | None = self
         while path is not None:
             yield path
             path = path.parent
 
     def extended(self, by: Extension, offset: int, strength: float, expected: float, heard_energy: float) -> Path:
-        """This path with one word more, found `offset` samples after its place; `expected`: at gain 1."""
+        """This path with one more word, found `offset` samples after its place; `expected`: its strength at gain 1."""
         start = by.at + offset
         gain = self.gain if self.words else strength / expected
         return Path(
@@ -282,7 +282,7 @@ class Path:
         )
 
     def note(self, word: str, likelihood: float) -> None:
-        """So likely is that word after this path."""
+        """Record the likelihood of that word after this path."""
         self.tried[word] = max(self.tried.get(word, -np.inf), likelihood)
 
 
@@ -292,26 +292,26 @@ def energy_of(sound: Samples) -> float:
 
 
 def likelihood_of(strength: float, expected: float) -> float:
-    """Log likelihood ratio, against noise, of a sound that has `strength` where `expected` was to be found."""
+    """Log likelihood ratio, against noise, of a sound found with `strength` where `expected` was predicted."""
     return expected * (strength - 0.5 * expected)
 
 
 def passes(strength: float, expected: float) -> bool:
-    """Whether a sound may be what was expected with that strength: a word far louder than those before it is none of
-    the same sentence."""
+    """Whether a sound's strength is consistent with the expected one: a word far louder than those before it belongs to
+    another sentence."""
     least, most = LEAST_SHARE * expected, expected / LEAST_SHARE
     return min(least, expected - SLACK) <= strength <= max(most, expected + SLACK)
 
 
 def thirds_of(n_words: int) -> tuple[int, ...]:
-    """In which third of a sentence each of its words is."""
+    """The third of a sentence in which each of its words is."""
     return tuple(3 * k // n_words for k in range(n_words))
 
 
 @lru_cache(4096)
 def may_have(thirds: tuple[int, ...], lengths: int) -> bool:
-    """Whether the words of a sentence may begin in these `thirds` if it ends after so many more, bits of `lengths` (see
-    `graph.lengths_of`)."""
+    """Whether the words of a sentence may begin in these `thirds` if it has one of these numbers of further words, bits
+    of `lengths` (see `graph.lengths_of`)."""
     n = len(thirds)
     return any(lengths >> more & 1 and thirds_of(n + more)[:n] == thirds for more in range(lengths.bit_length()))
 
@@ -319,8 +319,8 @@ def may_have(thirds: tuple[int, ...], lengths: int) -> bool:
 def compared(
     sound: WhitenedSound, words: Sequence[Extension], gain: float | None, until: int | None = None
 ) -> Iterator[tuple[Extension, Match, int]]:
-    """How each word fits what was heard `until` a sample, at that gain of the sentence, if it is known; and how many
-    samples from its place."""
+    """The fit of each word to the sound `until` a sample, at that gain of the sentence, if it is known; and its offset
+    in samples from its place."""
     first = min(each.at for each in words) - DRIFT
     last = max(each.end for each in words) + DRIFT
     whitened = sound.between(first, last if until is None else min(last, until))
@@ -342,7 +342,7 @@ def compared(
 def fitting(
     sound: WhitenedSound, words: Sequence[Extension], gain: float, until: int | None = None
 ) -> Iterator[tuple[Extension, Match, int]]:
-    """Those words that may be what was heard, with what was to be expected at that gain."""
+    """The words that may match the sound, with their expected strengths at that gain."""
     for each, fit, offset in compared(sound, words, gain, until) if words else ():
         at_gain = replace(fit, expected=gain * fit.expected)
         if passes(at_gain.strength, at_gain.expected):

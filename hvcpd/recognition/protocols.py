@@ -1,4 +1,4 @@
-"""What a robot needs of its recogniser, whichever it is."""
+"""The interface between a robot and any of its recognisers."""
 
 from __future__ import annotations
 

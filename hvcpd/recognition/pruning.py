@@ -1,14 +1,14 @@
-"""Which paths are followed and which are dropped.
+"""Pruning: selects the decoder's active paths.
 
 Beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than another is
 hardly ever the right one. Only paths of sentences that began at the same time or later count as rivals: a long sentence
 costs less and less, and would drown the beginning of the next one. Beside the beam the number of instances is limited
 (V. Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
 
-What is followed are stretches of word instances, their states one after the other in one vector. A path may be at any
-gain hypothesis, so what is followed are pairs of hypothesis and instance. Two more states stand before each stretch, so
-that the decoder's steps need no special case at its beginning: of an instance that is followed from its first frame,
-the second of them is where sentences enter.
+The active set consists of stretches of word instances, their states one after the other in one vector. A path may be at
+any gain hypothesis, so each entry is a pair of hypothesis and instance. Two extra states stand before each stretch, so
+that the decoder's steps need no special case at its beginning. For an instance that is active from its first frame, the
+second of them is where sentences enter.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: 
 
 
 def common_states(old: Layout, new: Layout) -> tuple[Index, NDArray[np.bool_]]:
-    """Which states of `old` go to the masked ones of `new`."""
+    """The states of `old` that map to the masked states of `new`."""
     at = np.searchsorted(old.key, new.key)
     at[at == len(old.key)] = 0
     found = old.key[at] == new.key if len(old.key) else np.zeros(len(new.key), np.bool_)
@@ -95,23 +95,24 @@ def common_states(old: Layout, new: Layout) -> tuple[Index, NDArray[np.bool_]]:
 
 
 HORIZON_FRAMES = 8
-"""80 ms: so many frames are decoded between two prunings; fewer cost more, more delay the end of a sentence."""
+"""80 ms: number of frames decoded between two prunings; fewer cost more, more delay the end of a sentence."""
 REACH = 2 * HORIZON_FRAMES
 """Most states that a path advances in that time."""
 
 
 @dataclass(frozen=True)
 class Beam:
-    """Which paths are followed; costs in units of distance."""
+    """Thresholds of the pruning; costs in units of distance."""
 
     width: float = 30.0
-    """Dropped: what costs this much more than the best path whose sentence began at the same time or later."""
+    """A path is dropped if it costs this much more than the best path whose sentence began at the same time or
+    later."""
     above_filler: float = 10.0
-    """Dropped: what costs this much more than the filler."""
+    """A path is dropped if it costs this much more than the filler."""
     same_time_frames: int = 12
     """Sentences that began less than this apart began at the same time."""
     max_pairs: int = 100
-    """At most so many instances at one hypothesis each are followed."""
+    """Maximum number of active pairs of instance and hypothesis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,7 +132,7 @@ class Survivors:
 def survivors(
     layout: Layout, length: Index, target: Index, cost: Costs, began: Tokens, oldest: int, beam: Beam
 ) -> Survivors:
-    """What to go on with. For each pair: `length` in frames and `target`; for each state: `cost` and `began`.
+    """Select the next layout. For each pair: `length` in frames and `target`; for each state: `cost` and `began`.
 
     Paths that began at `oldest` or earlier are dropped.
     """

@@ -1,8 +1,8 @@
 """The streaming recogniser: samples in, sentences out.
 
 While only noise is heard, a cheap stage follows it (the `watch`) and the network sleeps. It wakes
-with the last frames replayed into it, so that no word is lost. Everything is decided at chunks of four frames counted
-from the first sample, so the size of the blocks pushed never changes a result.
+with the last frames replayed into it, so that no word is lost. All decisions are made at chunks of four frames counted
+from the first sample, so the size of the pushed blocks never changes a result.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class Recogniser:
         coherent: CoherentListener | None = None,
         keyword: KeywordListener | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few takes of the word. `watch`: what it shares with other recognisers on
-        the same microphone. `coherent` hears what the noise hides from the templates, `keyword` one word, whoever
-        says it and whatever else is said.
+        """`templates[voice][word]`: one or a few takes of the word. `watch`: shared with other recognisers on the same
+        microphone. `coherent` recognises sentences that noise hides from the templates. `keyword` detects one word,
+        from any speaker and over any other sound.
 
         Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
         """
@@ -75,12 +75,12 @@ class Recogniser:
 
     @property
     def busy(self) -> bool:
-        """Whether somebody else is speaking right now, or has just ended a sentence that is still to be understood."""
+        """Whether somebody else is speaking right now, or has just ended a sentence that is still being decoded."""
         return self.watch.activity.busy or self.under_way
 
     @property
     def signs(self) -> bool:
-        """Whether anything that was heard last may be speech, however faint."""
+        """Whether the most recent sound may be speech, however faint."""
         voiced = self._agreement is not None and self._agreement.coherent.voiced
         return self.busy or self.watch.activity.alert or voiced
 
@@ -99,44 +99,44 @@ class Recogniser:
         return self._spotter.follows or self._coherent_follows
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """Hear the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
+        """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
         return [event for (events,) in self.watch.push(samples, masked, [self]) for event in events]
 
     def lost(self, n_samples: int) -> list[Event]:
-        """Time goes on by `n_samples` that were lost before they came here, 0 if nobody knows how many.
+        """Advance time by `n_samples` that were lost before they arrived, 0 if the number is unknown.
 
-        Whoever was speaking is garbled, and so is a sentence that seems to begin right after the gap: it may be the
-        end of a longer one. Raises ValueError for a negative number.
+        Speech in progress is reported as garbled. So is a sentence that seems to begin right after the gap: it may be
+        the end of a longer one. Raises ValueError for a negative number.
         """
         found = [event for (events,) in self.watch.lose(n_samples, [self]) for event in events]
         self.begin_late()
         return found
 
     def begin_late(self) -> None:
-        """What begins now may be the end of something longer that was lost."""
+        """Note that speech that begins now may be the end of something longer that was lost."""
         self._lost_until = self.watch.stream.next_frame + CHUNK_FRAMES
 
     def succeed(self, predecessor: Recogniser) -> None:
-        """Go on where `predecessor` is, between two sentences: with its sample clock and what it knows of the noise."""
+        """Continue from `predecessor`, between two sentences: take over its sample clock and its noise estimate."""
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
         self._keyword = predecessor._keyword
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what the coherent listener compares with, while `go_on`. Takes seconds; another thread may do
+        """Prepare the coherent listener's reference sounds, while `go_on` holds. Takes seconds; another thread may call
         it."""
         if self._agreement is not None:
             self._agreement.coherent.prepare(go_on)
 
     def flush(self) -> list[Event]:
-        """Report what the end of a file completes; to be called once, after the last `push`."""
+        """Return the events that the end of a file completes; call it once, after the last `push`."""
         silent_chunks = self._settings.segments.longer_wait_frames // CHUNK_FRAMES + 8
         found = [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
         return found + self._keyword.interrupt()
 
     def break_off(self, frame: int) -> list[Event]:
-        """Forget all paths; who spoke before `frame` is garbled."""
+        """Forget all paths; speech before `frame` is reported as garbled."""
         segment = self._segments.close(frame)
         self._spotter.sleep()
         self._alert_age = 0
@@ -145,14 +145,14 @@ class Recogniser:
         return garbled + held + self._keyword.interrupt()
 
     def hear(self, chunk: Chunk) -> list[Event]:
-        """Take the frames that the watch has just heard."""
+        """Process the newest frames of the watch."""
         energies, noise = chunk.energies, self.watch.noise.estimate
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._spotter.awake:
             self._spotter.deferred.add(energies, recent)
         elif self._should_wake(len(energies)):
-            if len(recent) == RECENT_FRAMES:  # else what came before is dealt with
+            if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
             self._spotter.wake(recent, end_frame - len(recent), noise)
@@ -166,7 +166,7 @@ class Recogniser:
         return events
 
     def _defers(self) -> bool:
-        """Whether the network need not hear yet what was said, since the coherent listener may understand it."""
+        """Whether to defer the network's decoding, since the coherent listener may understand the sentence."""
         if self._agreement is None or not self._spotter.awake or self._keyword.pending:
             return False
         if self._coherent_follows:
@@ -175,14 +175,14 @@ class Recogniser:
         return speaks and not self._spotter.heeds and self._spotter.deferred.n_frames < PATIENCE_FRAMES
 
     def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
-        """What there is to tell once the network has heard all."""
+        """The events to report once the network has processed everything."""
         if not self._spotter.deferred:
             return self._conclude(end_frame)
         lefts = self._spotter.catch_up(noise, RECENT_FRAMES)
         return [event for left in lefts for event in self._conclude(end_frame - left)]
 
     def _settled(self, agreement: Agreement, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
-        """What is to be told once the coherent listener has heard the chunk too."""
+        """The events to report once the coherent listener has processed the chunk too."""
         heard = [
             sentence
             for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
@@ -198,8 +198,9 @@ class Recogniser:
         return told
 
     def _is_explained(self, sentence: Coherent) -> bool:
-        """Whether it explains enough of what was heard. A call without a greeting is short: in quiet, where scores are
-        high, a part of another sentence may resemble it, so that no score stands for the share that it explains."""
+        """Whether it explains enough of the received energy. A call without a greeting is short: in quiet, where scores
+        are high, a part of another sentence may resemble it, so no score replaces the share of energy that it
+        explains."""
         s = self._settings
         if sentence.score >= s.surely and sentence.words[0].word == GREETING:
             return sentence.explained >= s.least_explained_surely
@@ -257,7 +258,7 @@ class Recogniser:
         return [_garbled(segment)]
 
     def _listen_on(self, frame: int) -> None:
-        """What was said until `frame` is dealt with; whoever speaks next may be much fainter."""
+        """Mark speech until `frame` as handled; the next speaker may be much fainter."""
         self._spotter.sleep()
         self._alert_age = 0
         self._dealt_with = frame
@@ -299,7 +300,7 @@ class Recogniser:
 
 
 def _frames_of(sentence: Coherent) -> tuple[int, int]:
-    """The frames in which its first word begins and its last one ends."""
+    """The first frame of its first word and the last frame of its last one."""
     return sentence.words[0].start // HOP_SAMPLES, sentence.words[-1].end // HOP_SAMPLES
 
 

@@ -1,4 +1,4 @@
-"""Distances between the sound and every template frame in the noise and at the level of the moment."""
+"""Distances between the sound and every template frame, composed with the current noise and level."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 LEVEL_FRAMES = 7
 """The level is that of the loudest 70 ms: a vowel."""
 RECOMPOSE_NEPER = 0.12
-"""Templates are composed anew when the noise moved by 0.5 dB (mean over the bands): below it nothing is gained."""
+"""Templates are composed again when the noise has changed by 0.5 dB (mean over the bands): a lower threshold gains
+nothing."""
 
 MASK_DB = 16.0
 """Below the voice's loud spectrum by this much, sound is masked (Klatt 1976): in quiet, faint remainders of a word vary
@@ -23,10 +24,10 @@ from one utterance to the next, and their logarithms would count as much as the 
 the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB, 15."""
 
 NOISE_DISTANCE = 1.7
-"""Of a frame of steady noise to the noise's mean (measured, white and pink)."""
+"""Distance of a frame of steady noise to the noise's mean (measured, white and pink)."""
 
 CODEBOOK_FRAMES = 3000
-"""Of all template frames so many, evenly chosen, stand for whatever a voice can utter (the cohort)."""
+"""Number of template frames, evenly chosen, that represent all sounds of a voice (the cohort)."""
 
 FIRST_SLOTS = 4096
 """Lines for composed frames at first, 0.4 MB; they double when they are full."""
@@ -59,10 +60,10 @@ class Scorer:
         self._mask_energy = 10.0 ** (-MASK_DB / 10.0) * float(bank.loud_spectrum.mean())
 
     def rest(self) -> None:
-        """Give back the memory of composed templates, most of what a scorer needs: nothing is decoded for a while.
+        """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
 
         `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
-        line 0 is of none.
+        line 0 is unused.
         """
         self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
         self._slots = np.zeros(
@@ -90,16 +91,16 @@ class Scorer:
         return gain
 
     def mask(self, gain: float) -> np.float32:
-        """Energy added to every band of sound and templates alike: what lies MASK_DB below the voice does not count."""
+        """Energy added to every band of sound and templates alike: sound MASK_DB below the voice does not count."""
         return np.float32(gain * self._mask_energy)
 
     def vowels_db(self, gain: float) -> float:
-        """How far the voice's vowels, at this gain, are above the noise, dB over all bands."""
+        """Level of the voice's vowels, at this gain, above the noise, dB over all bands."""
         noise = max(float(self._noise.sum()) - N_BANDS * float(self.mask(gain)), 1e-12)
         return 10.0 * math.log10(max(gain * float(self._bank.loud_spectrum.sum()), 1e-12) / noise)
 
     def compose(self, noise: Noise, gain: float) -> None:
-        """Make the templates what they would be in this noise at this gain, if either moved enough to matter."""
+        """Compose the templates again with this noise at this gain, if either changed enough to matter."""
         if gain == self._gain and float(np.abs(np.log(noise / self._noise)).mean()) < RECOMPOSE_NEPER:
             return
         self._noise = noise.copy()
@@ -112,16 +113,18 @@ class Scorer:
         self._codebook_norms = norms_of(self._codebook_features)
 
     def expected_gain(self, rows: NDArray[np.intp], most: float) -> float:
-        """What the very word, of the template's frames `rows`, would gain over the noise, a frame; `most` in each.
+        """Expected gain per frame of the right word over the noise, for the template's frames `rows`; `most` in each
+        frame.
 
-        Its distance to its template is that of noise, and so is its distance to the noise, but for the template's own.
+        Its distance to its template is that of noise, and so is its distance to the noise, except for the template's
+        own distance.
         """
         away = self._bank.compose(rows, self._noise, self._gain) - self._noise_features
         squares = np.einsum("uf,uf->u", away, away) + NOISE_DISTANCE**2
         return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
 
     def follow(self, layout: Layout) -> None:
-        """Have the features of this layout's states at hand; templates are composed when first needed."""
+        """Load the features of this layout's states; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
         for hypothesis in range(len(self._gain_factors)):
             begin, end = layout.hypothesis_begins[hypothesis : hypothesis + 2]

@@ -1,9 +1,9 @@
-"""Ears that look twice: speech that the robots' recogniser rejects is handed to a listener that knows people.
+"""Second-pass recognition: speech that the robots' recogniser rejects goes to a listener that knows people.
 
-Nothing here waits: a worker looks at a piece of sound, at once or in a thread, and what it finds is told with a later
-block. Until then, and for MOST_WAIT_S at most, the speech counts as still going on.
+Nothing here blocks: a worker processes a segment of sound, at once or in a thread, and its result is reported with a
+later block. Until then, and for MOST_WAIT_S at most, the speech counts as still going on.
 
-Talk that goes on for longer than any sentence is handed on as it comes, from pause to pause (`long_talk`).
+Talk that lasts longer than any sentence is handed on as it comes, from pause to pause (`long_talk`).
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.stream import cleaned
 
 LEAD_S = 3.0
-"""Before the speech, for its noise: the noise tracker's memory."""
+"""Sound kept before the speech, for its noise: the noise tracker's memory."""
 BEFORE_S, AFTER_S = 0.5, 0.4
-"""Around what was noticed as speech, for its faint beginning and end; AFTER_S is heard by the time it is told."""
+"""Margins around the noticed speech, for its faint beginning and end; AFTER_S has been heard when the event is
+reported."""
 PAUSE_S = 0.5
 """Speech this soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"."""
 SHORT_S = 0.1
@@ -35,11 +36,11 @@ after ONSET_S of quiet."""
 ONSET_S = 0.1
 """Quiet between lost sound and speech after which the speech begins with its first sound."""
 MIN_LEAD_S = 0.3
-"""Of sound before the speech, to know its noise."""
+"""Least sound before the speech that is enough to estimate its noise."""
 LONGEST_S = 12.0
-"""No sentence of the phrasebook takes longer; other talk does, and is looked at from pause to pause."""
+"""No sentence of the phrasebook takes longer; other talk does, and is searched from pause to pause."""
 PAUSES_S = 0.2
-"""Around what lies between two pauses of talk."""
+"""Margin around the speech between two pauses of talk."""
 MOST_WAIT_S = 3.0
 """Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
 
@@ -48,10 +49,10 @@ MOST_WAIT_S = 3.0
 class Piece:
     """Speech that was not understood, with the sound around it.
 
-    `sound`, shape (n,), begins with `lead` samples of what was heard before it; `start` and `end` are where the speech
-    was noticed and `origin` where the sound begins, in samples since the ears were made. What the robot itself said
-    is left out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may
-    begin at one of the samples `later`, too.
+    `sound`, shape (n,), begins with `lead` samples from before the speech. `start` and `end` are where the speech was
+    noticed and `origin` is where the sound begins, in samples since the ears were made. The robot's own speech is left
+    out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may also begin
+    at one of the samples `later`.
     """
 
     sound: Samples
@@ -64,18 +65,18 @@ class Piece:
 
     @property
     def speech(self) -> Samples:
-        """The speech, with what is around it."""
+        """The speech, with the sound around it."""
         end = self.lead + self.end - self.start + round((PAUSES_S if self.within_talk else AFTER_S) * SAMPLE_RATE_HZ)
         return self.sound[max(self.lead - self.before, 0) : end]
 
     @property
     def before(self) -> int:
-        """Samples that `speech` has before what was noticed: for a faint beginning, or as far as the talk paused."""
+        """Number of samples before the noticed speech: room for a faint beginning, or up to the talk's last pause."""
         return round((PAUSES_S if self.within_talk else BEFORE_S) * SAMPLE_RATE_HZ)
 
     @property
     def beginnings(self) -> list[Piece]:
-        """Itself, and the same from each later beginning on."""
+        """This segment, and its shorter versions from each later beginning on."""
         return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
 
     @property
@@ -85,14 +86,15 @@ class Piece:
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
         frame = SAMPLE_RATE_HZ // 50
-        # Somebody may have spoken before: the noise is what is left in the quieter parts.
+        # Somebody may have spoken before: the quieter parts are the noise.
         powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
         noise = float(np.quantile(powers, 0.3))
         return snr_db(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 
 def snr_db(speech: Samples, noise_power: float) -> float:
-    """The mean power of speech with its noise, shape (n,), less the noise's, over that; -30 dB at least."""
+    """Signal-to-noise ratio from the mean power of speech with its noise, shape (n,), and the noise's; -30 dB at
+    least."""
     power = float(np.sum(np.square(speech, dtype=np.float64))) / max(len(speech), 1)
     return 10.0 * math.log10(max(power / max(noise_power, 1e-12) - 1.0, 1e-3))
 
@@ -105,14 +107,14 @@ FoundOut = TypeVar("FoundOut", covariant=True)
 
 
 class Looks(Protocol[JobIn, FoundOut]):
-    """A listener that is slower than sound."""
+    """A listener that need not keep up with real time."""
 
     def look(self, job: JobIn, /) -> FoundOut:
-        """What is in it."""
+        """Return the recognition result for a segment."""
 
 
 class LooksAgain(Looks[Piece, Recognised | None], Protocol):
-    """One that knows more voices: finds the sentence, at the samples of the piece's own clock; None if there is
+    """A listener that knows more voices: returns the sentence, in samples of the segment's own clock; None if there is
     none."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -120,17 +122,17 @@ class LooksAgain(Looks[Piece, Recognised | None], Protocol):
 
 
 class Worker(Protocol[Job, Found]):
-    """Has sound looked at, one job after the other."""
+    """Processes segments of sound, one job after the other."""
 
     def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
-        """Have it looked at; false if there is too much to do already."""
+        """Submit a job; false if the queue is full."""
 
     def findings(self) -> Sequence[tuple[Job, Found]]:
-        """What was found since the last call."""
+        """The results since the last call."""
 
 
 class AtOnce(Generic[Job, Found]):
-    """A worker that has looked before `submit` returns: for recordings, and where time is simulated."""
+    """A worker that finishes each job before `submit` returns: for recordings, and for simulated time."""
 
     def __init__(self) -> None:
         self._found: list[tuple[Job, Found]] = []
@@ -147,14 +149,14 @@ class AtOnce(Generic[Job, Found]):
 
 
 class Prepares(Protocol):
-    """What takes long the first time."""
+    """Has slow first-time preparations."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make it ready, as long as `go_on`; in any thread."""
 
 
 class LaterEars(ABC, Generic[Job, Found]):
-    """`Ears` around others that have sound looked at again, and keep the last seconds for it."""
+    """`Ears` around others that submit sound for a second pass, and keep the last seconds for it."""
 
     def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
         """`keep`: samples of sound that are kept."""
@@ -162,7 +164,7 @@ class LaterEars(ABC, Generic[Job, Found]):
         self._prepares = listener
         self._worker = worker
         self._earlier = ears if isinstance(ears, LaterEars) else None
-        """Those keep the last seconds already."""
+        """The inner ears keep the last seconds already."""
         self._history: History = self._earlier._history if self._earlier is not None else History(keep)
         self._history.keep(keep)
         self._began = self._now = 0
@@ -178,7 +180,7 @@ class LaterEars(ABC, Generic[Job, Found]):
         self._prepares.prepare(go_on)
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`; what a look finds comes with a later push."""
+        """As `Recogniser.push`; the result of a second pass comes with a later push."""
         events = self._ears.push(samples, masked)
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
@@ -198,30 +200,30 @@ class LaterEars(ABC, Generic[Job, Found]):
         return self.take(events)
 
     def succeed(self, predecessor: Self) -> None:
-        """Go on where `predecessor` is, with what it still waits for."""
+        """Continue from `predecessor`, with its pending jobs."""
         self._ears.succeed(predecessor._ears)
         self._worker, self._now = predecessor._worker, predecessor._now
         self._history = self._earlier._history if self._earlier is not None else predecessor._history
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of events that the first ears told, and of looks that have ended."""
+        """The results of the first ears' events, and of finished second passes."""
 
     @abstractmethod
     def _follow(self, block: Samples) -> None:
-        """Go on with the block, shape (n,), that was heard from sample `_began` on."""
+        """Process the block, shape (n,), that was heard from sample `_began` on."""
 
     @abstractmethod
     def _break_off(self, n_samples: int) -> None:
-        """Begin anew: so many samples were lost, from `_now` on."""
+        """Start again: this number of samples was lost, from `_now` on."""
 
     @abstractmethod
     def _mask(self) -> None:
-        """Begin anew: the robot itself speaks."""
+        """Start again: the robot itself speaks."""
 
 
 class SecondEars(LaterEars[Piece, Recognised | None]):
-    """Ears that have people listened for."""
+    """Ears with a second pass for people's speech."""
 
     def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker[Piece, Recognised | None]) -> None:
         super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
@@ -229,13 +231,13 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
-        """What begins before this sample may lack its beginning."""
+        """Speech that begins before this sample may lack its beginning."""
         self._waiting: list[Piece] = []
         self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
         self._stretches: list[Stretch] = []
-        """Of talk, to be looked at."""
+        """Parts of talk for the second pass."""
         self._understood_until = 0
-        """What was said before this sample was understood."""
+        """All speech before this sample has been understood."""
 
     @property
     def busy(self) -> bool:
@@ -266,7 +268,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         self._talk.end_talk()
 
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of events that the first ears told, and of looks that have ended."""
+        """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
             piece = self._piece(event) if isinstance(event, Garbled) and not event.robot else None
@@ -294,7 +296,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         return [Garbled(piece.start, piece.end) for piece in late if not piece.within_talk]
 
     def _look_within(self, stretch: Stretch) -> None:
-        """Have a part of talk looked at."""
+        """Submit a part of talk for a second pass."""
         heard_from = max(self._understood_until, self._torn_until)
         starts = [start for start in stretch.starts if start >= heard_from]
         if not starts:
@@ -309,7 +311,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
             self._waiting.append(piece)
 
     def _piece(self, event: Garbled) -> Piece | None:
-        """The sound of an event; None if it was too long, may be torn, or is not kept any more."""
+        """The sound of an event; None if it is too long, may be torn, or is no longer kept."""
         if event.start_sample < self._torn_until:
             return None
         if event.end_sample - event.start_sample > LONGEST_S * SAMPLE_RATE_HZ or self._waiting_at(event):

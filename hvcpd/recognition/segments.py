@@ -1,4 +1,4 @@
-"""Stretches of activity that are speech-like: what is reported as garbled when no sentence accounts for them."""
+"""Finds speech-like stretches of activity: they are reported as garbled when no sentence accounts for them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hvcpd.recognition.frontend import Energies
 
 @dataclass(frozen=True)
 class SegmentSettings:
-    """What a stretch of sound must be to count as speech."""
+    """Criteria for a stretch of sound to count as speech."""
 
     min_frames: int = 30
     """0.3 s: shorter sounds are knocks and clicks."""
@@ -32,7 +32,7 @@ class Segment:
 
 
 class SegmentTracker:
-    """Follows `busy` and the loudness while it lasts."""
+    """Tracks `busy` and the loudness of the current stretch."""
 
     def __init__(self, settings: SegmentSettings) -> None:
         self._settings = settings
@@ -66,7 +66,7 @@ class SegmentTracker:
         return self.close(self._end)
 
     def close(self, frame: int) -> Segment | None:
-        """End at `frame` at the latest whatever is going on; return it if it was speech."""
+        """End the current stretch at `frame` at the latest; return it if it was speech."""
         if self._start is None:
             return None
         segment = Segment(self._start, min(self._end, frame))

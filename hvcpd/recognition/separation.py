@@ -1,6 +1,6 @@
-"""How far apart phrases sound in a noise, and how often one would be taken for the other.
+"""Acoustic distance of phrases in noise, and the resulting confusion rates.
 
-The distance is the decoder's own: what its asymmetric DTW pays for hearing one phrase with the templates of another,
+The distance is the decoder's own: the cost of its asymmetric DTW for one phrase against the templates of another,
 both composed with the noise (see `templates`); hearing a phrase with its own templates costs 0.
 """
 
@@ -34,7 +34,7 @@ from hvcpd.recognition.templates import Noise, TemplateBank, trimmed_energies
 
 @dataclass(frozen=True)
 class Condition:
-    """A background: its colour and how far the speech's mean power is above it; None is a quiet room."""
+    """A background: its colour and the SNR of the speech's mean power; None is a quiet room."""
 
     colour: str = "white"
     snr_db: float | None = None
@@ -50,7 +50,7 @@ CONDITIONS = (QUIET, *(Condition(colour, snr_db) for snr_db in (0.0, -5.0) for c
 
 @dataclass(frozen=True)
 class ConfusionCurve:
-    """How often a phrase is taken for another at distance D: Φ(-scale · D^power), one half at D = 0.
+    """Rate at which a phrase is taken for another at distance D: Φ(-scale · D^power), one half at D = 0.
 
     Of two phrases that sound the same either is heard as often. Fitted by `benchmarks/vocabulary.py` to words of other
     pitch and rate than the templates', one curve for all backgrounds, since D itself shrinks as noise grows.
@@ -85,13 +85,13 @@ class VoiceSounds:
     ) -> None:
         """`words[word]`: its templates, the one before a pause last. Raises ValueError if there are none.
 
-        Of the frames only one in `every` is looked at, which costs its square less and makes distances as much less.
+        Only one frame in `every` is used. This divides the cost by the square of `every`, and distances by `every`.
         """
         self.conditions = tuple(conditions)
         self.bank = TemplateBank({"": words})
         power = float(self.bank.energies.mean(axis=0, dtype=np.float32) @ power_weights())
         self.mask = 10.0 ** (-MASK_DB / 10.0) * float(self.bank.loud_spectrum.mean())
-        """What the scorer adds to every band, lest faint sounds count."""
+        """Energy that the scorer adds to every band, so that faint sounds do not count."""
         self.noises = np.stack([_noise_of(condition, power) + np.float32(self.mask) for condition in self.conditions])
         """Shape (n_conditions, N_BANDS), relative to the bank's energies, with the mask."""
         self.scale = _scale_of(words)
@@ -108,7 +108,7 @@ class VoiceSounds:
         return [np.concatenate([*begin, last], axis=1) for last in self._words[phrase[-1]]]
 
     def distances(self, phrase: Phrase, others: Sequence[Phrase]) -> NDArray[np.float32]:
-        """DTW cost of hearing `phrase` as each of `others`, shape (n_conditions, n_others): of its takes the least."""
+        """DTW cost of `phrase` against each of `others`, shape (n_conditions, n_others): the least over its takes."""
         references = References([self.takes(other) for other in others])
         return np.asarray(np.min([references.costs(take) for take in self.takes(phrase)], axis=0), np.float32)
 

@@ -28,7 +28,7 @@ class RecogniserSettings:
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
     surely: float = 300.0
-    """Score from which a sentence is none by chance, which reaches 230."""
+    """Score above which a sentence is not a chance match; chance reaches 230."""
     least_explained_surely: float = 0.015
     """Least share of the energy that was heard, which a sentence with that score must explain."""
     least_explained: float = 0.1
@@ -36,12 +36,12 @@ class RecogniserSettings:
     sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their
     power, 0.11 and more."""
     noise_share: float = 0.1
-    """Share of the tracked noise that is added to what is above it, since the noise is known no better: at -15 dB
+    """Share of the tracked noise that is added to what is above it, the uncertainty of the noise estimate: at -15 dB
     nothing seems to be above it, and right sentences explain 0.15 and more."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """Most speech that a pause may pass over, in frames of it: right sentences have 7 at most in noise and rooms, and a
     name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
     min_gain: float = 16.0
-    """What a sentence must fit better than the filler, in all. In noise alone words do by 4 at most; in people's talk
+    """Least gain of a whole sentence over the filler. In noise alone words gain 4 at most; in people's talk
     to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""

@@ -1,4 +1,4 @@
-"""The network awake: scores frames, advances the decoder and says when a sentence has ended."""
+"""The active decoder session: scores frames, advances the decoder and detects the end of a sentence."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from hvcpd.recognition.templates import TemplateBank
 
 @dataclass(frozen=True)
 class SpotterSettings:
-    """How sentences are told from anything else. Costs are in units of the features' distance."""
+    """Thresholds that separate sentences from other sound. Costs are in units of the features' distance."""
 
     filler_cost: float = 1.2
-    """What the filler pays over the frame's best template: half-way between right and wrong words (measured)."""
+    """Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
     gain_step_db: float = 6.0
     """Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
     retune_db: float = 4.5
@@ -50,14 +50,15 @@ class SpotterSettings:
     under_way: float = 15.0
     """A path this much better than the filler may be a sentence in progress."""
     followed: float = 28.0
-    """What a sentence in progress gains at least in half a second (40 is usual), and has gained before: words fitted to
+    """Least gain of a sentence in progress in half a second (40 is usual), both now and before: words fitted to
     a noise that has just risen gain 28 at most, for a moment."""
     steps: StepCosts = field(default_factory=StepCosts)
     beam: Beam = field(default_factory=Beam)
 
 
 LEAD_FRAMES = 60
-"""0.6 s before a sentence tell whether it follows silence: over the pause at a comma and the weak sounds around it."""
+"""The 0.6 s before a sentence show whether it follows silence: over the pause at a comma and the weak sounds around
+it."""
 FOLLOWED_BLOCKS = 6
 """48 frames: as long as noise must have been steady after a step."""
 HISTORY_FRAMES = 2048
@@ -66,11 +67,11 @@ HISTORY_FRAMES = 2048
 
 @dataclass(frozen=True)
 class Sentence:
-    """A path that ended: its words in order, and how it fared.
+    """A path that ended: its words in order, and its confidence features.
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
-    `filler_cost`: near 0 for the very word, 1 and above for anything else. `pause` is the dearest pause inside it, in
-    the same unit times frames: how much speech it passes over. `expected_gains` are what each word would have gained
+    `filler_cost`: near 0 for the right word, 1 and above for anything else. `pause` is the dearest pause inside it, in
+    the same unit times frames: the amount of speech that it skips. `expected_gains` are each word's expected gains
     over the filler if it was said (see `Scorer.expected_gain`), `stretches` its frames over those of the nearest take
     of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
@@ -102,9 +103,9 @@ class Spotter:
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
         self.deferred = DeferredBuffer()
-        """What it was not fed yet."""
+        """The deferred frames."""
         self.heeds = False
-        """Whether it was fed anything since it woke."""
+        """Whether it has decoded anything since it woke."""
         self.awake = False
         self.best = Best(0.0)
         """The best path after the last frame."""
@@ -123,7 +124,7 @@ class Spotter:
         return first < -s.followed and last < first - s.followed
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
-        """Begin at `first_frame`; the frames heard since, shape (n, N_BANDS), are those that it need not decode yet."""
+        """Begin at `first_frame`; the frames since then, shape (n, N_BANDS), are those that it need not decode yet."""
         self.awake, self.heeds = True, False
         self._next = self._first = first_frame
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
@@ -142,8 +143,8 @@ class Spotter:
         self.best = Best(0.0)
 
     def catch_up(self, noise: NDArray[np.float32], most_recent: int) -> Iterator[int]:
-        """Decode what was deferred, piece by piece; how many frames are left after each. `most_recent`: maximum number
-        of frames that tell the level."""
+        """Decode the deferred sound, segment by segment; yield the number of frames left after each. `most_recent`:
+        maximum number of frames that determine the level."""
         for energies, recent, left in self.deferred.taken(most_recent):
             self.feed(energies, recent, noise)
             yield left
@@ -151,7 +152,7 @@ class Spotter:
                 return
 
     def forget(self) -> None:
-        """Drop all paths, as after a sentence that was not one; go on listening."""
+        """Drop all paths, for example after a rejected sentence; keep listening."""
         self._decoder.reset(self._next)
         self.best = Best(0.0)
 

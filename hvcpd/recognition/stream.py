@@ -17,7 +17,7 @@ _NEEDED_SAMPLES = CHUNK_SAMPLES - HOP_SAMPLES + WINDOW_SAMPLES
 _DRAIN_CHUNKS = 2
 """Number of chunks that hold more samples than the stream ever keeps."""
 _SLICE_SAMPLES = 16_000
-"""A long block is worked through in slices of 1 s, which bounds memory."""
+"""A long block is processed in slices of 1 s, which bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class FrameStream:
         self._parts: list[Samples] = []
         self._length = 0
         self._hidden: list[tuple[int, int]] = []
-        """Of the samples kept, those that are masked: from the first up to but not including the second."""
+        """The masked range of the kept samples: from the first index up to but not including the second."""
         self.next_frame = 0
         """The first frame of the chunk to come."""
 
@@ -64,10 +64,10 @@ class FrameStream:
                 yield from self._chunks()
 
     def lose(self, n_samples: int) -> Iterator[Chunk]:
-        """Let time go on by samples that nobody heard, as `push` of masked silence, in bounded time and memory."""
+        """Advance time by lost samples, as `push` of masked silence, in bounded time and memory."""
         whole = max(n_samples // CHUNK_SAMPLES - _DRAIN_CHUNKS, 0)
         yield from self.push(np.zeros(min(n_samples, _DRAIN_CHUNKS * CHUNK_SAMPLES), np.float32), masked=True)
-        self.next_frame += whole * CHUNK_FRAMES  # what the stream still keeps is masked silence, here as there
+        self.next_frame += whole * CHUNK_FRAMES  # the rest of the stream is masked silence in both cases
         remaining = n_samples - (whole + _DRAIN_CHUNKS) * CHUNK_SAMPLES
         yield from self.push(np.zeros(max(remaining, 0), np.float32), masked=True)
 
@@ -93,5 +93,5 @@ class FrameStream:
         return Chunk(self.next_frame, energies, bool(self._hidden), samples[: len(energies) * HOP_SAMPLES])
 
     def _joined(self) -> Samples:
-        """All that is kept, without what is no sound."""
+        """All kept samples, with invalid values removed."""
         return cleaned(np.concatenate(self._parts)) if self._parts else np.zeros(0, np.float32)

@@ -1,8 +1,8 @@
-"""Templates of words as linear mel energies, composed with the noise of the moment.
+"""Templates of words as linear mel energies, composed with the current noise.
 
 Parallel model combination (Gales & Young, "Robust continuous speech recognition using parallel model combination",
 IEEE Trans. SAP 4(5), 1996), here for templates: sound powers add, so the noise's energies are added to the word's
-before the logarithm and the DCT. A word is then compared with what it would have been in this noise.
+before the logarithm and the DCT. The sound is then compared with the word as it would sound in this noise.
 """
 
 from __future__ import annotations
@@ -76,24 +76,24 @@ def trimmed_energies(samples: Samples) -> Energies:
 
 
 def reverberated(energies: Energies) -> Energies:
-    """The energies of a word, shape (frames, N_BANDS), as they arrive from far across a room: all of it reverberation.
+    """The energies of a word, shape (frames, N_BANDS), as they arrive from far across a room: reverberation only.
 
-    Sound energy in a room decays exponentially, by 60 dB in ROOM_RT60_S, so each frame holds what the earlier ones have
-    left (H. Kuttruff, "Room Acoustics"; for models of speech: H.-G. Hirsch & H. Finster, "A new approach for the
-    adaptation of HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The tail after the
-    last frame is left out.
+    Sound energy in a room decays exponentially, by 60 dB in ROOM_RT60_S, so each frame contains the decayed energy of
+    the earlier frames (H. Kuttruff, "Room Acoustics"; for models of speech: H.-G. Hirsch & H. Finster, "A new approach
+    for the adaptation of HMMs to reverberation and background noise", Speech Communication 50(3), 2008). The tail after
+    the last frame is left out.
     """
     left = np.float32(10.0 ** (-6.0 * HOP_SAMPLES / SAMPLE_RATE_HZ / ROOM_RT60_S))
     out = (1 - left) * energies
     reach = 1
-    while reach < len(out) and left > 0.0:  # each frame has what came in the last `reach`: twice as many each time
+    while reach < len(out) and left > 0.0:  # each frame sums the last `reach` frames, twice as many each time
         out[reach:] += left * out[:-reach]
         left, reach = left * left, 2 * reach
     return out
 
 
 def _joined(blocks: list[HalfEnergies]) -> HalfEnergies:
-    """All blocks, one below the other. Each is given up when it is copied, or all would be in memory twice."""
+    """Stack all blocks, one below the other. Each is released once it is copied, or all would be in memory twice."""
     out = np.empty((sum(map(len, blocks)), N_BANDS), np.float16)  # takes pages only where it is written
     at = len(out)
     while blocks:
@@ -110,7 +110,7 @@ def _as_energies(take: Take) -> Energies:
 class TemplateBank:
     """All templates of all voices, one below the other.
 
-    Each voice is scaled to the same mean power, so one gain describes how loud a speaker is heard.
+    Each voice is scaled to the same mean power, so one gain describes a speaker's level.
     """
 
     def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Take]]]) -> None:
@@ -143,9 +143,9 @@ class TemplateBank:
         """Mean energies of the louder frames, shape (N_BANDS,)."""
         lengths = [t.length for t in templates]
         self.first_row = np.repeat(np.array([t.first for t in templates], np.int32), lengths)
-        """Of the template that each frame is in, shape (n_frames,)."""
+        """First frame of the template to which each frame belongs, shape (n_frames,)."""
         self.last_row = np.repeat(np.array([t.first + t.length - 1 for t in templates], np.int32), lengths)
-        """Likewise."""
+        """Last frame of that template, likewise."""
 
     def compose(self, rows: NDArray[np.intp], noise: Noise, gain: float) -> Features:
         """Features, shape (n, N_FEATURES), of the frames `rows` at power `gain` in `noise` (N_BANDS,).

@@ -1,4 +1,4 @@
-"""What all recognisers on one microphone share: they cut it into frames, and follow its noise, once.
+"""The shared front stage of all recognisers on one microphone: frames and noise tracking, computed once.
 
 While only noise is heard this is all that runs; the networks sleep.
 """
@@ -23,29 +23,29 @@ POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 
 Found = tuple[list[Event], ...]
-"""What each of the watchers found."""
+"""The results of each watcher."""
 
 
 class Watcher(Protocol):
-    """Who is told what the watch hears. All are told of the same chunks."""
+    """Receives the frames of the watch. All watchers receive the same chunks."""
 
     @property
     def under_way(self) -> bool:
-        """Whether a sentence may be in progress, so that what is heard is not noise."""
+        """Whether a sentence may be in progress, so that the sound is not noise."""
 
     @property
     def follows(self) -> bool:
-        """Whether a sentence surely is, so that what has risen is no noise."""
+        """Whether a sentence surely is in progress, so that a rise in level is not noise."""
 
     def hear(self, chunk: Chunk) -> list[Event]:
         """The next frames, once the noise is known."""
 
     def break_off(self, frame: int) -> list[Event]:
-        """Who spoke before `frame` will not be understood."""
+        """Note that speech before `frame` will not be understood."""
 
 
 class Watch:
-    """Follows one microphone for its watchers."""
+    """Monitors one microphone for its watchers."""
 
     def __init__(self, settings: ActivitySettings | None = None) -> None:
         self.stream = FrameStream()
@@ -54,18 +54,18 @@ class Watch:
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
         self._early: list[Chunk] = []
-        """What was heard before the noise was known."""
+        """The sound from before the noise was known."""
         self._power_weights = power_weights()
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
 
     def push(self, samples: Samples, masked: bool, watchers: Sequence[Watcher]) -> Iterator[Found]:
-        """Tell the watchers of the next samples, shape (n,). Iterate to the end, or samples are lost."""
+        """Pass the next samples, shape (n,), to the watchers. Iterate to the end, or samples are lost."""
         for chunk in self.stream.push(np.asarray(samples).reshape(-1), masked):
             yield from self._take(chunk, watchers)
 
     def lose(self, n_samples: int, watchers: Sequence[Watcher]) -> Iterator[Found]:
-        """Let time go on by samples that nobody heard; likewise. Raises ValueError for a negative number."""
+        """Advance time by lost samples; iterate likewise. Raises ValueError for a negative number."""
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
         yield self._break_off(self.stream.next_frame, watchers)
@@ -73,7 +73,7 @@ class Watch:
             yield from self._take(chunk, watchers)
 
     def flush(self, watchers: Sequence[Watcher], silent_chunks: int) -> Iterator[Found]:
-        """Tell of the frames that fill no chunk yet, and of so many chunks of the room's noise after them."""
+        """Pass on the frames that fill no chunk yet, and this number of chunks of the room's noise after them."""
         rest = self.stream.rest()
         if len(rest.energies):
             yield from self._take(rest, watchers)
@@ -91,12 +91,12 @@ class Watch:
         return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
 
     def _take(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Iterator[Found]:
-        if chunk.masked:  # our own voice covers everything
+        if chunk.masked:  # the robot's own voice covers everything
             yield self._break_off(chunk.first_frame, watchers)
             return
         self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in watchers))
         if not any(w.follows for w in watchers) and self.noise.follow_step():
-            # The noise stepped up: what was activity since then was noise, and whoever spoke before it is lost.
+            # The noise stepped up: activity since then was noise, and speech before it is lost.
             yield self._break_off(chunk.first_frame - STEP_FRAMES, watchers)
         yield from self._hear(chunk, watchers)
 

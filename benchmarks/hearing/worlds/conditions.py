@@ -35,14 +35,14 @@ class Condition:
 
     @property
     def parts(self) -> tuple[str, ...]:
-        """What the sentences of a trial are called."""
+        """Names of a trial's sentences."""
         if self.apart_db is None:
             return ("",)
         return ("louder", "fainter") if self.calls is None else ("talk", "call")
 
 
 def conditions(seed: int, data: Path | None) -> list[Condition]:
-    """All that this folder of data allows; rooms differ with `seed`."""
+    """All conditions that this folder of data allows; rooms differ with `seed`."""
     recorded = noises.kinds(data)
     fan = "air conditioner" if "air conditioner" in recorded else "fan"
     loud = "kitchen" if "kitchen" in recorded else "pink"
@@ -77,7 +77,7 @@ def _channels(seed: int, fan: str) -> list[Condition]:
 
 
 def _measured(paths: Sequence[Path]) -> list[Condition]:
-    """Rooms that were measured, one after the other, in no order of theirs."""
+    """Measured rooms, one after the other, in random order."""
     if not paths:
         return []
 
@@ -108,7 +108,7 @@ def _simulated(seed: int, loud: str) -> list[Condition]:
 
 
 def _together(seed: int) -> list[Condition]:
-    """Two who speak at once, every other time in a room."""
+    """Two robots that speak at once, every other time in a room."""
 
     def make(k: int) -> World:
         room = rooms.living_room(_variant(seed, k)) if k % 2 else None

@@ -20,7 +20,7 @@ GAIN_STEP_S = 0.02
 
 @dataclass(frozen=True)
 class Microphone:
-    """What a sound card and its driver do, in this order; by default nothing.
+    """The effects of a sound card and its driver, in this order; by default none.
 
     `suppression_db`: most that noise is lowered (Wiener's gain with the decision-directed estimate of Ephraim
     & Malah, IEEE TASSP 32, 1984). `gain_control`: the level is led to -23 dBFS within a second up and 50 ms down, by
@@ -34,7 +34,7 @@ class Microphone:
     codec_hz: float = 8000.0
 
     def take(self, sound: Sound) -> Sound:
-        """What becomes of a sound, shape (n,)."""
+        """Apply the effects to a sound, shape (n,)."""
         if self.suppression_db:
             sound = suppressed(sound, self.suppression_db)
         if self.gain_control:
@@ -43,7 +43,7 @@ class Microphone:
 
 
 def moved(sound: Sound, lag_s: NDArray[np.float64]) -> Sound:
-    """The sound at other times: sample k of the result is what it was `lag_s[k]` s before sample k."""
+    """The resampled sound: sample k of the result is the sound at `lag_s[k]` s before sample k."""
     padded = np.pad(sound, (0, next_fast_len(len(sound) + 64) - len(sound)))
     dense = resample(padded, OVERSAMPLED * len(padded))
     at = (np.arange(len(lag_s)) - lag_s * SAMPLE_RATE_HZ) * OVERSAMPLED
@@ -51,7 +51,7 @@ def moved(sound: Sound, lag_s: NDArray[np.float64]) -> Sound:
 
 
 def suppressed(sound: Sound, most_db: float) -> Sound:
-    """With a noise suppressor in between, which follows the noise by its minima over 1.5 s."""
+    """Apply a noise suppressor, which tracks the noise by its minima over 1.5 s."""
     size, hop = 512, 128
     _, _, spectrum = stft(sound, nperseg=size, noverlap=size - hop)
     power = np.abs(spectrum) ** 2
@@ -73,7 +73,7 @@ def suppressed(sound: Sound, most_db: float) -> Sound:
 
 
 def controlled(sound: Sound, target_dbfs: float = -23.0, most_db: float = 20.0) -> Sound:
-    """With automatic gain control."""
+    """Apply automatic gain control."""
     step = round(GAIN_STEP_S * SAMPLE_RATE_HZ)
     blocks = np.pad(sound, (0, -len(sound) % step)).reshape(-1, step)
     powers = np.mean(blocks**2, axis=1)
@@ -111,7 +111,7 @@ def coded(sound: Sound, bits: int, high_hz: float) -> Sound:
 
 
 def draw_microphone(chance: np.random.Generator) -> Microphone:
-    """Half do nothing; the others any of it."""
+    """Half have no effect; the others any combination."""
     if chance.random() < 0.5:
         return Microphone()
     bits = int(chance.choice([0, 0, 4, 5, 6]))

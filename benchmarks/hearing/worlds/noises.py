@@ -1,4 +1,4 @@
-"""What else is heard: noises made here, and recordings from a folder of data. All of RMS 1 and seeded."""
+"""Background sounds: noises made here, and recordings from a folder of data. All of RMS 1 and seeded."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RECORDED = {
 
 
 def kinds(data: Path | None) -> tuple[str, ...]:
-    """The noises that there are."""
+    """The available noises."""
     there = (kind for kind, pattern in RECORDED.items() if data is not None and any(data.glob(pattern)))
     return (*MADE, *there)
 

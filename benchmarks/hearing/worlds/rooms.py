@@ -66,14 +66,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Acoustic:
-    """What a response is like: reverberation time (T20) and ratio of direct to reverberant energy."""
+    """Measures of a response: reverberation time (T20) and ratio of direct to reverberant energy."""
 
     rt60_s: float
     drr_db: float
 
 
 def cache_folder() -> Path:
-    """Where responses are kept, by the XDG base directories."""
+    """The folder of cached responses, by the XDG base directories."""
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "hvcpd" / "rooms"
 
@@ -173,7 +173,7 @@ def read_response(path: Path) -> Response:
 
 
 def acoustic(impulse: Response) -> Acoustic:
-    """What a response is like; its direct sound is where `response` and `read_response` have it."""
+    """Measures of a response; its direct sound is where `response` and `read_response` have it."""
     energy = impulse.astype(np.float64) ** 2
     direct, rest = float(np.sum(energy[: LEAD + DIRECT])), float(np.sum(energy[LEAD + DIRECT :]))
     return Acoustic(decay_s(impulse), 10.0 * float(np.log10(max(direct, 1e-12) / max(rest, 1e-12))))

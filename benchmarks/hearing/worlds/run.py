@@ -33,7 +33,7 @@ PEER_HEADING = " | PocketSphinx: right wrong    rtf"
 
 @dataclass(frozen=True)
 class Options:
-    """What the command line asks for."""
+    """The options of the command line."""
 
     names: tuple[str, ...]
     sentences: int
@@ -57,7 +57,7 @@ class Row:
 
 
 def robots_ears(team: Team) -> Ears:
-    """Ears as a robot has them that listens for strangers, too. They have heard nothing, and know all words."""
+    """A robot's ears with recognition of strangers. They have heard nothing, and know all words."""
     ears = make_ears(team.book, team.names, team.sound, False, books=team.books)
     robots = make_channel_ears(team.book, team.books, ears, AtOnce())
     return SecondEars(robots, SecondPassRecogniser(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
@@ -137,7 +137,7 @@ def line(row: Row) -> str:
 
 
 def sources(row: Row) -> str:
-    """By what right and wrong ones were told; empty if there are none."""
+    """The sources of right and wrong reports; empty if there are none."""
     told = []
     for outcome in ("right", "wrong"):
         by = row.ours.sources(outcome)

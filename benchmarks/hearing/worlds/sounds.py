@@ -1,4 +1,4 @@
-"""The row `sounds`: what a robot makes of an hour in which nobody speaks; there should be no sentence and no stop."""
+"""The row `sounds`: a robot's reports in an hour in which nobody speaks; there should be no sentence and no stop."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ GAP_S = 1.0
 
 @dataclass
 class Heard:
-    """What was made of some sound."""
+    """The reports for some sound."""
 
     hours: float = 0.0
     seconds: float = 0.0
@@ -64,7 +64,7 @@ def made(minutes: float, seed: int) -> Iterator[tuple[str, Samples]]:
 
 
 def listened(make_ears: MakeEars, team: Team, clips: Iterator[tuple[str, Samples]]) -> Heard:
-    """What one pair of ears makes of all of them, one after the other."""
+    """The reports of one pair of ears for all of them, one after the other."""
     ears, heard = make_ears(team), Heard()
     for name, sound in clips:
         events, seconds = hear(ears, sound)
@@ -93,7 +93,7 @@ def per_hour(count: int, hours: float) -> str:
 def run(
     make_ears: MakeEars, team: Team, data: Path | None, minutes: float, seed: int, console: Console, tell: bool
 ) -> list[Heard]:
-    """Print what recorded and made sounds were taken for."""
+    """Print the reports for recorded and synthetic sounds."""
     sets = [("made", made(minutes, seed))]
     if data is not None:
         sets.insert(0, ("recorded", recorded(data)))

@@ -1,4 +1,4 @@
-"""Where the processor's time goes while ears hear: the stages of the ear, timed from outside."""
+"""Processor time of the stages of the ears, measured from outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One trial: what is said in a world, heard by fresh ears, and judged."""
+"""One trial: sentences said in a world, heard by fresh ears, and scored."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ ACQUAINTED = 2
 
 
 class HearsSentences(Protocol):
-    """Ears, as far as a trial needs them."""
+    """The interface of ears that a trial needs."""
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]: ...
 
@@ -44,7 +44,8 @@ class MakeEars(Protocol):
 
 @dataclass(frozen=True)
 class Trial:
-    """What comes to the ears, from where on it is scored, and what is said in it, the louder first if there are two."""
+    """The sound at the ears, the sample from which it is scored, and its sentences, the louder first if there are
+    two."""
 
     sound: Samples
     scored_from: int
@@ -53,7 +54,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one sentence: right, wrong or lost; with every sentence reported that was not said, by source."""
+    """The outcome of one sentence: right, wrong or lost; with every sentence reported that was not said, by source."""
 
     words: tuple[str, ...]
     outcome: str
@@ -151,20 +152,20 @@ def _stream(
 
 
 def hear(ears: HearsSentences, sound: Samples) -> tuple[list[Event], float]:
-    """What they report, and the processor's time, s."""
+    """Their reports, and the processor's time, s."""
     began = time.process_time()
     events = [event for at in range(0, len(sound), BLOCK) for event in ears.push(sound[at : at + BLOCK])]
     return events, time.process_time() - began
 
 
 def ours(make_ears: MakeEars, team: Team, trial: Trial) -> Tally:
-    """How fresh ears fare in a trial. Only what they do while they hear is timed."""
+    """The result of fresh ears in a trial. Only their processing while they listen is timed."""
     events, seconds = hear(make_ears(team), trial.sound)
     return Tally(judged(events, trial), seconds, len(trial.sound) / SAMPLE_RATE_HZ)
 
 
 def theirs(peer: Peer, trial: Trial) -> Tally:
-    """How PocketSphinx does, told where each sentence is."""
+    """PocketSphinx's result, given the place of each sentence."""
     tally = Tally()
     began = time.process_time()
     for said in trial.said:
@@ -179,8 +180,8 @@ def theirs(peer: Peer, trial: Trial) -> Tally:
 
 
 def judged(events: Sequence[Event], trial: Trial) -> list[Verdict]:
-    """A sentence is right if it was told and nothing else was. What else is told counts against the one of which it
-    has most; a stop, where nobody said one, against the first."""
+    """A sentence is right if it was reported and nothing else was. Any other report counts against the sentence that it
+    overlaps most; a stop, where nobody said one, counts against the first."""
     told = [e for e in events if isinstance(e, Recognised | Urgent) and e.end_sample > trial.scored_from]
     sentences = [e for e in told if isinstance(e, Recognised)]
     wrong: dict[int, list[tuple[str, str]]] = {}

@@ -1,4 +1,4 @@
-"""A world: how what a robot says becomes the samples that another one gets; and worlds drawn at random."""
+"""A world: the path from one robot's speech to another one's samples; and worlds drawn at random."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class World:
         return np.asarray(fftconvolve(out, self.response)[LEAD : LEAD + len(out)])
 
     def when(self, spoken: Sequence[Spoken], n: int) -> list[Spoken]:
-        """Where in what arrives the sentences are; `n`: samples of the whole."""
+        """The places of the sentences in the arriving sound; `n`: samples of the whole."""
         if not self.speed_m_s and not self.ppm:
             return list(spoken)
         at = np.arange(n) - self._lag_s(n) * SAMPLE_RATE_HZ
@@ -83,7 +83,7 @@ class World:
         ]
 
     def _lag_s(self, n: int) -> NDArray[np.float64]:
-        """By how much what is heard at a sample is late, less what it is at the nearest."""
+        """The extra delay of the sound at each sample, relative to that at the shortest distance."""
         t_s = np.arange(n) / SAMPLE_RATE_HZ
         lag_s = t_s * self.ppm * 1e-6
         if self.speed_m_s:
@@ -96,7 +96,7 @@ class World:
     def heard(
         self, arrived: NDArray[np.float64], spoken: Sequence[Spoken], team: Team, data: Path | None = None
     ) -> Samples:
-        """What the listener gets of what has arrived, with this world's noise over all of it, as 16 bits."""
+        """The listener's samples of the arriving sound, with this world's noise over all of it, as 16 bits."""
         gain = 10.0 ** (self.level_dbfs / 20.0) / mixing.speech_rms(np.asarray(arrived, np.float64), spoken)
         noise = noises.noise(self.noise, len(arrived), self.seed, team, data)
         noise *= 10.0 ** ((self.level_dbfs - self.snr_db) / 20.0)

@@ -1,1 +1,1 @@
-"""Hears robots through a channel that nobody knows: loudspeaker, room and clocks are estimated along with the words."""
+"""Recognises robots through an unknown channel: loudspeaker, room and clocks are estimated along with the words."""

@@ -1,7 +1,7 @@
-"""Ears that listen again, through any channel, to what the streaming recogniser did not surely understand.
+"""Ears with a second pass, through any channel, over speech that the streaming recogniser did not surely understand.
 
-A stretch of sound is looked at when nothing stirs any more. Until then what the recogniser made of it is held: a
-sentence that only templates found, which a loudspeaker's colour deceives, and speech that was garbled.
+A stretch of sound is searched once activity has ended. Until then the recogniser's results are held: sentences that
+only templates found, which a loudspeaker's frequency response deceives, and garbled speech.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ EARLIER = SAMPLE_RATE_HZ // 4
 QUIET = SAMPLE_RATE_HZ // 2
 """Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
 AGAIN = SAMPLE_RATE_HZ
-"""What follows so soon after a sentence that seemed to go on belongs to it."""
+"""Samples within which speech after a sentence that seemed to go on belongs to that sentence."""
 SHORTEST = SAMPLE_RATE_HZ // 4
-"""Signs that last no longer than that (0.25 s) are of no sentence: "stop" has 0.4 s."""
+"""Signs of speech this short (0.25 s) are not a sentence: "stop" takes 0.4 s."""
 LONGEST = 10 * SAMPLE_RATE_HZ
-"""Samples after which a stretch is cut. What had begun by then is searched again, with what follows."""
+"""Samples after which a stretch is cut. Speech in progress at that point is searched again, with the sound after it."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
@@ -38,17 +38,18 @@ CUT = 5 * SAMPLE_RATE_HZ // 2
 """Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
 clatter ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
-"""In clatter, beginnings are sought around points so far apart (0.85 s): everywhere, as `search` looks around each."""
+"""In clatter, beginnings are searched for around points this far apart (0.85 s), so everywhere: see `search`."""
 REMEMBERED = 20 * SAMPLE_RATE_HZ
-"""Samples (20 s) after a stretch was given away until what its search has made is forgotten, up to 40 MB of spectra and
+"""Samples (20 s) after the submission of a stretch until the search's data are dropped, up to 40 MB of spectra and
 waveforms: between two sentences of a talk they are kept."""
 CALL, SURE_CALL = "stop", 0.95
-"""A sentence that ends with it is told at once if it is so sure: a halt must not wait."""
+"""A sentence that ends with this word is reported at once if it is this sure: a halt must not wait."""
 
 
 @dataclass(eq=False)
 class _Open:
-    """A stretch: from its first sign of speech to the last; where speech was noticed; what is held of it."""
+    """A stretch: from its first sign of speech to the last; the places where speech was noticed; and its held
+    events."""
 
     begin: int
     end: int
@@ -60,12 +61,12 @@ class _Open:
 
     @property
     def unfinished(self) -> int | None:
-        """Since which sample something has been said that seemed to go on at its end; None if nothing did."""
+        """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
         return self.look.unfinished if self.look is not None else None
 
 
 class ChannelEars(LaterEars[Stretch, Look]):
-    """Ears that have robots listened for through any channel."""
+    """Ears with a second pass for robots through any channel."""
 
     def __init__(
         self,
@@ -74,21 +75,21 @@ class ChannelEars(LaterEars[Stretch, Look]):
         worker: Worker[Stretch, Look],
         varied: frozenset[str] = frozenset(),
     ) -> None:
-        """`varied`: words that are said otherwise, too, than the listener knows."""
+        """`varied`: words that are also said in other ways than the listener knows."""
         super().__init__(ears, listener, worker, LEAD + 2 * LONGEST + 2 * MOST_WAIT)
         self._varied = varied
         self._listener = listener
         self._whole_from = 0
-        """Since this sample nothing is missing: neither lost nor the robot's own voice."""
+        """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._busy = False
         self._stirred = 0.0
         """Share of the last seconds in which there were signs of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
-        """Being looked at, or looked at a moment ago."""
+        """Stretches being searched, or searched a moment ago."""
         self._told: list[Recognised] = []
         self._searched_at: int | None = None
-        """When the last stretch was given away, until that is forgotten."""
+        """When the last stretch was submitted; None once its data are dropped."""
 
     @property
     def busy(self) -> bool:
@@ -103,7 +104,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._stirred = predecessor._stirred
 
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of events that the first ears told, and of looks that have ended."""
+        """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
             out += self._taken(event)
@@ -119,12 +120,12 @@ class ChannelEars(LaterEars[Stretch, Look]):
         return out
 
     def _let_go(self, stretch: _Open) -> list[Event]:
-        """What is told of all that a stretch held."""
+        """The events to report for everything that a stretch held."""
         held, stretch.held = stretch.held, []
         return [told for event in held for told in self._released(event, stretch.look or Look())]
 
     def finish(self, events: Sequence[Event]) -> list[Event]:
-        """What comes of the first ears' last events, and of what is still open: the sound has ended."""
+        """The results of the first ears' last events and of the open stretches: the sound has ended."""
         told = self.take(events)
         self._close()
         told += self.take([])
@@ -142,7 +143,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         self._break_off(0)
 
     def _follow(self, block: Samples) -> None:
-        """Follow the signs of speech."""
+        """Track the signs of speech."""
         at, busy, signs = self._began, self._ears.busy, self._ears.signs
         rises, self._busy = busy and not self._busy, busy
         shortest_s, longest_s = CLATTER_S
@@ -163,13 +164,13 @@ class ChannelEars(LaterEars[Stretch, Look]):
             self._close(cut=True)
 
     def _rest(self) -> None:
-        """Give memory back once nobody has spoken for a while."""
+        """Free memory once nobody has spoken for a while."""
         if self._searched_at is not None and self._now - self._searched_at >= REMEMBERED:
             self._searched_at = None
             self._listener.forget()
 
     def _close(self, cut: bool = False) -> None:
-        """What is open has ended, or is `cut`: have it looked at, unless all of it is told."""
+        """Close the open stretch, or `cut` it: submit it, unless all of it has been reported."""
         stretch, self._open = self._open, None
         if stretch is None:
             return
@@ -199,7 +200,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
             stretch.look = Look()
 
     def _is_dealt_with(self, stretch: _Open) -> bool:
-        """Whether it is too short for a sentence, or all of it is told."""
+        """Whether it is too short for a sentence, or all of it has been reported."""
         if not stretch.held:
             length = stretch.end - stretch.begin - EARLIER
             told = sum(_overlap(stretch.begin, stretch.end, each) for each in self._told)
@@ -207,7 +208,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         return False
 
     def _taken(self, event: Event) -> list[Event]:
-        """What is to be told at once of an event of the first ears."""
+        """The events to report at once for an event of the first ears."""
         if not isinstance(event, Recognised | Garbled):
             return [event]
         if isinstance(event, Recognised):
@@ -225,16 +226,16 @@ class ChannelEars(LaterEars[Stretch, Look]):
         if there.look is not None and there.unfinished is None:
             return self._released(event, there.look)
         there.held.append(event)
-        if there is self._open:  # whoever spoke has ended, whatever goes on beside
+        if there is self._open:  # this speaker has ended, whatever other sound goes on
             there.noticed.append(event.start_sample)
             self._close(cut=self._clatters)
         return []
 
     def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:
-        """What is told of what was held, if no sentence was found in its place.
+        """The held events to report, if no sentence was found in their place.
 
-        A sentence that templates found stands where nobody is known to have said anything else: it may have been said
-        otherwise than robots' voices are rendered.
+        A sentence that templates found stands unless somebody is known to have said something else there: its words may
+        differ from their renderings in robots' voices.
         """
         if any(_overlaps(event, each) for each in self._told):
             return []
@@ -258,6 +259,6 @@ def _overlap(begin: int, end: int, event: Recognised | Garbled) -> int:
 
 
 def _overlaps(event: Recognised | Garbled, told: Recognised) -> bool:
-    """Whether most of an event, or of what was told, is the same sound."""
+    """Whether most of an event, or of the reported sound, is the same sound."""
     shorter = min(event.end_sample - event.start_sample, told.end_sample - told.start_sample)
     return _overlap(told.start_sample, told.end_sample, event) > 0.5 * shorter

@@ -1,6 +1,6 @@
-"""Listens to a stretch of sound for sentences of robots whose channels are not known.
+"""Searches a stretch of sound for sentences of robots with unknown channels.
 
-One after the other is found and taken out of the sound, and what is left is listened to again."""
+Sentences are found and removed from the sound one after the other, and the residual is searched again."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from hvcpd.recognition.paths import GREETING, Voicebook
 from hvcpd.recognition.second_look import snr_db
 
 NOISE_S = 0.5
-"""A quiet stretch of that length is what the noise is known by."""
+"""Length of the quiet stretch from which the noise is estimated."""
 QUIETER = 0.2
-"""This share of the stretches is quieter than the one that is taken: gain controls and drop-outs make some that tell
-nothing."""
+"""Share of the stretches that are quieter than the chosen one: gain controls and drop-outs make some that are not
+representative."""
 LEAST_SCORE = 450.0
-"""Explained energy, in variances of the noise: chance and other talk reach 390."""
+"""Least explained energy, in variances of the noise: chance and other talk reach 390."""
 BEGUN = 150.0
-"""The same of a beginning where sound was cut: to listen again costs little."""
+"""The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
-"""So near (0.6 s) to where sound was cut a sentence may have more words."""
+"""A sentence this close (0.6 s) to a cut may have more words."""
 LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
-"""What a sentence must explain more than any other one, and than any beginning of a longer one."""
+"""Least advantage of a sentence over any other, and over any beginning of a longer one, in explained energy."""
 LEAST_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
 SHORT, SHORT_REST = 3, 5 * SAMPLE_RATE_HZ // 4
@@ -39,13 +39,14 @@ LEAST_SHARE = 0.08
 explains this share of what was heard while it lasted: in the middle of other talk it may be a part of it. False alarms
 from talk explain 0.03 to 0.06."""
 MOST_AT_ONCE = 2
-"""Robots that speak at the same time."""
+"""Maximum number of robots that speak at the same time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Sound, shape (n,), from sample `origin` on; `lead` samples of it are from before the speech, which was noticed at
-    the samples `noticed` of the sound. `proposed`: sentences that others made of it. `cut`: sound went on after it."""
+    """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech, which was
+    noticed at the samples `noticed` of the sound. `proposed`: sentences that other listeners found in it. `cut`: sound
+    went on after it."""
 
     sound: Samples
     origin: int
@@ -57,8 +58,8 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Look:
-    """The sentences in a stretch; whether a robot said something else there; and since which sample something has been
-    said that seemed to go on at its end."""
+    """The sentences in a stretch; whether a robot said something else there; and the sample from which on speech seemed
+    to go on at its end."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
@@ -80,18 +81,18 @@ class ChannelListener:
         self._before = _words_before(graph)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what takes long the first time, as long as `go_on`."""
+        """Make the slow first-time preparations, as long as `go_on` holds."""
         for book in self._books:
             book.prepare(go_on)
 
     def forget(self) -> None:
-        """Give memory back, that of all listeners: nobody has spoken for a while. In any thread."""
+        """Free the memory of all listeners: nobody has spoken for a while. Any thread may call this."""
         forget_words()
         for book in self._books:
             book.forget()
 
     def look(self, stretch: Stretch) -> Look:
-        """What robots said in it."""
+        """Return the robots' sentences in a stretch."""
         begin = max(stretch.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
         heard = stretch.sound[begin:].copy()
         if len(heard) < FRAME:
@@ -120,9 +121,9 @@ class ChannelListener:
     def _found(
         self, sound: WeightedSound, stretch: Stretch, begin: int, told: Sequence[Path]
     ) -> tuple[list[Path], Evidence | None]:
-        """What may have been said in a sound that begins at sample `begin` of the stretch, beside what is `told`, most
-        likely first; and the sentence that surely was. Who speaks at another rate is sought where nobody else is
-        found at all."""
+        """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `told` sentences, most
+        likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual rate
+        finds nobody."""
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
@@ -142,21 +143,22 @@ class ChannelListener:
         return paths, best
 
     def _alone(self, sound: WeightedSound, voice: str, words: tuple[str, ...], at: int) -> list[Path]:
-        """The paths of one sentence in one voice that begins about sample `at`."""
+        """The paths of one sentence in one voice that begins at about sample `at`."""
         books = [book for book in self._books if book.voice == voice]
         alone = ChannelSearch(graph_of(words, frozenset(range(len(words)))), books)
         found = [path for path in alone.paths(sound, [at]) if alone.is_whole(path)]
         return [replace(path, node=self._final) for path in found]
 
     def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
-        """For the sentence that explains most of those whose words were all heard. `paths`: most likely first."""
+        """The evidence for the path that explains most, among those whose words were all heard. `paths`: most likely
+        first."""
         whole = (path for path in paths if self._searches[0].is_whole(path))
         fits = ((path, least_fit(sound, path)) for path in whole)
         return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_FIT), None)
 
     def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
-        """That sentence; unless another path, no word of which is missing, explains nearly as much, or a longer one
-        more; and unless it is the end of a longer one."""
+        """The evidence for that sentence; None if another path without a missing word explains nearly as much, or a
+        longer one more; or if it is the end of a longer one."""
         evidence = self.evidence(sound, paths)
         if evidence is None or evidence.path.score < LEAST_SCORE:
             return None
@@ -171,7 +173,7 @@ class ChannelListener:
 
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:
-    """For each word those that may be said right before it."""
+    """For each word, the words that may be said right before it."""
     into: dict[int, set[str]] = {}
     before: dict[str, set[str]] = {}
     for arc in graph.arcs:
@@ -182,7 +184,7 @@ def _words_before(graph: WordGraph) -> dict[str, set[str]]:
 
 
 def quiet_part(before: Samples, heard: Samples) -> Samples:
-    """A quiet NOISE_S of what was heard before; of all that was heard, if that was shorter."""
+    """A quiet NOISE_S of the sound before; all of that sound if it is shorter."""
     n = round(NOISE_S * SAMPLE_RATE_HZ)
     where = before if len(before) >= 2 * n else heard
     n = max(min(n, len(where) // 4), FRAME)

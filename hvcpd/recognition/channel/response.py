@@ -1,4 +1,4 @@
-"""Least-squares estimate of the response between a known signal and what was heard of it."""
+"""Least-squares estimate of the response between a known signal and the received sound."""
 
 from __future__ import annotations
 

@@ -1,11 +1,11 @@
-"""Searches the sentence that explains most of a piece of sound, whatever channel it came through.
+"""Searches for the sentence that explains most of a segment of sound, whatever channel it came through.
 
-A path through the word network is a known signal, each word at the sample that the one before says. Its score is the
-energy of what was heard that it explains through the response that fits it best: every path has an estimate of its own
+A path through the word network is a known signal: each word begins at the sample given by the word before it. Its score
+is the received energy that it explains through its best-fitting response: every path has its own estimate
 ("per-survivor processing", R. Raheli, A. Polydoros, C. Tzou, IEEE Trans. Communications 43, 1995). The normal equations
-of a path are the sums over its words, so that a word more costs one correlation; that neighbouring words overlap for a
-moment is left out, which makes no difference. A response has few taps as long as
-little is explained, and up to TAPS, as each tap explains one variance of noise by chance.
+of a path are the sums over its words, so each further word costs one correlation. The short overlap of neighbouring
+words is neglected, which makes no difference. A response has few taps while little energy is explained, and up to TAPS
+later, because each tap explains one variance of noise by chance.
 """
 
 from __future__ import annotations
@@ -31,34 +31,34 @@ from hvcpd.recognition.channel.weighting import (
 from hvcpd.recognition.paths import GREETING, Said, Voicebook, may_have, thirds_of
 
 FIRST_TAPS = 64
-"""4 ms: of a first word, all that is known of most loudspeakers without a room."""
+"""4 ms: for a first word, enough for most loudspeakers without a room."""
 ENOUGH = 6.0
 """Explained energy for each tap."""
 BLOCK = 16
-"""Lags that are told apart where beginnings are sought."""
+"""Resolution in lags of the search for beginnings."""
 FAINT = 50.0
-"""Explained energy of the best first word below which nothing is sought: steady noise reaches 20, and of
-sentences that were told, 78 was the least."""
+"""Explained energy of the best first word below which the search ends: steady noise reaches 20, and the least of any
+reported sentence was 78."""
 FAINT_BESIDE = 450.0
-"""The same where a sentence was taken out: its late echoes reached 306 (4 looks), and of seven sentences that were told
-beside another, 1,984 was the least."""
+"""The same after a sentence was removed: its late echoes reached 306 (4 searches), and the least of seven sentences
+reported beside another was 1,984."""
 PLACES = 3
-"""Beginnings of each word in each voice."""
+"""Maximum number of beginnings of each word in each voice."""
 STARTS = 64
-"""First words that are followed, of all voices."""
+"""Maximum number of active first words, over all voices."""
 WIDE, NARROW = 32, 16
-"""Paths that are followed, up to WIDE_WORDS words and after them."""
+"""Maximum number of active paths, up to WIDE_WORDS words and after them."""
 WIDE_WORDS = 4
 TRIED = 48
-"""Of all next words, those whose response is estimated anew."""
+"""Maximum number of next words whose response is estimated again."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """A path is dropped if another one has explained this much more at its end."""
 EARLIER, LATER = round(0.6 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
 """A sentence begins at most this much earlier or later than speech was noticed."""
 MOST_LAGS = 12_000
-"""Beginnings that one transform tells of."""
+"""Number of beginnings that one transform covers."""
 NEAR = 400
-"""Samples that one path's end may be after another's, to be compared."""
+"""Maximum distance in samples between the ends of two paths that are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +80,13 @@ class Path:
 
     @staticmethod
     def before(book: Voicebook, node: int) -> Path:
-        """One without a word."""
+        """A path without words."""
         nothing = np.zeros(TAPS, np.float32)
         return Path(book, node, (), (), (), (), nothing, nothing, nothing[:0], (0.0,))
 
     @property
     def score(self) -> float:
-        """The same of all its words."""
+        """The normal equations of all its words."""
         return self.explained[-1]
 
     @property
@@ -96,20 +96,21 @@ class Path:
 
     @property
     def ends(self) -> bool:
-        """Whether it may be whole: a pause follows, and its words are in the thirds that a sentence of so many has."""
+        """Whether it may be complete: a pause follows, and its words are in the right thirds of a sentence of this
+        length."""
         return self.said[-1].final and self.thirds == thirds_of(len(self.words))
 
     def energy(self, sound: WeightedSound, until: int) -> float:
-        """What was heard from its first word on, until a sample."""
+        """The energy received from its first word on, until a sample."""
         return sound.energy(self.starts[0], until)
 
     def explained_until(self, sample: int) -> float:
-        """What its words explain that end before that sample."""
+        """The energy explained by its words that end before that sample."""
         ends = (start + said.length for start, said in zip(self.starts, self.said, strict=True))
         return max((e for end, e in zip(ends, self.explained[1:], strict=True) if end <= sample), default=0.0)
 
     def sound(self, n: int) -> Samples:
-        """What was heard of it, shape (n,)."""
+        """The sentence as received, shape (n,)."""
         said = np.zeros(n + TAPS, np.float32)
         for start, each in zip(self.starts, self.said, strict=True):
             first, last = max(start, 0), min(start + each.length, n + TAPS)
@@ -120,7 +121,7 @@ class Path:
 
     @cached_property
     def response(self) -> Taps:
-        """The response of TAPS taps that fits it best, at lags from -BACK on."""
+        """Its best-fitting response of TAPS taps, at lags from -BACK on."""
         return response(self.autocorrelation, self.correlation, TAPS)
 
     @cached_property
@@ -130,13 +131,13 @@ class Path:
 
     @property
     def delay(self) -> int:
-        """Samples from the place of its signal to where most of it was heard."""
+        """Delay in samples from the place of its signal to the strongest part of what was received."""
         return int(np.abs(self.response).argmax()) - BACK
 
 
 @dataclass(frozen=True, eq=False)
 class _Next:
-    """A word that may come next, `SHIFT` around its place, and what it promises."""
+    """A possible next word, `SHIFT` around its place, and its expected gain in explained energy."""
 
     path: Path
     word: str
@@ -154,7 +155,7 @@ class _Next:
 
 
 class ChannelSearch:
-    """Knows who may speak, and what."""
+    """Searches for the sentences of a graph in the voices that may speak."""
 
     def __init__(self, graph: WordGraph, books: Sequence[Voicebook]) -> None:
         self._books = books
@@ -166,9 +167,9 @@ class ChannelSearch:
         self._lengths = lengths_of(graph)
 
     def paths(self, sound: WeightedSound, noticed: Sequence[int], told: Sequence[Path] = ()) -> list[Path]:
-        """Sentences, and beginnings of some, that begin near a sample where speech was `noticed`, or anywhere if with a
-        greeting: those that explain most first. None that begins within a sentence `told` is in its voice, of which
-        late echoes are left: a robot does not say two things at once."""
+        """Return sentences and partial sentences, those that explain most first. They begin near a sample where speech
+        was `noticed`, or anywhere if with a greeting. None that begins within a sentence `told` is in the same voice,
+        of which late echoes remain: a robot does not say two things at once."""
         found: list[Path] = []
         level = self._begun(sound, noticed, told)
         if max((path.score for path in level), default=0.0) < (FAINT_BESIDE if told else FAINT):
@@ -205,7 +206,7 @@ class ChannelSearch:
         return _best_first(sound, _joined(sound, begun, FIRST_TAPS))[:STARTS]
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
-        """The paths of one word more."""
+        """The paths extended by one word."""
         promising = [each for path in level for each in self._next(sound, path)]
         if not promising:
             return []
@@ -220,7 +221,7 @@ class ChannelSearch:
         return kept[: WIDE if len(paths[0].words) < WIDE_WORDS else NARROW]
 
     def _next(self, sound: WeightedSound, path: Path) -> Iterator[_Next]:
-        """What may come next, if it promises to explain anything through the path's own response."""
+        """The possible next words that are expected to explain some energy through the path's own response."""
         third, last, start = path.thirds[-1], path.said[-1], path.starts[-1]
         there = [
             (word, node, later, said, start + last.advance - said.lead * last.final)
@@ -246,8 +247,8 @@ class ChannelSearch:
 
 
 def span_of(n: int) -> tuple[int, int]:
-    """Where in a correlation at lags from -BACK on those of a response of `n` taps begin, as a long one reaches back;
-    and how many they are."""
+    """The range of a response of `n` taps within a correlation at lags from -BACK on: its beginning, which depends on
+    how far back a long response reaches, and its length."""
     return BACK * (TAPS - n) // (TAPS - FIRST_TAPS), n
 
 
@@ -273,7 +274,7 @@ def _apart(ranges: Sequence[tuple[int, int]], without: Sequence[tuple[int, int]]
 
 
 def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[Path]:
-    """Paths and one more word each, with responses of `n_taps`."""
+    """Paths extended by one word each, with responses of `n_taps`."""
     if not words:
         return []
     fits = sound.fits((word.said, word.at) for word in words)
@@ -306,7 +307,8 @@ def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[P
 
 
 def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
-    """Paths by how much they explain less than the best one does of as much sound: they end at different places."""
+    """Paths by their deficit in explained energy against the best path over the same sound: they end at different
+    places."""
     heard = [path.energy(sound, path.end) for path in paths]
     share = _share_of_best([(path.score, energy) for path, energy in zip(paths, heard, strict=True)])
     order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
@@ -314,7 +316,8 @@ def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
 
 
 def _share_of_best(explained: Sequence[tuple[float, float]]) -> float:
-    """Of pairs of what is explained and what was heard, the share of that pair that explains most."""
+    """The share of explained energy for the pair with most explained energy, of pairs of explained and received
+    energy."""
     score, energy = max(explained, default=(0.0, 0.0))
     return score / max(energy, 1e-9)
 

@@ -29,7 +29,7 @@ that was said before it lies there."""
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
 MOST_LEAD_SHARE = 0.15
-"""Share of a sentence's score up to which its lead tells anything."""
+"""Share of a sentence's score up to which its lead carries information."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A piece of sound over its noise: what least squares compare with known signals."""
+"""A segment of sound, whitened by its noise, for least-squares comparison with known signals."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from hvcpd.recognition.channel.response import Taps, transform_size
 from hvcpd.recognition.paths import Signal
 
 TAPS = 512
-"""Samples of a response, at most: 32 ms, the direct sound and what a room sends after it soon."""
+"""Maximum length of a response in samples: 32 ms, the direct sound and a room's early reflections."""
 BACK = 192
-"""Of them so many are before the place where a signal was found: there may be an echo, louder than the direct sound."""
+"""Number of these samples before the place where a signal was found: there may be an echo, louder than the direct
+sound."""
 SHIFT = 16
 """Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause."""
 FRAME = 1024
@@ -24,7 +25,7 @@ BINS = FRAME // 2 + 1
 BAND_HZ = (100.0, 7600.0)
 """Below, rumble; above, converters' filters differ."""
 ECHOES = 0.3
-"""Of the spectrum that was heard, what counts as noise: late echoes, which no short response explains."""
+"""Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
 LOUD = 4.0
 """Where sound has more than four times the noise's power, it counts by its own power: clatter is noise, and echoes are
 as loud as what they follow."""
@@ -38,13 +39,13 @@ before somebody speaks, and single precision is not enough for more."""
 
 SIZE = 2048
 BLOCK = 1024
-"""Samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
+"""Number of samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
 GRID = 256
-"""Samples between the beginnings of what is transformed of the sound: with the lags of a `Fit`, fewer than 1,025."""
+"""Samples between the beginnings of the sound's transformed blocks: with the lags of a `Fit`, fewer than 1,025."""
 STEP = 64
-"""Samples (4 ms) in which weights are told apart where a signal's autocorrelation is weighted."""
+"""Time resolution in samples (4 ms) of the weights of a signal's autocorrelation."""
 AT_ONCE = 256
-"""Signals that are transformed together, which bounds memory: 4 MB."""
+"""Maximum number of signals that are transformed together, which bounds memory: 4 MB."""
 WORDS_KEPT = 512
 """Words whose spectra are kept: about 66 kB each, 35 MB in all."""
 _WINDOW = np.sin(np.pi / 2 * np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2).astype(np.float32)
@@ -56,7 +57,7 @@ Spectrum = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A known signal against what was heard around its place, over noise of variance 1.
+    """A known signal against the received sound around its place, over noise of variance 1.
 
     `correlation` at lags from -BACK - SHIFT on, shape (TAPS + 2 SHIFT,); the signal's power `density`, of which the
     autocorrelation is the inverse transform, shape (SIZE / 2 + 1,).
@@ -92,17 +93,17 @@ def _blocks_of(said: Signal) -> _Blocks:
 
 
 def forget_words() -> None:
-    """Give the memory of words' spectra back; they are made anew when they are sought."""
+    """Free the memory of words' spectra; later searches make them again."""
     _blocks_of.cache_clear()
 
 
 def words_kept() -> int:
-    """How many words' spectra are in memory, at most WORDS_KEPT."""
+    """Number of words whose spectra are in memory, at most WORDS_KEPT."""
     return _blocks_of.cache_info().currsize
 
 
 class WeightedSound:
-    """What was heard, whitened by its noise and by its own power, scaled to variance 1.
+    """The received sound, whitened by its noise and by its own power, scaled to variance 1.
 
     Whitened once, it is kept as spectra of SIZE samples from every GRID-th on. A signal's blocks against the spectra
     where they lie, summed, make its correlation by one small transform (overlap-save, as in partitioned convolution).
@@ -134,13 +135,13 @@ class WeightedSound:
         self._fits: dict[tuple[Signal, int], Fit] = {}
 
     def energy(self, first: int, last: int) -> float:
-        """What was heard from sample `first` up to `last`, in variances of the noise."""
+        """The received energy from sample `first` up to `last`, in variances of the noise."""
         begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
         return float(self._energy[end] - self._energy[begin])
 
     def seek(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
-        signal's energy; as if what was heard did not change while it lasts."""
+        signal's energy; as if the weights did not change during the signal."""
         blocks = _blocks_of(said)
         n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
         n_frames = -(-(n + off) // BLOCK)
@@ -151,11 +152,11 @@ class WeightedSound:
         return np.asarray(found / np.sqrt(max(energy, 1e-9)), np.float32)
 
     def fit(self, said: Signal, at: int) -> Fit:
-        """The signal, beginning at sample `at` or SHIFT around it."""
+        """The fit of the signal, beginning at sample `at` or SHIFT around it."""
         return self.fits([(said, at)])[0]
 
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[Fit]:
-        """The same of several signals at their places: so many together take less time."""
+        """The fits of several signals at their places: one call for all takes less time."""
         wanted = list(wanted)
         new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
         for begin in range(0, len(new), AT_ONCE):
@@ -177,7 +178,7 @@ class WeightedSound:
         return [self._fits[each] for each in wanted]
 
     def _numbers(self, at: int, n_blocks: int) -> slice | NDArray[np.int_]:
-        """Which spectra are of blocks from sample `at` GRID on; the first and the last one are of silence."""
+        """The indices of the spectra of blocks from sample `at` GRID on; the first and the last one are of silence."""
         first, step = at + SIZE // GRID, BLOCK // GRID
         if first >= 0 and first + (n_blocks - 1) * step < len(self._frames):
             return slice(first, first + (n_blocks - 1) * step + 1, step)
@@ -187,7 +188,7 @@ class WeightedSound:
         """The mean square weight of each part of a signal at sample `at` whose power is spread in `time` so."""
         first = max(at + SIZE - BLOCK, 0) // STEP
         seen = self._steps[first :: BLOCK // STEP][: len(time)]
-        shares = np.zeros(len(time), np.float32)  # after the end, nothing was heard
+        shares = np.zeros(len(time), np.float32)  # after the end there is no sound
         np.einsum("ij,ij->i", seen, time[: len(seen)], out=shares[: len(seen)])
         return shares
 
@@ -198,8 +199,8 @@ def autocorrelations(fits: Sequence[Fit]) -> Taps:
 
 
 def energy_weights(taps: Taps) -> Spectrum:
-    """What a signal's `density` is to be multiplied with, and summed, for the energy that it has behind `taps`, shape
-    (SIZE / 2 + 1,)."""
+    """The weights that turn a signal's `density`, multiplied and summed, into the signal's energy after the response
+    `taps`, shape (SIZE / 2 + 1,)."""
     response = np.fft.rfft(taps, SIZE)
     weights = (response.real**2 + response.imag**2) * (2.0 / SIZE)
     weights[[0, -1]] *= 0.5

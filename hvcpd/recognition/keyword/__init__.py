@@ -1,1 +1,1 @@
-"""Hears one word, whoever says it and over whatever else is heard."""
+"""Detects one word, from any speaker and over any other sound."""

@@ -1,8 +1,8 @@
-"""Whether what the net took for the keyword was that word, or other talk. Pure; time is in samples.
+"""Decides whether the net detected the keyword or other talk. Pure; time is in samples.
 
-Whoever hears it stands still first and decides afterwards, by the chance that it was a call: by what follows it. It
-counts as said when it is certain, when it is heard again, and when a sentence is understood in which something else was
-heard at that time. What is less sure is let go after two seconds: that costs nothing else, while a stop ends the
+The robot stands still first and decides afterwards, by the probability of a call and by the sound after it. The word
+counts as said in three cases: it is certain; it is heard again; or a sentence is understood in which something else was
+heard at that time. A less certain word is dropped after two seconds. That costs nothing else, while a stop ends the
 mission until a person resumes it.
 """
 
@@ -17,7 +17,7 @@ from hvcpd.recognition.events import Recognised
 
 
 class Verdict(Enum):
-    """What became of the word by what was heard last."""
+    """The verdict on the word after the latest sound."""
 
     UNCHANGED = "nothing new"
     HELD = "somebody may have said it; later calls will tell"
@@ -27,23 +27,24 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class BeliefSettings:
-    """How other talk is known; measured with `benchmarks/stop.py`."""
+    """Thresholds that separate the word from other talk; measured with `benchmarks/stop.py`."""
 
     certain: float = 0.8
     """A chance of a call from which it counts, unless a sentence may be about to end with it: of people's other words
     one in 200 has it, of 2.3 min of their talk nothing (the part that thresholds are chosen by)."""
     sentence_s: float = 0.42
-    """It waits so long for the end of such a sentence, which comes after 0.25 s of rest."""
+    """Longest wait for the end of such a sentence, which is reported after 0.25 s of rest."""
     fair: float = 0.5
-    """A chance from which it counts if it was heard twice, or over a sentence that shows something else there. Of
+    """Least probability that counts if the word was heard twice, or over a sentence in which something else was heard.
+    Of
     people's talk one piece in eight minutes has it, of their single words one in twenty."""
     gone: float = 0.12
-    """A chance below which nothing is left of the word without the sentence."""
+    """Probability below which the residual without the sentence does not contain the word."""
     left: float = 0.4
-    """A chance from which it was said over the sentence. Between the two nobody knows."""
+    """Probability above which it was said over the sentence. Between the two, it is undecided."""
     sentence_confidence: float = 0.9
     late_s: float = 0.3
-    """How much more of a word may come that was heard only when its sentence was reported."""
+    """Longest part of a word that may still arrive after its sentence was reported."""
     most_deficit: float = 0.25
     """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
     call as loud, 0.36 and more where the sentence itself looks like the word."""
@@ -53,16 +54,16 @@ class BeliefSettings:
     edge_s: float = 0.15
     """How well the ends of the word are known, and those of a sentence."""
     longest_s: float = 8.0
-    """How long a word that was let go is remembered: as long as a sentence takes, with the rest after it, since that
-    may show that the word was said."""
+    """Time for which a dropped word is remembered: the length of a sentence and the rest after it, since that may show
+    that the word was said."""
     doubt_s: float = 2.0
-    """How long the robot stands still for a word that is not certain."""
+    """Time for which the robot stands still for a word that is not certain."""
     again_s: float = 6.0
-    """From the first call on, whoever sees the robots go on has so long to say it again."""
+    """Time after the first call in which a person who sees the robots go on can say it again."""
 
 
 Left = Callable[[Recognised, int, int], float | None]
-"""The chance of the word between two samples once the sentence is taken out of the sound; None: that cannot be done."""
+"""The probability of the word between two samples once the sentence is removed from the sound; None: unknown."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +74,11 @@ class _Word:
     told: int
     """When it was first heard."""
     certain_from: int
-    """From when on it counts if it is certain."""
+    """The time from which on it counts if it is certain."""
 
 
 class Belief:
-    """Tell it what is heard. After RELEASED or SAID nothing is held."""
+    """Takes words and sentences as they are heard. After RELEASED or SAID nothing is held."""
 
     def __init__(
         self,
@@ -85,17 +86,18 @@ class Belief:
         settings: BeliefSettings | None = None,
         left: Left = lambda _sentence, _start, _end: None,
     ) -> None:
-        """`texts`: the words that are heard as the keyword, as they are written, itself among them."""
+        """`texts`: the written words that sound like the keyword, including the keyword itself."""
         self._settings = settings or BeliefSettings()
         self._left = left
         self._texts = texts
         self._open: list[_Word] = []
         self._told: Recognised | None = None
-        """The sentence that was understood last; it may be told before the word in it is."""
+        """The last sentence; it may be reported before the word in it."""
         self._ask_from: int | None = None
-        """When the sentence that was told before a word is asked about it."""
+        """The time at which the sentence reported before a word is checked against it."""
         self._let_go: list[_Word] = []
-        """Words that were not certain enough; they count if they are said again, or left over by a sentence."""
+        """Words that were not certain enough; they count if they are said again, or remain after a sentence is
+        removed."""
 
     @property
     def held(self) -> bool:
@@ -103,8 +105,8 @@ class Belief:
         return bool(self._open)
 
     def word(self, start: int, end: int, chance: float, now: int, sentence_ends: bool = False) -> Verdict:
-        """The word was heard from sample `start` to `end`, or more surely than before; `sentence_ends`: a sentence may
-        soon account for it."""
+        """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
+        sentence may soon account for it."""
         s = self._settings
         before = [w for w in self._open if w.start == start]
         wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
@@ -163,13 +165,13 @@ class Belief:
         return word.chance >= self._settings.certain
 
     def _is_over(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
-        """Whether it was said over the sentence, which shows something else there."""
+        """Whether it was said over the sentence, in which something else was heard there."""
         if left is not None:
             return left >= self._settings.left
         return word in self._open and word.chance >= self._settings.fair and self._is_within(sentence, word)
 
     def _is_said_again(self, word: _Word) -> bool:
-        """Whether another one that nothing explains was heard not long before."""
+        """Whether another unexplained detection happened shortly before."""
         s = self._settings
         edge, longest = (round(seconds * SAMPLE_RATE_HZ) for seconds in (s.edge_s, s.again_s))
         return word.chance >= s.fair and any(
@@ -188,24 +190,24 @@ class Belief:
         return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
 
     def _accounts_for(self, told: Recognised, word: _Word) -> bool:
-        """Whether a sentence that was told before explains it: what is left without it is not all heard yet."""
+        """Whether a sentence reported earlier explains it: the residual without that sentence is not complete yet."""
         is_known = self._left(told, word.start, word.end) is not None
         return self._explains(told, word, None) and (not is_known or self._shows(told, word))
 
     def _shows(self, sentence: Recognised, word: _Word) -> bool:
-        """Whether the sentence has the word, or one that holds it, there."""
+        """Whether the sentence contains the word, or one that includes it, at this place."""
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         return any(span.word in self._texts and span.deficit <= self._settings.most_own_deficit for span in there)
 
     def _explains(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
-        """Whether nothing but the sentence was heard where the word was."""
+        """Whether only the sentence was heard where the word was detected."""
         s = self._settings
         if not self._is_within(sentence, word):
             return False
         if left is not None and (left < s.gone or left >= s.left):
-            return left < s.gone  # the sound itself shows it: how well each word fits tells no more
+            return left < s.gone  # the sound itself decides: the words' deficits add nothing
         if self._shows(sentence, word):
-            return True  # whom it was meant for is told there
+            return True  # the sentence itself names its addressee
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         sure = bool(there) and sentence.confidence >= s.sentence_confidence
         return sure and all(span.deficit <= s.most_deficit for span in there)

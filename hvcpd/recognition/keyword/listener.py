@@ -1,4 +1,4 @@
-"""Listens for the keyword beside the recogniser, and tells when to stand still, to go on and to stay."""
+"""Listens for the keyword beside the recogniser, and reports when to stand still, to go on and to stay stopped."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
-"""A sentence with one of them accounts for what was heard."""
+"""Words of which one in a sentence accounts for the detection."""
 
 
 class KeywordListener:
@@ -33,7 +33,7 @@ class KeywordListener:
         return self._belief.held
 
     def hear(self, chunk: Chunk, events: Sequence[Event], sentence_ends: bool) -> list[Event]:
-        """Take a chunk, and the `events` that the recogniser found with it.
+        """Process a chunk, and the recogniser's `events` for it.
 
         `sentence_ends`: the recogniser may soon report a sentence that ended just now.
         """
@@ -49,12 +49,12 @@ class KeywordListener:
         return told + self._tell(self._belief.at(now * HOP_SAMPLES))
 
     def understood(self, sentences: Sequence[Coherent]) -> None:
-        """These were understood by their waveform, and may be among the next events."""
+        """Take the sentences found by their waveform, which may be among the next events."""
         if self._remainder is not None:
             self._remainder.understood(sentences)
 
     def interrupt(self) -> list[Event]:
-        """What was being said is lost."""
+        """Drop the current word: its sound was lost."""
         return self._tell(self._belief.unclear())
 
     def _left(self, sentence: Recognised, start: int, end: int) -> float | None:
@@ -65,7 +65,7 @@ class KeywordListener:
         return self._tell(verdict)
 
     def _tell(self, verdict: Verdict) -> list[Event]:
-        """The verdict as an event, with where the word was heard last."""
+        """The verdict as an event, with the last position of the word."""
         match verdict:
             case Verdict.HELD:
                 return [Held(*self._span)]

@@ -1,9 +1,9 @@
-"""The net that hears the keyword: from mel energies to how likely it is that somebody has just said it, and that it was
-a call, every 40 ms.
+"""The net that detects the keyword: from mel energies to the probability, every 40 ms, that somebody has just said it,
+and that it was a call.
 
 Convolutions in time that look back only (A. Waibel et al., "Phoneme recognition using time-delay neural networks", IEEE
-Trans. ASSP 37(3), 1989), with ever wider gaps and residual paths as in WaveNet (A. van den Oord et al., 2016). What it
-is given are the logarithms of the energies, relative to the level of the last second or two, of all bands together and
+Trans. ASSP 37(3), 1989), with growing dilation and residual paths as in WaveNet (A. van den Oord et al., 2016). Its
+inputs are the logarithms of the energies, relative to the level of the last second or two, of all bands together and
 of each: so that neither distance nor a microphone's colour counts (as per-channel energy normalisation does: Y. Wang et
 al., "Trainable frontend for robust and far-field keyword spotting", ICASSP 2017). It has learned mixtures of the word
 and other talk as they are (`benchmarks/keyword`), so that nothing has to be separated.
@@ -28,11 +28,11 @@ WEIGHTS = Path(__file__).with_name("stop.npz")
 Array = NDArray[np.float32]
 
 LEVEL_S = 1.0
-"""The level of all bands together is the mean of about so long."""
+"""Time constant of the mean level of all bands together."""
 COLOUR_S = 2.0
-"""Each band's own level is the mean of about so long: some syllables."""
+"""Time constant of each band's own mean level: a few syllables."""
 MOST = 6.0
-"""Neper; differences beyond that (52 dB) tell nothing more."""
+"""Neper; differences beyond that (52 dB) carry no information."""
 SCALE = np.float32(1.0 / 3.0)
 N_INPUTS = 2 * N_BANDS
 SIZES = (8, 4)
@@ -43,7 +43,8 @@ GAPS = (1, 2, 4, 8, 4, 8)
 
 
 class Chances(NamedTuple):
-    """What the net tells, each 0 to 1: one curve to stand still by at once, one to decide by what is said next."""
+    """The net's outputs, each 0 to 1: one curve for standing still at once, one for the decision after the next
+    words."""
 
     word: float
     """That the keyword ended within the last 0.2 s."""
@@ -52,12 +53,12 @@ class Chances(NamedTuple):
 
 
 def kept(seconds: float) -> np.float32:
-    """How much of a mean over that time is left after a chunk."""
+    """Weight of the old value, after one chunk, in a running mean over that time."""
     return np.float32(np.exp(-CHUNK_FRAMES * HOP_SAMPLES / SAMPLE_RATE_HZ / seconds))
 
 
 class Levels:
-    """Makes of energies what the net is given, a chunk at a time, for one stream or for many at once."""
+    """Converts energies to the net's inputs, a chunk at a time, for one stream or for many at once."""
 
     def __init__(self) -> None:
         self._level: Array | None = None
@@ -77,15 +78,15 @@ class Levels:
         return np.asarray(np.clip(both, -MOST, MOST) * SCALE, np.float32)
 
     def scale(self, factors: Array) -> None:
-        """As if what was heard before had been so many times as loud, in power, shape (..., 1)."""
+        """Scale the history by a power factor, shape (..., 1), as if the earlier sound had been louder."""
         if self._level is not None:
             self._level, self._colour = self._level * factors, self._colour * factors
 
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """`layers`: of each a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and offsets;
-    `out`: the same of the last one; `slopes` and `intercepts`, shape (2,), make its outputs the logarithms of the
+    """`layers`: for each layer a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and
+    offsets; `out`: the same for the last layer; `slopes` and `intercepts`, shape (2,), calibrate its outputs to log
     odds."""
 
     layers: tuple[tuple[Array, Array], ...]
@@ -96,7 +97,7 @@ class Weights:
     @classmethod
     @lru_cache(1)
     def load(cls, path: Path = WEIGHTS) -> Weights:
-        """Those that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
+        """Read the weights that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
         with np.load(path) as file:
             pairs = [_layer(file, n) for n in range(len(SIZES) + len(GAPS) + 1)]
             return cls(tuple(pairs[:-1]), pairs[-1], file["slopes"], file["intercepts"])
@@ -115,7 +116,7 @@ class KeywordNet:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was heard."""
+        """Forget the earlier sound."""
         self._levels = Levels()
         widths = [matrix.shape[1] for matrix, _ in self._weights.layers]
         self._frames = np.zeros((SIZES[0] - 2, N_INPUTS), np.float32)
@@ -125,14 +126,14 @@ class KeywordNet:
         self._turn = 0
 
     def hear(self, energies: Energies) -> Chances:
-        """The chances after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
+        """The probabilities after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
         (first, first_off), (second, second_off), *others = self._weights.layers
         self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self._levels.take(energies)])
         pieces = np.stack([self._frames[k : k + SIZES[0]].ravel() for k in (0, 2)])
         self._halves = np.concatenate([self._halves[-(SIZES[1] - 2) :], np.maximum(pieces @ first + first_off, 0)])
         found = np.maximum(self._halves.ravel() @ second + second_off, 0)
         for (matrix, offsets), past, gap in zip(others, self._pasts, GAPS, strict=True):
-            # A ring: the row about to be overwritten is the oldest, `gap` further on is the next that is seen.
+            # A ring: the row about to be overwritten is the oldest, the row `gap` further on is the next input.
             at = self._turn % len(past)
             seen = np.concatenate([past[at], past[(at + gap) % len(past)], found])
             past[at] = found

@@ -1,7 +1,7 @@
-"""How likely the keyword still is once a sentence is taken out of the sound whose every sample is known.
+"""The probability of the keyword once a sentence with known samples is removed from the sound.
 
-Over a robot's sentence a call may be half hidden, and a sentence and other talk together may sound like one that nobody
-made. Without the sentence the call stands alone (as receivers of radio take out who is louder: P. Patel & J. Holtzman,
+A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that nobody
+made. Without the sentence the call stands alone (as radio receivers cancel the stronger signal: P. Patel & J. Holtzman,
 "Analysis of a simple successive interference cancellation scheme", IEEE JSAC 12(5), 1994).
 """
 
@@ -21,26 +21,26 @@ from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 
 KEPT_CHUNKS = 300
-"""12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and what came before it."""
+"""12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and the sound before it."""
 BEFORE = 3 * SAMPLE_RATE_HZ // 2
-"""The net listens from so long before the word (1.5 s) on: it looks back so far."""
+"""The net starts this long (1.5 s) before the word: its receptive field."""
 AFTER = 3 * SAMPLE_RATE_HZ // 10
-"""The net tells a word within 0.3 s."""
+"""The net detects a word within 0.3 s."""
 MOST_SENTENCES = 4
 
 
 class Remainder:
-    """Tell it what is heard, and which sentences were understood by their waveform."""
+    """Push the sound into it, and the sentences that were understood by their waveform."""
 
     def __init__(self, net: KeywordNet) -> None:
-        """`net`: of its own, for it listens anew each time."""
+        """`net`: its own instance, because it starts again each time."""
         self._net = net
         self._kept = deque[Samples](maxlen=KEPT_CHUNKS)
         self._end = 0
         self._known: tuple[Coherent, ...] = ()
 
     def hear(self, chunk: Chunk) -> None:
-        """The next samples."""
+        """Push the next samples."""
         first = chunk.first_frame * HOP_SAMPLES
         if first != self._end:
             self._kept.clear()
@@ -48,12 +48,12 @@ class Remainder:
         self._end = first + len(chunk.samples)
 
     def understood(self, sentences: Sequence[Coherent]) -> None:
-        """These may be told next."""
+        """Take sentences that may be reported next."""
         self._known = (*self._known, *sentences)[-MOST_SENTENCES:]
 
     def chance(self, sentence: Recognised, start: int, end: int) -> float | None:
-        """The highest chance of the word between samples `start` and `end` without that sentence; None if its samples
-        are not known, or no longer kept."""
+        """The highest probability of the word between samples `start` and `end` without that sentence; None if the
+        sentence's samples are unknown, or no longer kept."""
         oldest = self._end - sum(map(len, self._kept))
         known = [each for each in self._known if _is_same(each, sentence)]
         first = max(start - BEFORE, oldest)

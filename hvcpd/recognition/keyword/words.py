@@ -1,5 +1,5 @@
-"""From the net's curves to the words that were said, each told as soon as it may have been said, and again while the
-net grows surer."""
+"""Derives words from the net's curves. Each word is reported as soon as it is possible, and again while the net grows
+more certain."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 
 POSSIBLE = 0.3
-"""A chance from which it pays to stand still and see. Of calls as loud as other talk, synthesizers' and robots' have it
+"""Least probability for standing still. Of calls as loud as other talk, synthesizers' and robots' have it
 in 93 to 97 %, people's in 73 %; of people's other words, 4 % (`benchmarks.keyword.curve --part validate`)."""
 LOOKS = 4
 """Of so many columns of the curve, 160 ms, the second highest counts. A word shows for longer than other talk that has
@@ -21,15 +21,16 @@ twice as much where it is sure."""
 LENGTH_FRAMES = 45
 """The word lasts about 0.45 s."""
 DELAY_FRAMES = 12
-"""It is told about 120 ms after its end."""
+"""It is detected about 120 ms after its end."""
 ONE_WORD_FRAMES = 60
-"""What is told within 0.6 s is one word: nobody says it faster."""
+"""Detections within 0.6 s are one word: nobody says it faster."""
 CALL_FRAMES = 80
-"""Whether it was a call the net may tell so long after it was first told."""
+"""Longest time after the first detection until the net knows whether it was a call."""
 
 
 class Word(NamedTuple):
-    """About where the word was heard, and the highest chances so far that it was said, and that it was a call."""
+    """The word's approximate position, and the highest probabilities so far that it was said, and that it was a
+    call."""
 
     start_frame: int
     end_frame: int
@@ -38,13 +39,13 @@ class Word(NamedTuple):
 
 
 class Net(Protocol):
-    """`KeywordNet`, as it is needed here."""
+    """The interface of `KeywordNet` that is used here."""
 
     def hear(self, energies: Energies) -> Chances: ...
 
 
 def second_highest(chances: Iterable[float]) -> float:
-    """The chance that counts, of the last LOOKS of the net's."""
+    """The probability that counts, from the last LOOKS outputs of the net."""
     return sorted(chances)[-2]
 
 
