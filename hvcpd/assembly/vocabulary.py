@@ -310,7 +310,7 @@ def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
 
 
 def _recipe() -> str:
-    """A digest of the programs that decide, so that what older ones found is not found any more."""
+    """A digest of the programs that decide, so that cached results of older ones are not reused."""
     folder = Path(__file__).parents[1]
     names = "separation templates frontend decoder scorer".split()
     programs = [folder / "language" / "competition.py", *(folder / "recognition" / f"{name}.py" for name in names)]

@@ -183,7 +183,7 @@ class Acquaintance:
     respell_s: float | None = None
     """Between two spellings of its name; None before the first."""
     respelled_s: float = NEVER_S
-    """When it last spelled its name because somebody may not know it."""
+    """When it last spelled its name because a listener may not know it."""
     met: int = 0
     """How many peers there were when it last asked for names."""
 
