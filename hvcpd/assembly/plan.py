@@ -29,7 +29,7 @@ class TeamPlan:
     """The names that all robots were given, if `names` has others that it has learned; None: all."""
     teams: tuple[str, ...] = DEFAULT_TEAMS
     strangers: bool = False
-    """Robots that it was not told of may come and spell their names."""
+    """Robots that it does not know may come and spell their names."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Letters and numbers as words that can be told from one another in noise.
+"""Letters and numbers as words that can be distinguished in noise.
 
 Names letter by letter, in the radio alphabet: in this way robots learn names that they were not given in advance.
 Numbers in code words, for seals and keys: 64 words, 6 bits each, the alphabet among them. The alphabet is the
