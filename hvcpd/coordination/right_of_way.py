@@ -7,8 +7,8 @@ asks early, stops at the line outside, and enters when it is given the place. Th
 own request: if another robot believes that it has the place, it objects, and the keeper gives the place up. A robot
 that leaves gives the place to the robot that has waited longest.
 
-The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper once
-it has listened for half a minute and heard of no other keeper. If the keeper is missing or was switched off, nobody answers
+The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper
+once it has listened for half a minute and heard of no other. If it is missing or was switched off, nobody answers
 requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed, the robot that
 asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests restarts the
 count of the others.
