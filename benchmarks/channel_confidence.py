@@ -81,7 +81,7 @@ def case(evidence: Evidence, words: tuple[str, ...], left_out: bool) -> Case:
 
 
 def collect(o: argparse.Namespace) -> list[Case]:
-    """The cases of all sentences, told line by line."""
+    """The cases of all sentences, printed line by line."""
     bench = Bench(make_team(o.names.split(",")))
     named = {condition.name: condition for condition in conditions(o.rooms, o.data)}
     found: list[Case] = []

@@ -1,10 +1,10 @@
 """How sure the recogniser may be: whether sentences are right, against how they fared, and the curve that fits it.
 
 Random sentences of two teams in noises and, with pyroomacoustics installed, in rooms (image sources); with --data also
-people who talk to each other, near and far. What the recogniser found, before it decides. Prints how many of the
-sentences of each confidence were right. `python -m benchmarks.fit` writes the weights.
+people who talk to each other, near and far. These are the recogniser's hypotheses before its decision. Prints how many
+of the sentences of each confidence were right. `python -m benchmarks.fit` writes the weights.
 
-    python -m benchmarks.confidence [--sentences 25] [--snr 20,0,-5,-10] [--data DIR] [--seed 21]
+python -m benchmarks.confidence [--sentences 25] [--snr 20,0,-5,-10] [--data DIR] [--seed 21]
 """
 
 from __future__ import annotations
@@ -145,7 +145,7 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
 
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
-    """Bias and weights for `ConfidenceCurve`, and what they were fitted to."""
+    """Bias and weights for `ConfidenceCurve`, and the data that they were fitted to."""
     found = [pair for k, names in enumerate(TEAMS) for pair in collect(o, names, o.seed + k)]
     y = np.array([right for _, right in found])
     *weights, bias = fit(np.array([astuple(sentence_features(sentence)) for sentence, _ in found]), y)
@@ -168,7 +168,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
 
 
 def parser() -> argparse.ArgumentParser:
-    """What can be chosen."""
+    """The options."""
     out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     out.add_argument("--sentences", type=int, default=25)
     out.add_argument("--snr", default="20,0,-5,-10")

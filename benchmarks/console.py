@@ -37,7 +37,7 @@ from tests.daemon.test_control_service import heard as recognised
 from tests.reporting.example import example
 
 SENTENCE_EVERY_S = 4.0
-"""A busy team: somebody speaks all the time."""
+"""A busy team: one robot or another speaks all the time."""
 SCREENS = ((1280, 900, False), (390, 844, True))
 
 WATCH = """
@@ -65,7 +65,7 @@ def main() -> None:
 
 @contextmanager
 def full_of_talk(hours: float) -> Iterator[Show]:
-    """A page of a robot that has heard a sentence every SENTENCE_EVERY_S for so long."""
+    """A page of a robot that has heard a sentence every SENTENCE_EVERY_S for this time."""
     with Show().up() as show:
         count = round(hours * 3600.0 / SENTENCE_EVERY_S)
         for k in range(count):

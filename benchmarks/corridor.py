@@ -15,7 +15,7 @@ WAIT_MAX_S = 60.0
 
 @dataclass
 class Tally:
-    """What came of all missions."""
+    """The results of all missions."""
 
     missions: int = 0
     tasks: int = 0
@@ -31,7 +31,7 @@ class Tally:
     blocked_s: list[float] = field(default_factory=list)
 
     def add(self, mission: TrafficMission, seed: int) -> None:
-        """One more mission, which is told if anything in it was not as it should be."""
+        """Add a mission, and print it if anything in it went wrong."""
         plan, result, t = mission.plan, mission.run(), mission.traffic
         self.missions, self.passages = self.missions + 1, self.passages + t.passages
         self.tasks, self.sent, self.lost = (

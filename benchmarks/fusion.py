@@ -1,4 +1,4 @@
-"""Fits how the listeners of the second pass are weighed (`hvcpd/people/fusion.py`), and prints what comes of it.
+"""Fits the weights of the listeners of the second pass (`hvcpd/people/fusion.py`), and prints the results.
 
     python -m benchmarks.fusion [--data DIR] [--sentences 10] [--strangers] [--seed 1]
 
@@ -67,12 +67,12 @@ def fit_support(cases: Sequence[Case]) -> Floats:
 
 
 def _bounds(signs: str) -> list[tuple[float | None, float | None]]:
-    """That what speaks against a sentence never counts for it, however far from all that was fitted to."""
+    """Evidence against a sentence never counts for it, however far from the fitted data."""
     return [(0.0 if sign == "+" else None, 0.0 if sign == "-" else None) for sign in signs]
 
 
 def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floats:
-    """Logistic regression; the first column of the values is 1. The weight of what never varies stays as it was."""
+    """Logistic regression; the first column of the values is 1. The weight of a constant feature stays as it was."""
     varies = values.std(axis=0) > 1e-9
     scale = np.where(varies, values.std(axis=0), 1.0)
 
@@ -90,7 +90,7 @@ def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floa
 
 
 def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float]]]:
-    """The sentence that is supported best in each case, and what tells whether it is right."""
+    """The best supported sentence in each case, and the features that tell whether it is right."""
     found = []
     for case in cases:
         words = fusion.ranked(case.hypotheses)[0][1]
@@ -130,7 +130,7 @@ def reliability(values: Floats, right: Floats, counts: Floats) -> None:
 
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
-    """Weights of both curves, and what they were fitted to."""
+    """Weights of both curves, and the data that they were fitted to."""
     cases = all_cases(Stage(False), o.data, o.sentences, o.seed, not o.strangers)
     if not o.strangers:
         fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
@@ -158,7 +158,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
 
 
 def parser() -> argparse.ArgumentParser:
-    """What can be chosen."""
+    """The options."""
     out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     out.add_argument("--data", type=Path, help="folder of recordings of people, rooms and noises")
     out.add_argument("--sentences", type=int, default=10, help="of each voice")

@@ -1,4 +1,4 @@
-"""What the confidence of a sentence is fitted to: what was said, to robots or not, and what the listeners make of it.
+"""The data to which the confidence of a sentence is fitted: speech, to robots or not, and the listeners' results.
 
 Speakers, voices, rooms and noises that tests hear are never drawn (`benchmarks.phones.recorded`, `...phones.voices`),
 but for takes of digits by those whom tests enrol, too.
@@ -62,7 +62,7 @@ DIGITS_COUNT = 0.25
 ENROLLED = 2
 """Of the voices, whose words are enrolled, too."""
 AGAIN = 0.25
-"""What talk counts that is judged once more, with somebody enrolled."""
+"""Weight of talk that is judged again, with a person enrolled."""
 FAINT = 0.01
 """Full scale = 1: a part in which nothing is louder is none."""
 PARTS_S = (0.5, 3.0)
@@ -184,7 +184,7 @@ def not_said(stage: Stage, texts: Texts, chooser: random.Random) -> Iterator[tup
 
 
 def enrolled_by(stage: Stage, talk: Talk) -> SecondPassRecogniser:
-    """Of somebody who knows a voice by two takes of each word."""
+    """From a recogniser that knows a voice by two takes of each word."""
     words = {w: [levelled(talk([[w]])) for _ in range(2)] for w in stage.book.people_graph.words}
     return stage.opinion(stage.book.people_graph, [enrol("Anna", words)])
 

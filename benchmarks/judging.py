@@ -1,4 +1,4 @@
-"""What the benchmarks of the voice share: the talkers and the noise."""
+"""Shared parts of the benchmarks of the voice: the talkers and the noise."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PAD_S = 0.5
 
 @dataclass(frozen=True)
 class Talker:
-    """Somebody who speaks sentences given in words; `own` for our voices."""
+    """A talker that speaks sentences given in words; `own` for our voices."""
 
     speak: Callable[[Phrases], Samples]
     own: bool

@@ -147,7 +147,8 @@ def words(o: argparse.Namespace) -> None:
 
 
 def earshot(o: argparse.Namespace) -> None:
-    """Robots out of each other's earshot: what is lost, what is done twice, and who never learns that all is done."""
+    """Robots out of each other's earshot: tasks lost, tasks done twice, and robots that never learn that all is
+    done."""
     print("mode        missions  tasks  lost  twice  each once in  not all know  sentences a task")
     for mode in ("coordinate", "volunteer"):
         plans = [fading_plan(seed, mode == "coordinate") for seed in _range(o.seeds)]
@@ -161,7 +162,7 @@ def earshot(o: argparse.Namespace) -> None:
 
 
 def days(o: argparse.Namespace) -> None:
-    """What is due again and again: was each time done, and once?"""
+    """Recurring tasks: was each occurrence done, and once?"""
     n = whole = lost = twice = occurrences = sent = 0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):

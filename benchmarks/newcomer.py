@@ -88,7 +88,7 @@ def on_a_fresh_clone(folder: Path) -> Iterator[tuple[str, str, float, float]]:
 
 
 def of_this_tree() -> list[tuple[str, str, float, float]]:
-    """Lengths of what a newcomer reads, each with its goal."""
+    """Lengths of the texts that a newcomer reads, each with its goal."""
     tutorial = len((ROOT / "docs/tutorials/own-tasks.md").read_text(encoding="utf-8").split())
     longest = max(words_a_sentence(page.read_text(encoding="utf-8")) for page in pages())
     from hvcpd.control.overview import OVERVIEW

@@ -35,7 +35,7 @@ PAUSE_S, TAIL_S = 1.0, 0.12
 UNHEARD_S = (-0.2, 0.4)
 """A speaker who begins at least this much before or after the robot neither heard it nor was heard by it."""
 SWAY_DB = 0.03
-"""How much the path through the room varies, as when somebody walks about."""
+"""How much the path through the room varies, as when a person walks about."""
 
 
 def way(rt60_s: float, distance_m: float, rng: np.random.Generator) -> Samples:
@@ -72,7 +72,7 @@ class Trial:
         self.heard = np.asarray(echo * sway + room(len(echo), seed), np.float32)
 
     def call(self, stage: Stage, call_db: float, rt60_s: float, seed: int) -> tuple[float, float]:
-        """Have somebody call over the last sentence; when it begins and ends, s."""
+        """Have a person call over the last sentence; returns when the call begins and ends, s."""
         chooser = random.Random(seed)
         dry = at_level(stage.call(chooser), SPEECH_DBFS)
         begin, end = self.spans[-1]
@@ -89,7 +89,7 @@ class Trial:
         self.heard[at : at + len(sound)] += sound * self.own_rms * 10.0 ** (louder_db / 20.0) / rms
 
     def listen(self, ears: Overhearing) -> tuple[list[float], float]:
-        """When "stop" was told, s, and the processor time."""
+        """When "stop" was reported, s, and the processor time."""
         told, began_s, speaking = [], time.process_time(), False
         sound = np.clip(np.rint(self.heard * 32768.0) / 32768.0, -1.0, 1.0).astype(np.float32)
         for at in range(0, len(sound), BLOCK):
@@ -109,7 +109,7 @@ class Trial:
 
 
 def other_sound(stage: Stage, kind: str, chooser: random.Random, speaker: int) -> Samples:
-    """What sounds over a robot's sentence and does not say "stop"."""
+    """Sounds over a robot's sentence that do not say "stop"."""
     if kind == "knock":
         n = round(0.08 * SAMPLE_RATE_HZ)
         noise = np.random.default_rng(chooser.getrandbits(32)).standard_normal(n)

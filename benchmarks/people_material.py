@@ -1,4 +1,4 @@
-"""What `benchmarks.people` lets be heard: other synthesizers' sentences and words, and people's recordings."""
+"""The sounds of `benchmarks.people`: other synthesizers' sentences and words, and people's recordings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ RATES_WPM = (150, 175, 200)
 """The takes of a synthetic voice that enrols, words a minute: it says a word the same way every time."""
 CALLS = ("stop", "rob stop", "all stop")
 FIRST_WORDS = ("hi all", "who is here", "what is left", "move forward", "rob what are you doing", "bot come back")
-"""What people say at once who do not know the phrasebook."""
+"""First sentences of people who do not know the phrasebook."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What the benchmarks of people share: a team of robots, PocketSphinx, and who heard what."""
+"""Shared parts of the benchmarks of people: a team of robots, PocketSphinx, and the results of each."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Stage:
         return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
 
     def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
-        """Of whoever is enrolled, and of strangers."""
+        """Of enrolled people, and of strangers."""
         known = {person.name.lower(): person for person in people}
         return SecondPassRecogniser(graph, self.sound.lexicon, known, True)
 
@@ -56,7 +56,7 @@ class Stage:
         return self._peers[id(graph)]
 
     def theirs(self, graph: WordGraph, sound: Samples, said: Said) -> str:
-        """What PocketSphinx makes of one sentence with PAD_S around it."""
+        """PocketSphinx's result for one sentence with PAD_S around it."""
         pad = round(PAD_S * SAMPLE_RATE_HZ)
         return heard(self.peer(graph), sound[max(said.start - pad, 0) : said.end + pad])
 

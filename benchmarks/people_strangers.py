@@ -72,7 +72,7 @@ def _share(k: int, n: int) -> str:
 def heard(
     stage: Stage, said: Sequence[tuple[tuple[str, ...], Samples]], snr_db: float | None, colour: str, seed: int
 ) -> Count:
-    """What becomes of sounds in noise; of those without words, nothing should."""
+    """Counts the results of sounds in noise; sounds without words should give none."""
     count = Count()
     for at in range(0, len(said), TOGETHER):
         sound, where = stream(said[at : at + TOGETHER], snr_db, colour, seed + at)
@@ -155,7 +155,7 @@ def digits_rows(data: Path, right: Callable[[str, float | None, int], Count], mo
 
 
 def endless_row(stage: Stage, data: Path, seed: int) -> None:
-    """A minute of people who talk on and on, with their pauses and without any; nothing of it is for a robot."""
+    """A minute of people who talk on and on, with their pauses and without any; none of it is for a robot."""
     paths = [p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"]
     talk = [np.asarray(read_wav(p), np.float32) for p in random.Random(seed).choices(paths, k=60)]
     _endless(stage, "with its pauses", talk, seed)
@@ -180,7 +180,7 @@ def _endless(stage: Stage, label: str, talk: Sequence[Samples], seed: int) -> No
 
 
 class TimedLooks:
-    """A second look that tells what it costs and how much sound it has seen."""
+    """A second pass that reports its cost and the duration of its sound."""
 
     def __init__(self, opinion: SecondPassRecogniser) -> None:
         self._opinion = opinion
@@ -217,7 +217,7 @@ class TimedLooks:
 
 
 def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
-    """The half of people's talk that nothing was fitted to: what is told of it in an hour."""
+    """The half of people's talk that nothing was fitted to: false alarms in an hour of it."""
     stops = peer = n = 0
     made: list[str] = []
     ears = stage.ears()

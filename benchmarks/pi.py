@@ -1,4 +1,4 @@
-"""What a robot's work costs a Raspberry Pi 3B+, estimated by counting instructions; the rows of `hvcpctl bench`.
+"""The cost of a robot's work on a Raspberry Pi 3B+, estimated by counting instructions; the rows of `hvcpctl bench`.
 
     python -m benchmarks.pi [--folder out/arm64] [--without-shipped] [--memory]
 
@@ -58,7 +58,7 @@ class Counted:
         self._folder = tempfile.TemporaryDirectory(prefix="hvcpd-pi-")
 
     def row(self, row: Row) -> Counts:
-        """What a row of the table took; `row.times` is not applied."""
+        """The cost of a row of the table; `row.times` is not applied."""
         before = self._counts(row.work, 0) if row.alone else np.zeros(len(CYCLES))
         return self._counts(row.work, row.amount) - before
 

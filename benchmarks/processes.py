@@ -1,4 +1,4 @@
-"""What another process costs, read from /proc (proc(5))."""
+"""The cost of another process, read from /proc (proc(5))."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people can tell of a mission from what was said alone: a fixed bank of 20 questions, asked of the sentences.
+"""What a mission's sentences alone tell people about it: a fixed bank of 20 questions, asked of the sentences.
 
 In each mission one robot fails at a task and says why, and a person stops all and has them go on. Answers are read from
 the words of the transcript, without the phrasebook; the mission itself tells which are right.
@@ -22,7 +22,7 @@ from hvcpd.language.words import number_words
 REASON = "the tank is empty"
 ROSES = "green violet indigo orange yellow white purple silver".split()
 RESUMES_S = (20.0, 45.0, 70.0)
-"""After the stop: a word that somebody speaks over is said again."""
+"""After the stop: a word lost under other speech is repeated."""
 LATE_S = 30.0
 """A task that was done no longer ago may not have been reported: a report waits for its turn."""
 _NUMBERS = {" ".join(number_words(n)): n for n in range(1, 20)}
@@ -35,7 +35,7 @@ _FAILED = re.compile(rf"task {_TASKS} failed(?:, (.*))?$")
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the transcript: when, by whom it was said, and what follows the opening."""
+    """A line of the transcript: its time, its speaker, and the words after the opening."""
 
     at_s: float
     speaker: str
@@ -56,11 +56,11 @@ class Transcript:
         return [(li.at_s, li.speaker, _NUMBERS[word]) for li, f in hits for word in f.group(1, 2) if word]
 
     def doers(self, until_s: float) -> dict[int, tuple[str, float]]:
-        """Who did each task, and when that was first said."""
+        """The robot that did each task, and when that was first said."""
         return {n: (who, at_s) for at_s, who, n in reversed(self._named(_DONE, until_s))}
 
     def owner(self, number: int, at_s: float) -> str | None:
-        """Who has a task that is not done: the last who claimed it, and has not given it up since."""
+        """The robot that has an unfinished task: the last that claimed it, and has not given it up since."""
         claims = [who for _, who, n in self._named(_CLAIM, at_s) if n == number]
         gave_up = {who for _, who, n in self._named(_FAILED, at_s) if n == number}
         last = claims[-1] if claims and number not in self.doers(at_s) else None
@@ -75,7 +75,7 @@ class Transcript:
 
 
 class Truth(WordMission):
-    """A mission that notes who owned which task at a time, and who was stopped."""
+    """A mission that notes the owner of each task at a time, and the stopped robots."""
 
     asked_s = 0.0
     busy: dict[str, tuple[int, ...]]

@@ -1,4 +1,4 @@
-"""What is heard where nobody speaks to a robot: commands made up from people's talk and noise; there should be none.
+"""False alarms: commands recognised in people's talk and noise while nobody speaks to a robot; there should be none.
 
     python -m benchmarks.rejection --data DIR [--names Rob,Bot;Max,Ann] [--gain-db 0,-12,12] [--minutes 60]
 

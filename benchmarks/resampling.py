@@ -1,4 +1,4 @@
-"""What it costs to convert a card's rate to 16 kHz and back: processor time for each second of sound, one core.
+"""The cost of converting a card's rate to 16 kHz and back: processor time for each second of sound, one core.
 
 python -m benchmarks.resampling
 """

@@ -43,7 +43,7 @@ NOISE_RMS = 0.003
 LEVEL = 0.3
 """Factor of the synthesizer's own level: about -30 dBFS at the microphone."""
 QUIET_S = 1.6
-"""After this without a word nobody answers any more: the longest gap of an answer, and some more."""
+"""After this time without a word no answer is expected: the longest gap of an answer, and a margin."""
 MOTIONS = (m.TurnBy(90.0), m.TurnBy(-90.0), m.MoveBy(1.0), m.MoveBy(2.0), m.ComeBack())
 
 

@@ -41,7 +41,7 @@ from hvcpd.robot.robot import Robot
 from hvcpd.security.keys import KeyRing
 
 BLOCK = 400
-"""Samples a step, 25 ms: a robot reacts one block after what it hears."""
+"""Samples a step, 25 ms: a robot reacts one block after a sound."""
 BLOCK_S = BLOCK / SAMPLE_RATE_HZ
 MOVING_BLOCKS = 2
 """A moving robot's wheels are served every 50 ms, as ROBOTIS's own node does."""
@@ -75,22 +75,22 @@ class BenchPlan:
     loudspeaker: Loudspeaker = IDEAL
     """The synthesizer of all robots."""
     noise_at: Callable[[int], Noise] | None = None
-    """Makes what the microphone of each robot takes in quiet; None: pink noise, as loud as `air` has it."""
+    """Makes the sound at each robot's microphone in quiet; None: pink noise, as loud as in `air`."""
     hasty: bool = False
     """Whether a robot that claims a task drives off at once, as the paper's robots do; ours stand still until they are
     heard."""
     strangers: bool = False
-    """Each robot knows no name but its own beforehand."""
+    """Each robot knows only its own name in advance."""
     speech: Speech = field(default_factory=Speech)
     """The delivery of all robots' sentences."""
     keys: KeyRing | None = None
     """The team's keys; None: no sentence is sealed."""
     encrypts: bool = False
-    """Whether robots with a key also hide what they say."""
+    """Whether robots with a key also encrypt their statements."""
     starts: tuple[Pose, ...] | None = None
     """Places where the robots start; None: in rows, a metre apart."""
     met_s: float = 0.0
-    """Until then they hear each other as if they stood in rows a metre apart: who has met knows who is there."""
+    """Until then they hear each other as if they stood in rows a metre apart: robots that have met know each other."""
     timing: Timing | None = None
     """Times for which robots wait for each other; None: the usual ones."""
     earshot_m: float = math.inf
@@ -118,7 +118,7 @@ def start_poses(n: int) -> tuple[Pose, ...]:
 
 @dataclass
 class _Place:
-    """One robot on the bench, and what of it the others cannot see."""
+    """One robot on the bench, and its state that the others cannot see."""
 
     name: str
     robot: Robot
@@ -191,7 +191,7 @@ class Bench:
         self.robots: dict[str, Robot] = {}
 
     def run(self) -> MissionRecord:
-        """Run the mission to its end. Raises what a robot raises: there is no fault from outside on this bench."""
+        """Run the mission to its end. Raises any exception of a robot: there is no fault from outside on this bench."""
         began_s = time.perf_counter()
         starts = self.plan.starts or start_poses(len(self.plan.names))
         plants = tuple(
@@ -295,7 +295,7 @@ class Bench:
 
 
 def _is_through(c: Coordination) -> bool:
-    """Whether the robot knows that all is done, or is free and can do nothing of what is left."""
+    """Whether the robot knows that all is done, or is free and can do none of the remaining tasks."""
     if c.board.all_done:
         return True
     left = (entry for entry in c.board.entries() if not entry.known_done)

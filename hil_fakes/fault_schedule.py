@@ -21,13 +21,13 @@ class Fault(Enum):
     DEAD_MOTOR = "dead motor"
     """A motor loses its cable, and mostly gets it back."""
     BROWN_OUT = "brown-out"
-    """A motor starts anew: no torque, no memory, its turns forgotten. Behind OpenCR: the whole controller."""
+    """A motor restarts: no torque, no memory, its turns forgotten. Behind OpenCR: the whole controller."""
     HARDWARE_ERROR = "hardware error"
     """A motor shuts itself down."""
     OBSTACLE = "obstacle"
     """Something holds a wheel, for a while or for good."""
     EMPTY_BATTERY = "empty battery"
-    """The voltage falls below what is needed, and stays there."""
+    """The voltage falls below the required minimum, and stays there."""
     HANG = "hang"
     """The program sends nothing for a while."""
 
@@ -35,7 +35,8 @@ class Fault(Enum):
 STOPS = frozenset(
     {Fault.UNPLUG, Fault.DEAD_MOTOR, Fault.HARDWARE_ERROR, Fault.HANG, Fault.EMPTY_BATTERY, Fault.OBSTACLE}
 )
-"""Faults after which the wheels must stand; an obstacle only if the wheel was told to turn, and goes on being told."""
+"""Faults after which the wheels must stand; an obstacle only if the wheel has a command to turn, and keeps getting
+one."""
 
 LASTING_SHARE = 0.2
 """Every fifth cable or obstacle stays as it is: the task must fail then, not hang."""

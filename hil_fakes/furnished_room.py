@@ -57,7 +57,7 @@ class Furniture:
         return 0.057 * math.sqrt(self.volume_m3 / self.rt60_s)
 
     def tail(self) -> NDArray[np.float64]:
-        """What arrives of a pulse that is of energy 1 at 1 m, until it has decayed by 60 dB; the same every time.
+        """The response to a pulse of energy 1 at 1 m, until it has decayed by 60 dB; the same every time.
 
         A room that has decayed before `tail_from_s` has none.
         """
@@ -66,7 +66,7 @@ class Furniture:
         t_s = np.arange(round(self.rt60_s * SAMPLE_RATE_HZ)) / SAMPLE_RATE_HZ
         noise = np.random.default_rng(1).standard_normal(len(t_s)) * 10.0 ** (-3.0 * t_s / self.rt60_s)
         noise[: round(self.tail_from_s * SAMPLE_RATE_HZ)] = 0.0
-        share = 10.0 ** (-6.0 * self.tail_from_s / self.rt60_s)  # of the diffuse energy, what comes so late
+        share = 10.0 ** (-6.0 * self.tail_from_s / self.rt60_s)  # the late part of the diffuse energy
         return np.asarray(noise * math.sqrt(share / float(np.sum(noise**2))) / self.critical_m)
 
 

@@ -28,7 +28,7 @@ power 1 at 1 m."""
 
 
 class Echoing:
-    """Between two robots so far apart, wherever in the hall they are."""
+    """Between two robots at this distance, wherever in the hall they are."""
 
     def __init__(self, respond: Respond, max_distance_m: float) -> None:
         self.max_distance_m = max_distance_m
@@ -70,7 +70,7 @@ def shortened(response: Samples) -> Samples:
 
 
 class Recorded:
-    """Noise that was made beforehand, from its beginning again when it ends."""
+    """Noise generated in advance; it starts again when it ends."""
 
     def __init__(self, sound: Samples) -> None:
         self._sound = sound

@@ -1,4 +1,4 @@
-"""Robots in a hurry, as the paper's are: whoever claims a task drives off while it still talks, heard or not."""
+"""Robots in a hurry, like the paper's: a robot that claims a task drives off while it still talks, heard or not."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ class Haste:
         self._way = Navigator()
 
     def wheels(self, output: RobotOutput, pose: Pose, now: float, reading: WheelReading | None) -> WheelCommand:
-        """Instead of `output.wheels`: the same if the robot drives by itself; else towards what it has claimed."""
+        """Instead of `output.wheels`: the same if the robot drives by itself; otherwise towards the task that it has
+        claimed."""
         for record in output.records:
             if isinstance(record, SaidRecord):
                 self._set_off(record.utterance.statement, pose)

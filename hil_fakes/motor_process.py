@@ -50,7 +50,7 @@ class TrailPoint:
 
 
 def read_trail(path: Path) -> tuple[TrailPoint, ...]:
-    """The trail so far; a line that is still being written is left out."""
+    """The trail until now; a line that is still being written is left out."""
     return tuple(_point(json.loads(line)) for line in path.read_text().split("\n")[:-1])
 
 

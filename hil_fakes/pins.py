@@ -2,7 +2,7 @@
 
     GPIOZERO_PIN_FACTORY=files FAKE_PINS=/tmp/pins hvcpctl skills …
 
-has gpiozero use them, in that process and in those that it starts. A pin that somebody holds is busy for all others;
+has gpiozero use them, in that process and in those that it starts. A pin that a process holds is busy for all others;
 one whose holder is killed keeps its level, as a Pi's lines do, and is free.
 """
 
@@ -31,7 +31,7 @@ class Edge:
 
 
 class FilePin(MockPin):  # type: ignore[misc]
-    """One line; what it is set to stands in its file, and every change of it in another."""
+    """One line; one file holds its level, and another every change of it."""
 
     def __init__(self, factory: Any, info: Any) -> None:
         self._folder = folder = factory.folder
@@ -87,7 +87,7 @@ def drive(folder: Path, pin: int, level: bool) -> None:
 
 
 def edges(folder: Path, pin: int) -> Sequence[Edge]:
-    """All changes of a pin so far."""
+    """All changes of a pin until now."""
     path = folder / f"{pin}.log"
     lines = path.read_text().splitlines() if path.exists() else []
     return [Edge(float(at), level == "1") for at, level in (line.split() for line in lines)]

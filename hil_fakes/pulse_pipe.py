@@ -37,7 +37,7 @@ class _BufferAttributes(Structure):
 
 
 class PipeError(Exception):
-    """The server, or the device on it, is not there or not there any more."""
+    """The server, or the device on it, is missing or no longer there."""
 
 
 def load() -> ctypes.CDLL:

@@ -20,7 +20,7 @@ STEP_S = 0.01
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the pump by the clock on the wall until interrupted; every litre that was poured is told."""
+    """Run the pump by the wall clock until interrupted; it reports every litre that was poured."""
     parser = argparse.ArgumentParser(prog="hil_fakes.pump", description="A fake pump and its tank, on fake pins.")
     parser.add_argument("--pins", type=Path, required=True, metavar="FOLDER")
     parser.add_argument("--pump", type=int, default=17, metavar="PIN")

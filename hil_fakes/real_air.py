@@ -1,4 +1,4 @@
-"""The simulated room between real sound devices: a process that carries what robots play to what they record.
+"""The simulated room between real sound devices: a process that carries sound from the robots' outputs to their inputs.
 
 python -m hil_fakes.real_air --server SOCKET --robots rob,bot --record FOLDER
 
@@ -28,7 +28,7 @@ from hil_fakes.sound_server import LOUDSPEAKER, MICROPHONE
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 BLOCK = 160
-"""Samples carried at once, 10 ms: what each way through a null sink adds at least."""
+"""Samples carried at once, 10 ms: the least delay that each way through a null sink adds."""
 LATENCY_S = 0.03
 """Sound that waits in the server at each end: as much as the mixer may be late without a gap."""
 MAX_LAG_S = 0.05

@@ -1,4 +1,4 @@
-"""A room full of air at the level of samples: what every microphone hears of every loudspeaker.
+"""A room full of air at the level of samples: the sound of every loudspeaker at every microphone.
 
 Free field, unless other ways are handed in: each source reaches each microphone with the inverse distance as gain and
 the flight time as delay (Kinsler et al., *Fundamentals of Acoustics*, ch. 5), both following the positions sample by
@@ -103,9 +103,9 @@ class PinkNoise:
 MAX_DISTANCE_M = 60.0
 """Longest way in free air: at it speech is at 29 dB SPL, below any room's noise."""
 CARRIED_M = 5.0
-"""Largest move in a block that is driving: whoever moves farther was carried there, and no sound follows its way."""
+"""Largest move in a block by driving: a robot that moves farther was carried, and no sound follows its way."""
 _MARGIN = 1024
-"""Samples that a delay line holds beyond the longest way: a block, and what interpolation needs."""
+"""Samples that a delay line holds beyond the longest way: a block, and a margin for interpolation."""
 
 
 class DelayLine:
@@ -162,7 +162,7 @@ class Ways(Protocol):
     """The latest that any of a sound still arrives, samples."""
 
     def latest(self, distance_m: float) -> float:
-        """The latest that any of a sound still arrives from so far, samples."""
+        """The latest arrival of a sound from this distance, samples."""
         ...
 
     def carry(self, line: DelayLine, n: int, before_m: float, distance_m: float, gain: float) -> NDArray[np.float64]:
@@ -199,8 +199,8 @@ class Room:
     """Loudspeakers and microphones of `n_robots`, and one more microphone for a listener at `listener`.
 
     `ways`: between two robots, in place of free air. `noises`: at each robot's microphone, in place of pink noise.
-    `loudspeaker`: what all play with, in place of an ideal one. Robots hear themselves, and the listener hears them,
-    through free air.
+    `loudspeaker`: the model that all use, in place of an ideal one. Robots hear themselves, and the listener hears
+    them, through free air.
     """
 
     def __init__(
@@ -228,7 +228,7 @@ class Room:
     def advance(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
         """Let one block pass: `played` by each loudspeaker, shape (n,) each, while the robots moved to `places` (m).
 
-        Returns what each microphone took, the listener's last: shape (n,) each, float32, in steps of a 16-bit
+        Returns the sound at each microphone, the listener's last: shape (n,) each, float32, in steps of a 16-bit
         converter and clipped at its full scale.
         """
         for source, (line, block) in enumerate(zip(self._lines, played, strict=True)):

@@ -1,4 +1,4 @@
-"""Keeps the score of a mission from outside: who said what, who understood it, which plant was truly watered."""
+"""Keeps the score of a mission from outside: each sentence's speaker and listeners, and the plants truly watered."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Scorekeeper:
         self._sink(event)
 
     def note(self, robot: str, on_s: float, records: Iterable[object], pose: Pose, now: float) -> None:
-        """Take in what one robot reports in one block; it was switched on at `on_s` and truly is at `pose`."""
+        """Take one robot's reports of one block; it was switched on at `on_s` and truly is at `pose`."""
         self._watch(robot, pose, now)
         for record in records:
             match record:
@@ -155,7 +155,7 @@ def _away_m(pose: Pose, place: Place) -> float:
 
 
 def _collisions(said: list[Said]) -> int:
-    """The number of times that somebody began to speak while somebody else spoke."""
+    """The number of times that a robot began to speak while another one spoke."""
     count, loud_until_s = 0, -math.inf
     for sentence in sorted(said, key=lambda s: s.at_s):
         count += sentence.at_s < loud_until_s

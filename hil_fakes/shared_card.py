@@ -1,6 +1,6 @@
 """A medium of real air: one sound card that all robots of a `SharedRoom` share, and a visitor who types.
 
-What the robots play is added up for the loudspeaker, and all of them hear the one microphone.
+The loudspeaker plays the sum of the robots' sounds, and all of them hear the one microphone.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hvcpd.ports import Samples
 
 
 class SharedCard:
-    """`make` makes the card's stream; after a failure the card is opened again by whoever asks first."""
+    """`make` makes the card's stream; after a failure the first caller opens the card again."""
 
     def __init__(self, make: Callable[[], SoundStream]) -> None:
         self._make = make

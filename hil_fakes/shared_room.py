@@ -28,7 +28,7 @@ class Medium(Protocol):
 
     @property
     def latency_s(self) -> float:
-        """From the end of a block that was heard until what is then played is heard."""
+        """From the end of a block that was heard until the sound played next is heard."""
         ...
 
     @property
@@ -41,7 +41,7 @@ class Medium(Protocol):
         ...
 
     async def exchange(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
-        """Let a block pass: what each microphone hears next. Raises DeviceError."""
+        """Let a block pass: returns each microphone's next sound. Raises DeviceError."""
         ...
 
 
@@ -81,7 +81,7 @@ class Voice:
         self._waiting: Samples = np.zeros(0, np.float32)
 
     def say(self, sound: Samples) -> None:
-        """Say it after what waits already; shape (n,), float32."""
+        """Say it after the waiting sounds; shape (n,), float32."""
         self._waiting = np.concatenate([self._waiting, sound])
 
     def take(self, n: int) -> Samples:
@@ -142,7 +142,7 @@ class VirtualStream:
 class SharedRoom:
     """Sound between some robots and the floor under them. Time passes when all of them wait for their next block.
 
-    `watch` is called with the time after each block; what it raises is what every microphone then raises.
+    `watch` is called with the time after each block; every microphone then raises its exception, if it raises one.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """Fake skills in virtual time: pumps and tanks, grippers, and whatever takes its time. They answer as a host does.
 
-A device is asked at every block how a call is; what it has done stays done, as in the world.
+A device is asked for the state of a call at every block; its finished work stays done, as in the world.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ USUAL_S = 5.0
 LITRES_PER_S = 0.05
 """Of a small pump: 3 l a minute."""
 TOLD_EVERY_S = 1.0
-"""So often a fake tells how far it is."""
+"""Between two progress reports of a fake."""
 EMPTY = "the tank is empty"
 
 
@@ -49,7 +49,7 @@ class FakeTimed:
     hangs: bool = False
     done_s: float = 0.0
 
-    def begin(self, arguments: Arguments) -> None:  # noqa: ARG002 - it takes as long whatever it is told
+    def begin(self, arguments: Arguments) -> None:  # noqa: ARG002 - it takes as long with any arguments
         self.done_s = 0.0
 
     def advance(self, dt_s: float) -> Report:
@@ -82,10 +82,10 @@ class Pump:
     tank: Tank
     litres_per_s: float = LITRES_PER_S
     poured: float = 0.0
-    """Litres so far."""
+    """Litres poured until now."""
 
     def run(self, on_s: float) -> None:
-        """It was on for so long."""
+        """It was on for this time."""
         litres = min(self.litres_per_s * on_s, self.tank.litres)
         self.tank.litres -= litres
         self.poured += litres
@@ -150,7 +150,7 @@ class FakeGripper:
         return Report(0, SkillState.RUNNING, results=results)
 
     def leave(self) -> None:
-        """It keeps where it is, with what torque it has."""
+        """It holds its position, with its remaining torque."""
 
 
 @dataclass(frozen=True)
@@ -198,7 +198,7 @@ class FakeHost:
             self._note(now)
 
     def live(self, now: float, tell: Callable[[Report], None]) -> None:
-        """Let time pass until `now`, and tell what there is to be told."""
+        """Let time pass until `now`, and report all changes."""
         dt_s, self._last_s = now - self._last_s, now
         call, device = self._call, self._device
         if call is None or device is None or self._held:

@@ -28,7 +28,7 @@ ALSA_CONFIGURATION = "/usr/share/alsa/alsa.conf"
 LOUDSPEAKER, MICROPHONE = "loudspeaker", "microphone"
 """The names of the devices, for every robot."""
 
-# Without `norewinds` a null sink takes back what a late client has already been heard to say.
+# Without `norewinds` a null sink takes back sound of a late client that was already heard.
 _SINK = f"load-module module-null-sink sink_name={{}} rate={SAMPLE_RATE_HZ} channels=1 format=s16le norewinds=1\n"
 _CLIENT = "default-server = unix:{server}\nautospawn = no\nenable-shm = no\n"
 _ALSA = f"""
@@ -40,7 +40,7 @@ ctl.!default {{ type pulse }}
 
 
 def wait_until(condition: Callable[[], bool], timeout_s: float, what: str) -> None:
-    """Wait in real time until `condition` holds. Raises TimeoutError that names `what` was waited for."""
+    """Wait in real time until `condition` holds. Raises TimeoutError with `what` as the missing condition."""
     end_s = time.monotonic() + timeout_s
     pause = threading.Event()
     while not condition():

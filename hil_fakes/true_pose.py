@@ -31,7 +31,7 @@ class TruePose:
         self._last = angles()
 
     def follow(self) -> None:
-        """Take in what the wheels turned since the last call."""
+        """Add the turns of the wheels since the last call."""
         left_rad, right_rad = self._angles()
         left_m = (left_rad - self._last[0]) * self._wheels.left_radius_m
         right_m = (right_rad - self._last[1]) * self._wheels.right_radius_m

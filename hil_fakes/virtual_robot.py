@@ -30,7 +30,7 @@ PERIOD_S = 0.05
 class VirtualRobot:
     """`motors` are the left and the right one, `pose` is the true one; `robot.wheels` is the driver under test.
 
-    `drive` is what the robot believes of its dimensions, `truth` what they are.
+    `drive` has the dimensions that the robot believes in, `truth` the true ones.
     """
 
     def __init__(

@@ -1,9 +1,9 @@
-"""One journey under a schedule of faults, in virtual time, and what must hold all the while.
+"""One journey under a schedule of faults, in virtual time, and the invariants that must hold throughout.
 
 - After every fault that calls for it the wheels stand within a limit.
-- No wheel turns faster than it was told in the time just past, and none turns that was told nothing.
+- No wheel turns faster than its recent commands, and none turns without a command.
 - Nothing but DeviceError leaves the driver; the journey ends, arrived or failed; then the wheels stand.
-- Who has arrived is where he believes to be.
+- A robot that has arrived is where it believes to be.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 STOP_LIMIT_S = 0.5
 """After every fault of which the driver, or a motor's watchdog, can know."""
 SILENT_LIMIT_S = 0.75
-"""OpenCR that hears nothing any more: its own limit is half a second of silence and up to two of its 20 ms periods, and
-then the wheels still have to come to a stand; nothing that we sent before can make it shorter."""
+"""OpenCR that no longer receives commands: its own limit is half a second of silence and up to two of its 20 ms
+periods, and then the wheels still have to come to a stand; nothing that we sent before can make it shorter."""
 SILENT = frozenset({Fault.HANG, Fault.UNPLUG})
 SLOW_LIMIT_S = 1.25
 """OpenCR with a dead motor: its loop then takes half a second and one packet from us; the second one is our stop."""
@@ -220,7 +220,7 @@ class Trial:
                 )
 
     def _strains(self, event: Event, now_s: float) -> bool:
-        """Whether the held wheel has been told to turn from the obstacle on for as long as it takes to tell."""
+        """Whether the held wheel has had commands to turn since the obstacle for as long as detection takes."""
         if now_s - event.at_s > 0.25:
             return True
         wanted = self._command.right_rad_s if event.side else self._command.left_rad_s

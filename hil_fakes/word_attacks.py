@@ -1,7 +1,9 @@
-"""Attacks on sealed speech at the level of words: somebody who hears all, says anything, and covers ears at will.
+"""Attacks on sealed speech at the level of words: an attacker that hears all, says anything, and covers microphones at
+will.
 
 Two honest robots talk to a third, the listener. Between their sentences the attacker, who has no key, says one of its
-own, made of what it has heard. Nothing here is silenced after wrong seals: the seals alone must keep it out.
+own, made from sentences that it has heard. Nothing here is silenced after wrong seals: the seals alone must keep it
+out.
 """
 
 from __future__ import annotations
@@ -49,8 +51,8 @@ class Tally:
 
 
 class WordAttacks:
-    """`run` makes attacks of all kinds in turn; `bits` shortens the seals, to see what a guess is worth. With
-    `encrypts` the honest robots hide what they say, and the attacks are on their messages."""
+    """`run` makes attacks of all kinds in turn; `bits` shortens the seals, to measure the value of a guess. With
+    `encrypts` the honest robots encrypt their statements, and the attacks are on their messages."""
 
     def __init__(
         self, seed: int, tasks: tuple[TaskDefinition, ...], bits: int = SEAL_BITS, encrypts: bool = False
@@ -102,7 +104,7 @@ class WordAttacks:
         return Sealing(guard, self._encrypts)
 
     def _honest(self) -> None:
-        """Somebody says something; the listener may miss it, and doubts who has been silent for long."""
+        """A speaker says a sentence; the listener may miss it, and doubts speakers that have been silent for long."""
         self._now += PACE_S
         if self._rng.random() < RESTARTS:
             self._restart()

@@ -13,7 +13,7 @@ SPEED_M_S = 0.2
 
 @dataclass
 class Body:
-    """Where a robot is, and what it is doing: it drives in straight lines at a constant speed."""
+    """A robot's place and activity: it drives in straight lines at a constant speed."""
 
     place: Place
     job: int = 0

@@ -19,9 +19,9 @@ from hvcpd.security.trust import Trust
 WORD_S = 0.33
 """Mean duration of a spoken word with its share of the pauses; measured on our synthesizer's sentences."""
 ONSET_S = 0.13
-"""After this a listener knows that somebody speaks; 0.08 to 0.2 s in whole missions with sound."""
+"""After this a listener has noticed a voice; 0.08 to 0.2 s in whole missions with sound."""
 RELEASE_S = 0.15
-"""After this a listener knows that nobody speaks any more."""
+"""After this a listener has noticed the end of a voice."""
 RECOGNITION_S = 0.3
 """After the last word the sentence is reported."""
 REMEMBERED_S = 30.0
@@ -50,9 +50,9 @@ class Conditions:
     mishearing: float = 0.0
     """A listener understands another sentence of the phrasebook, which differs in one word."""
     delay_s: float = 0.0
-    """Largest delay beyond RECOGNITION_S after which a sentence is reported; drawn anew for each listener."""
+    """Largest delay beyond RECOGNITION_S after which a sentence is reported; drawn separately for each listener."""
     latency_s: float = 0.0
-    """From the decision to speak until the first sample is in the air: what sound cards and their drivers hold back."""
+    """From the decision to speak until the first sample is in the air: the delay of sound cards and their drivers."""
     stop_through: float = 1.0
     """The chance that "stop" is understood over another voice; full-audio tests measure it."""
 
@@ -79,7 +79,7 @@ class Sound:
 
 @dataclass
 class WordChannel:
-    """Shared air for named talkers: `say` puts a sentence into it; `run_until` delivers what follows.
+    """Shared air for named talkers: `say` puts a sentence into it; `run_until` delivers the events that follow.
 
     A sentence that overlaps another one, or the listener's own, is garbled. `touched` runs for every talker that
     something happened to (to collect its actions). `earshot(speaker, listener)` tells who can hear whom now, and

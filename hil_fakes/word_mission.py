@@ -1,6 +1,6 @@
 """Whole missions at the level of words: real state machines, air of words, driving as a delay, faults as scheduled.
 
-It keeps the score from outside: who truly did what, how often, and what the robots believe in the end.
+It keeps the score from outside: which robot truly did each task, how often, and the robots' beliefs at the end.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 USE_S = 5.0
-"""Whatever a skill does takes so long, as on the bench with sound."""
+"""Duration of every skill, as on the bench with sound."""
 STEP_S = 5.0
 """Interval at which the mission checks whether all is done."""
 
@@ -93,7 +93,7 @@ class WordMission:
             self.at(outage.at_s, partial(self.fail, outage))
 
     def remember_done(self, wall_s: float) -> None:
-        """Switch all robots on anew, with what recurs done for its last time before `wall_s`."""
+        """Switch all robots on again; recurring tasks count as done for their last occurrence before `wall_s`."""
         recurring = {task.number: task.every for task in self.plan.tasks if task.every is not None}
         for name in self.plan.names:
             self.saved[name] |= dict.fromkeys(recurring, ("done", None))
@@ -142,7 +142,7 @@ class WordMission:
         )
 
     def tell(self, at_s: float, speaker: str, utterance: m.Utterance, times: int = 1) -> None:
-        """Have somebody say something at that time, `times` times, who is no robot of ours."""
+        """Have a speaker that is not one of our robots say a sentence at that time, `times` times."""
         self.at(at_s, lambda: self.speak(speaker, utterance, times=times))
 
     def speak(self, speaker: str, utterance: m.Utterance, slowly: bool = False, times: int = 1) -> None:
@@ -152,7 +152,7 @@ class WordMission:
         self.air.say(speaker, utterance, SLOW_STRETCH if slowly else 1.0, times, SECOND_PAUSE_S)
 
     def at(self, at_s: float, what: Callable[[], object]) -> None:
-        """Call `what` at that time; the mission goes on at least so long."""
+        """Call `what` at that time; the mission lasts at least until then."""
         self._pending += 1
 
         def do() -> None:
@@ -162,7 +162,7 @@ class WordMission:
         self.air.at(at_s, do)
 
     def switch_on(self, name: str) -> None:
-        """Switch a robot on, with what it saved when it was on before."""
+        """Switch a robot on, with its saved memory from before."""
         plan = self.plan
         role = Role(
             name,
@@ -277,7 +277,7 @@ class WordMission:
         self.air.at(now + length_s, finish)
 
     def carried_out(self, name: str, task: int, acts: bool) -> None:
-        """A robot has carried out what it was to; `acts`: that was the task itself, and not the way there."""
+        """A robot has carried out its actions; `acts`: those were the task itself, and not the way there."""
         robot, now = self.robots[name], self.air.now
         robot.sensed(here=self.bodies[name].place)
         if acts and self.plan.fails(name, task, now):

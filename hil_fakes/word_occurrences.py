@@ -12,7 +12,7 @@ BEGIN_S = 1_700_000_000.0
 
 
 def times(task: TaskDefinition, acts: int) -> int:
-    """How often a task was carried out, by so many acts of single robots; less than all of one time are none."""
+    """How often a task was carried out, given the acts of single robots; an incomplete occurrence does not count."""
     return max(acts - task.robots + 1, 0)
 
 

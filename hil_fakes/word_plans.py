@@ -1,4 +1,5 @@
-"""Random missions at the level of words, by seed: teams, tasks, air and faults; and what the tasks' talk must cost."""
+"""Random missions at the level of words, by seed: teams, tasks, air and faults; and the least cost of the tasks'
+talk."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ PERIODS = ("1 h", "90 min", "3 h", "8 h", "1 d", "FREQ=DAILY;BYHOUR=8,16", "FREQ
 CLOCKS_S = 50.0
 """So wrong is a clock that was set by hand; two of them differ by less than `schedule.SKEW_S`."""
 FAILING, CRASHING = 0.1, 0.3
-"""Of all robots' tasks so many always fail for them; so many robots are switched off once."""
+"""Fractions of all robots' tasks that always fail for them, and of robots that are switched off once."""
 ROOM_M = 6.0
 """Half the side of the room that the tasks are strewn over."""
 MISHEARING_MAX = 0.01

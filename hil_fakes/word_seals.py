@@ -1,4 +1,4 @@
-"""Seals at the level of words: what each robot of a mission seals and judges, and what it remembers of it."""
+"""Seals at the level of words: each robot of a mission seals and judges sentences, and remembers its counters."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class WordSeals:
         """The saved state of each robot."""
 
     def switch_on(self, name: str, roster: Iterable[str] = ()) -> None:
-        """A robot begins with what it had saved; the robots of the `roster` have the key."""
+        """A robot begins with its saved counters; the robots of the `roster` have the key."""
         guard = Guard(name, self.keys, self.counters.setdefault(name, {}), bits=self._bits)
         self._on[name] = Sealing(guard, self.encrypts, roster)
 

@@ -15,7 +15,7 @@ from hvcpd.coordination.actions import Speech, Timing
 
 @dataclass(frozen=True)
 class Outage:
-    """A robot is switched off without a word, and on again `back_s` later, with what it had saved; None: never."""
+    """A robot is switched off without a word, and on again `back_s` later, with its saved memory; None: never."""
 
     name: str
     at_s: float
@@ -45,7 +45,7 @@ class WordPlan:
     unable: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """The numbers of the tasks that each robot cannot do."""
     strangers: bool = False
-    """Nobody knows another one's name beforehand."""
+    """No robot knows another one's name in advance."""
     speech: Speech = field(default_factory=Speech)
     """The delivery of all robots' sentences."""
     timing: Timing = field(default_factory=Timing)
@@ -56,7 +56,7 @@ class WordPlan:
     fails: Callable[[str, int, float], bool] = lambda _robot, _task, _now: False
     """Whether a robot fails at a task at a time."""
     reason: str | None = None
-    """What it then says is the reason."""
+    """The reason that it then gives."""
     begin_s: float = BEGIN_S
     """When it begins, s since 1970, where robots have clocks."""
     limit_s: float = 10_000.0
@@ -77,6 +77,6 @@ class WordResult:
     airtime_s: float
     misheard: int
     missed: int = 0
-    """Occurrences of what recurs that nobody has carried out before the next one;"""
+    """Occurrences of recurring tasks that nobody has carried out before the next one;"""
     repeated: int = 0
     """and how often one was carried out more than once."""

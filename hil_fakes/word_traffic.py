@@ -1,6 +1,6 @@
 """Missions at the level of words in which robots get in each other's way: they drive step by step, and may be held.
 
-It keeps the score from outside: who truly was in which place with whom, and how long anybody waited for one.
+It keeps the score from outside: which robots truly were in each place together, and how long each waited for one.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ LIMIT_S = 6000.0
 
 @dataclass
 class Route:
-    """What a robot carries out, and how far it is; a halt ends its `job`."""
+    """A robot's present actions and their progress; a halt ends its `job`."""
 
     task: int
     acts: bool
@@ -44,7 +44,7 @@ class Route:
 
 @dataclass
 class Traffic:
-    """What came of a mission's ways."""
+    """The results of a mission's ways."""
 
     passages: int = 0
     collisions: int = 0
@@ -65,7 +65,7 @@ class TrafficMission(WordMission):
         super().__init__(plan, keep)
         self.traffic = Traffic()
         self.held: dict[str, float] = {}
-        """Who stands before a place, and since when."""
+        """The robots that wait at a place, and since when."""
         self._blocked: set[str] = set()
         self._inside: dict[str, frozenset[str]] = defaultdict(frozenset)
         self.air.at(STEP_S, self._step)
@@ -154,7 +154,7 @@ class TrafficMission(WordMission):
             self._blocked.discard(name)
 
     def _note_places(self) -> None:
-        """Who is in which place, and who has just come in to whom."""
+        """The robots in each place, and those that have just met another one there."""
         for place in self.plan.places:
             bodies = self.bodies.items()
             inside = frozenset(name for name, b in bodies if place.distance_m(b.place.x_m, b.place.y_m) < HULL_M)

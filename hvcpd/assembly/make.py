@@ -1,4 +1,4 @@
-"""Puts one robot together from its settings: the only place that knows all rooms of the house."""
+"""Puts one robot together from its settings: the only place that knows all packages."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ SEALED_PAIRS = 400
 
 
 Books = Sequence[SpokenBook]
-"""What robots say, for all listeners of one robot: each word is read and measured once."""
+"""Words that robots say, for all listeners of one robot: each word is read and measured once."""
 
 
 def make_recogniser(
@@ -61,7 +61,7 @@ def make_recogniser(
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
 
     `prepared`: it may also render the waveforms of whole sentences when it needs them. `books`: those of `make_books`.
-    Without a cache they are not listened to: to render them again and again would take too long.
+    Without a cache they are not used: rendering them repeatedly would take too long.
     """
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
@@ -102,7 +102,7 @@ def robot_voice(name: str, sound: Sound) -> str:
 
 
 def voices_of(names: Iterable[str], sound: Sound, people: Mapping[str, Person]) -> dict[str, str]:
-    """Return the voices of robots and of those who are enrolled, by name in lower case."""
+    """Return the voices of robots and of enrolled people, by name in lower case."""
     voices = {key: person.voice for key, person in people.items()}
     return {name.lower(): voices.get(name.lower()) or robot_voice(name, sound) for name in names}
 
@@ -115,7 +115,7 @@ def make_ears(
     prepared: bool = True,
     books: Books | None = None,
 ) -> Listening:
-    """Ears for the voices of these robots; with `strangers` also for names that are spelled, in any voice, unless
+    """Recognisers for the voices of these robots; with `strangers` also for spelled names, in any voice, unless
     `prepared` from their `prepare` on."""
     sentences = make_recogniser(phrasebook, names, sound, prepared, books)
     if not strangers:
@@ -126,7 +126,7 @@ def make_ears(
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
-    """Hears names being spelled, in every voice; `watch`: of another recogniser on the same microphone."""
+    """Hears spelled names, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in sound.every_voice()}
     bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
@@ -134,7 +134,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
 
 
 def make_keyword() -> KeywordListener:
-    """Hears "stop", whoever says it and over whatever else is heard."""
+    """Hears "stop" from any speaker and over any other sound."""
     weights = Weights.load()
     return KeywordListener(KeywordNet(weights), Remainder(KeywordNet(weights)))
 
@@ -209,7 +209,7 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
 
 
 def make_channel_ears(phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, Look]) -> ChannelEars:
-    """Return ears around others that hear these robots through a channel that is not known, too."""
+    """Return ears around others that also hear these robots through an unknown channel."""
     listener = ChannelListener(phrasebook.marked_graph, books)
     return ChannelEars(ears, listener, worker, frozenset(phrasebook.alternatives))
 

@@ -1,4 +1,4 @@
-"""The names that a robot knows, and what it needs to understand one more."""
+"""The names that a robot knows, and everything it needs to understand one more."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from hvcpd.synthesis.likeness import sounds_alike
 
 
 class NameRegistry:
-    """The names that one robot knows: those it was told, and those that it learns, the oldest of which it forgets."""
+    """The names that one robot knows: those given in advance, and those it learns; it forgets the oldest of these."""
 
     def __init__(self, plan: RobotPlan, sound: Sound, settled: Iterable[str] = ()) -> None:
-        """`settled`: of the plan's names those that it knows whoever is enrolled."""
+        """`settled`: the plan's names that it knows whichever people are enrolled."""
         self._plan = plan
         self._sound = sound
         self._told = plan.team.names
@@ -34,8 +34,8 @@ class NameRegistry:
         return name.lower() in (known.lower() for known in self.names)
 
     def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
-        """What a robot needs to speak of these tasks, and still of those before: it may be about to. Takes seconds.
-        Raises PhraseError for words that clash."""
+        """Everything a robot needs to speak of these tasks, and of the earlier ones, which it may be about to mention.
+        Takes seconds. Raises PhraseError for words that clash."""
         before = self._plan.tasks
         said = (*tasks.tasks, *(task for task in before.tasks if task not in tasks.tasks))
         skills = (*tasks.skills, *(skill for skill in before.skills if skill not in tasks.skills))
@@ -45,22 +45,22 @@ class NameRegistry:
         return ready
 
     def keep(self, name: str) -> None:
-        """A name that was learned is now told, and not forgotten any more."""
+        """A learned name is now given, and no longer forgotten."""
         known = next(each for each in self.names if each.lower() == name.lower())
         if known not in self._told:
             self._told = (*self._told, known)
             self._guests.add(name.lower())
 
     def part(self) -> None:
-        """Forget the names of those who are enrolled no more."""
+        """Forget the names of people who are no longer enrolled."""
         gone = self._guests.difference(self.people)
         self._guests -= gone
         self._told = tuple(name for name in self._told if name.lower() not in gone)
         self.names = tuple(name for name in self.names if name.lower() not in gone)
 
     def learn(self, name: str, told: bool = False) -> tuple[Phrasebook, Ears]:
-        """What a robot needs to understand one name more. Takes seconds. A name that it was `told` is not forgotten.
-        Raises PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
+        """Everything a robot needs to understand one more name. Takes seconds. A name that it was `told` is not
+        forgotten. Raises PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
         rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
         if rival is not None:
             raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")

@@ -22,28 +22,28 @@ from hvcpd.security.silence import Patience
 
 @dataclass(frozen=True)
 class TeamPlan:
-    """Whom it knows beforehand. `names`: of all robots and people, its own among them."""
+    """The names that it knows in advance. `names`: of all robots and people, its own among them."""
 
     names: tuple[str, ...]
     told: tuple[str, ...] | None = None
-    """The names that all robots were told, where `names` has others that it has learned; None: all."""
+    """The names that all robots were given, if `names` has others that it has learned; None: all."""
     teams: tuple[str, ...] = DEFAULT_TEAMS
     strangers: bool = False
-    """Robots that it was not told of may come and spell their names."""
+    """Robots that it does not know may come and spell their names."""
 
 
 @dataclass(frozen=True)
 class BodyPlan:
-    """Where it stands, and what it moves with."""
+    """Its place and its drive."""
 
     start: Pose = field(default_factory=lambda: Pose(0.0, 0.0))
     home: Pose | None = None
-    """Where it comes back to, if that is not where it is at first."""
+    """The place to which it returns, if that is not its first place."""
     reading: WheelReading | None = None
     """Of its wheels at `start`, if that was kept."""
     drive: Drive = BURGER
     navigator: Navigator | None = None
-    """Finds its ways."""
+    """Plans its ways."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class MemoryPlan:
     counters: Mapping[str, int] | None = None
     """Of seals and codes."""
     dues: Mapping[int, float] | None = None
-    """For which time each task that recurs was done last, s since 1970."""
+    """The occurrence for which each recurring task was last done, s since 1970."""
     changes: Mapping[int, tuple[int, bool]] | None = None
     """The last change of each task, and whether it is left out since."""
 
@@ -66,32 +66,32 @@ class HearingPlan:
 
     acoustics: Acoustics | None = None
     people: Mapping[str, Person] = field(default_factory=dict)
-    """Those who are enrolled, and no robots, by name in lower case. It is read anew at each look, maybe in a thread."""
+    """The enrolled people, and no robots, by name in lower case. It is read again at each use, possibly in a thread."""
     channel: Worker[Stretch, Look] | None = None
-    """Looks again for robots that speak through a channel that is not known; None: nobody does."""
+    """A second pass for robots that speak through an unknown channel; None: there are none."""
     second: Worker[Piece, Recognised | None] | None = None
-    """Looks again at what the voices of robots do not explain; None: nobody does."""
+    """A second pass over sound that the voices of robots do not explain; None: no second pass."""
     any_voice: bool = True
-    """It looks for people who are not enrolled too."""
+    """It also looks for people who are not enrolled."""
     prepared: bool = True
-    """Names that are spelled are listened for at once, and voices by their waveform, which is in the cache, or may be
-    rendered when it is needed; otherwise `Robot.prepare` is to be called."""
+    """Spelled names are recognised at once, and voices by their waveform, which is in the cache, or may be rendered
+    when it is needed; otherwise `Robot.prepare` is to be called."""
 
 
 @dataclass(frozen=True)
 class SecurityPlan:
-    """Where the team has `keys`, everything that matters is sealed, and nothing else is believed."""
+    """Where the team has `keys`, all important sentences are sealed, and nothing else is believed."""
 
     keys: KeyRing | None = None
     encrypts: bool = False
-    """It hides what it says from all who have no key."""
+    """It encrypts its sentences for all listeners without a key."""
     patience: Patience | None = None
     """With wrong seals."""
 
 
 @dataclass(frozen=True)
 class RobotPlan:
-    """One robot: who it is, and the groups above."""
+    """One robot: its identity, and the groups above."""
 
     role: Role
     team: TeamPlan
@@ -105,15 +105,15 @@ class RobotPlan:
 
     @property
     def roster(self) -> tuple[str, ...]:
-        """The robots' names that all were told, if its own is one of them."""
+        """The robots' names that all were given, if its own is one of them."""
         told = self.team.names if self.team.told is None else self.team.told
         return self.robots(told) if self.role.listed else ()
 
     def robots(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Of the names those that are no enrolled person's."""
+        """The names without those of enrolled people."""
         return tuple(name for name in names if name.lower() not in self.hearing.people)
 
     def peers(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Of the names those of other robots, whose voices are listened for; its own if there is no other."""
+        """The names of the other robots, whose voices it recognises; its own if there is no other."""
         robots = self.robots(names)
         return tuple(name for name in robots if name.lower() != self.role.name.lower()) or robots

@@ -1,4 +1,4 @@
-"""The waveforms that robots' synthesizers make of each word, for listeners that compare waveforms."""
+"""The waveforms of each word as robots' synthesizers render it, for listeners that compare waveforms."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class WaveformCache:
         self.powers = lru_cache(powers)(lambda way: power_of(way.samples))
 
     def clear(self) -> None:
-        """Give the memory back."""
+        """Free the memory."""
         self.units.cache_clear()
         self.powers.cache_clear()
 
@@ -116,7 +116,7 @@ class SpokenBook:
         return self._cache.powers(way)
 
     def forget(self) -> None:
-        """Give memory back, that of all books with this cache: nobody has spoken for a while."""
+        """Free the memory of all books with this cache: nobody has spoken for a while."""
         self._cache.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -128,7 +128,7 @@ class SpokenBook:
                     self.said(word, third)
 
     def render(self, word: str, third: int) -> tuple[Unit, ...]:
-        """`units`, made anew."""
+        """`units`, computed again."""
         if word not in self._words:
             return ()
         made = self._speaker.joined(word, PITCH_STEPS[third], self._phrases.get(word, ()))

@@ -25,7 +25,7 @@ from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
 @dataclass(frozen=True)
 class Sound:
-    """Where pronunciations come from, where rendered units are kept, and which robot speaks how.
+    """The source of pronunciations, the cache of rendered units, and each robot's voice.
 
     `voices` and `recorded` have the robots, by name in lower case, whose voice was chosen and does not follow from the
     name. All other voices are `natural` or the formant synthesizer's.
@@ -85,8 +85,8 @@ _phrasebook = lru_cache(1)(Phrasebook)
 def make_phrasebook(
     names: Sequence[str], teams: Iterable[str], tasks: TaskRepository, sealed: bool = False, encrypted: bool = False
 ) -> Phrasebook:
-    """The phrasebook of a team, `sealed` if it has a key, `encrypted` if it hides what it says. Raises PhraseError when
-    its words clash."""
+    """The phrasebook of a team, `sealed` if it has a key, `encrypted` if it encrypts its statements. Raises PhraseError
+    when its words clash."""
     return _phrasebook(
         Vocabulary(
             names=tuple(dict.fromkeys(names)),

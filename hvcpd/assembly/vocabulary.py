@@ -1,4 +1,4 @@
-"""Checks a team's words before they are spoken: which would be taken for one another, and what to say instead."""
+"""Checks a team's words before they are spoken: words that would be confused, and replacements for them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ FAR = 22.0
 """Distance at that first look beyond which a pair is let go: twice that over all frames, where no pair at all was
 confused (benchmarks/vocabulary.py)."""
 LIMIT_QUIET = 0.001
-"""In quiet nothing may go wrong: fewer than one substitution in 1,000 is what is asked of the hearing as a whole."""
+"""In quiet nothing may go wrong: the whole recogniser is to make fewer than one substitution in 1,000."""
 LIMIT_NOISE = 0.01
 """Robots are to hear 99 of 100 sentences in noise: a word that is confused more often at 0 dB spoils it alone."""
 FIXED_WORDS = RESERVED_WORDS.union(*(number_words(n) for n in range(NUMBER_MAX + 1)))
@@ -53,7 +53,7 @@ PROPOSALS = 2
 MAX_TRIED = 6
 """Replacements tried for each word, about 0.3 s each: a person waits for the answer."""
 MAX_EXPLAINED = 4
-"""Confused pairs, the worst ones, for which replacements are sought; the others are told without."""
+"""Number of confused pairs, the worst ones, for which replacements are sought; the others are reported without."""
 NEAR_NAMES = 5
 """Names tried in place of a name, those with the most phones in common."""
 
@@ -257,7 +257,7 @@ def _key_of(word: str, vocabulary: Vocabulary) -> str:
 
 
 def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator[tuple[str, ...]]:
-    """What may be said instead of a word of the team's, the best first, if its words can be read and are not used."""
+    """Replacements for a word of the team's, the best first, if their words can be read and are not used."""
     if key == "names":
         names = sorted(known_names(), key=lambda name: _sound_distance(name, word, sound))
         known = ((name,) for name in names[:NEAR_NAMES])
@@ -310,7 +310,7 @@ def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
 
 
 def _recipe() -> str:
-    """A digest of the programs that decide, so that what older ones found is not found any more."""
+    """A digest of the programs that decide, so that cached results of older ones are not reused."""
     folder = Path(__file__).parents[1]
     names = "separation templates frontend decoder scorer".split()
     programs = [folder / "language" / "competition.py", *(folder / "recognition" / f"{name}.py" for name in names)]

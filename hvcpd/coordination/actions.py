@@ -1,4 +1,4 @@
-"""What coordination asks its surroundings to do, and the settings that it follows."""
+"""The actions that coordination asks its surroundings to carry out, and its settings."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Rng(Protocol):
 
 
 SECOND_PAUSE_S = 0.45
-"""Of silence before a sentence is said for the second time: the recogniser ends a sentence after 0.25 s."""
+"""Silence before a sentence is said for the second time: the recogniser ends a sentence after 0.25 s."""
 SECOND_GAP_S = 0.7
 """Longest time from understanding a sentence, 0.2 to 0.3 s after its last word, to noticing its repetition: the rest
 of the pause, 0.2 s for the onset, 0.1 s of ringing, and 0.15 s to be sure."""
@@ -36,8 +36,8 @@ ENCRYPTED_STRETCH = 1.9
 
 @dataclass(frozen=True)
 class Speech:
-    """How everything is said: for long distances `slowly`, and each sentence `times` (1 or 2) in a row; `sealed` where
-    a key is set, `encrypted` where it also hides what is said."""
+    """How everything is said: `slowly` for long distances, and each sentence `times` (1 or 2) in a row; `sealed` where
+    a key is set, `encrypted` where the content is hidden as well."""
 
     slowly: bool = False
     times: int = 1
@@ -46,7 +46,7 @@ class Speech:
 
     @property
     def stretch(self) -> float:
-        """A sentence takes so many times as long as usual."""
+        """Factor on the usual length of a sentence."""
         marked = ENCRYPTED_STRETCH if self.encrypted else SEALED_STRETCH if self.sealed else 1.0
         return self.times * (SLOW_STRETCH if self.slowly else 1.0) * marked
 
@@ -71,7 +71,7 @@ class Perform:
 
 @dataclass(frozen=True)
 class Halt:
-    """Stop the wheels and forget what was being performed."""
+    """Stop the wheels and forget the current actions."""
 
 
 @dataclass(frozen=True)
@@ -94,14 +94,14 @@ class SavePeer:
 
 @dataclass(frozen=True)
 class SaveStopped:
-    """Remember that the robot is stopped, or no longer: a restart releases nobody."""
+    """Remember that the robot is stopped, or no longer: a restart does not release it."""
 
     stopped: bool
 
 
 @dataclass(frozen=True)
 class SaveDue:
-    """Remember that a task was done for the time at which it was due, s since 1970."""
+    """Remember that a task was done for the occurrence due at this time, s since 1970."""
 
     number: int
     due_s: float
@@ -132,10 +132,10 @@ class Timing:
     wake_spread_s: float = 4.0
     """Drawn on top, so that robots switched on together do not greet at once: longer than a greeting."""
     meeting_s: float = 10.0
-    """For each robot of a team: by then everybody who is there and finds a task has claimed one. A confirmation with a
-    claim takes 7 s."""
+    """For each robot of a team: by then every robot that is there and finds a task has claimed one. A confirmation with
+    a claim takes 7 s."""
     greeting_wait_s: float = 4.0
-    """Time for the next answer to a greeting to begin; each one that comes grants it anew."""
+    """Time for the next answer to a greeting to begin; each answer restarts it."""
     greetings_max: int = 3
     """How often an unanswered greeting is repeated before the robot works alone."""
     reply_gap_s: float = 0.15
@@ -149,69 +149,72 @@ class Timing:
     turn_slots: int = 8
     """Minimum, for a robot that does not know whose turn it is."""
     recognition_s: float = 0.3
-    """After the own last word: then the others have understood it, and the round of turns begins for all at once."""
+    """After the robot's own last word: then the others have understood it, and the round of turns begins for all at
+    once."""
     settle_s: float = 0.5
     """After a voice falls silent: by then its sentence has been recognised."""
     back_off_s: float = 6.0
-    """What was said and not answered is held back for a time drawn from so long, or more (`effects`), before it is said
-    again: two that do not hear each other speak at once for him who is between them, and the slots of a turn are
+    """Range of the random time, extended in `effects`, for which an unanswered sentence is held back before its
+    repetition. Two robots that do not hear each other collide at a robot between them, and the slots of a turn are
     shorter than a sentence. Two sentences of 3.5 s that begin within 6 s at random miss each other once in six times,
     within 24 s three times in four."""
     objection_s: float = 0.9
-    """After a claim, besides a slot for each robot: recognition, reply gap, onset, and one for chance."""
+    """After a claim, besides a slot for each robot: recognition, reply gap, onset, and a margin."""
     others_s: float = 10.0
-    """Whoever is at the place of a task for several robots says so again after so long, if they are not there yet or
-    have not heard it; with the turn, and what it is held back for, three times as long."""
+    """A robot at the place of a task for several robots says so again after this time, if the others are not there yet
+    or have not heard it; with the turn and the hold-back, after three times as long."""
     answer_s: float = 4.0
     """Time for a read-back or a confirmation to begin before the sentence is repeated."""
     repeats_max: int = 3
     """How often an unanswered order, question or read-back is said."""
     claims_max: int = 6
-    """So often a claim or report that nobody answers is said, if others were there: at a loss of 30 % the chance
-    that all of six rounds fail between two robots is (1 − 0.7²)⁶ = 1.8 %."""
+    """How often an unanswered claim or report is said, if others were there: at a loss of 30 % the probability that all
+    of six rounds fail between two robots is (1 − 0.7²)⁶ = 1.8 %."""
     claims_among_talkers: int = 3
-    """Factor on `claims_max` if somebody was heard meanwhile: then the air is crowded, not empty."""
+    """Factor on `claims_max` if another speaker was heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
-    """How often a claim or report is said if nobody has been heard of."""
+    """How often a claim or report is said if no other robot has been heard of."""
     stop_again_s: float = 1.2
-    """From a robot's "stop" to its second one: it lasts half a second, and who heard the first has answered by then."""
+    """From a robot's "stop" to its second one: it lasts half a second, and robots that heard the first have
+    answered."""
     ask_again_s: float = 30.0
-    """Between two questions whether what may be done is done, at least; at most twice as long."""
+    """Shortest time between two questions about tasks that may be done; at most twice as long."""
     standing_s: float = 60.0
-    """Who is stopped for so long says once how it is released: whoever stopped it knows, others come by."""
+    """A robot stopped for this long says once how it is released: the person who stopped it knows, but others come
+    by."""
     bad_air_s: float = 300.0
-    """For so long after something was missed, a robot asks for another confirmation before it acts."""
+    """For this long after a sentence was missed, a robot asks for another confirmation before it acts."""
     lease_s: float = 240.0
-    """A claim whose owner was not heard of for so long is free again: a 20 m drive takes 100 s, and in a crowd a
+    """A claim is free again if its owner was not heard of for this long: a 20 m drive takes 100 s, and in a crowd a
     report waits for more than a minute until it is heard."""
     lease_per_robot_s: float = 40.0
     """Shortest lease for each other robot: a turn, with its confirmation, takes 12.5 s, and where three of ten
     sentences are lost a report waits for three rounds of them once in a hundred times."""
     unconfirmed_lease_s: float = 90.0
-    """A claim that nobody was heard to confirm is free again sooner: it may have been denied, unheard."""
+    """An apparently unconfirmed claim is free again sooner: it may have been denied, unheard."""
     renewal_s: float = 100.0
-    """A working robot that has not spoken of its task for so long says that it is at it."""
+    """A working robot that has not spoken of its task for this long says that it is working on it."""
     denied_s: float = 60.0
-    """A claim that was denied is not raised again for so long."""
+    """A claim that was denied is not raised again for this long."""
     decide_s: float = 0.3
     """Between two tasks."""
     silent_peer_s: float = 30.0
-    """A robot that did not answer an order is not asked again for so long."""
+    """A robot that did not answer an order is not asked again for this long."""
     absent_s: float = 600.0
-    """A robot that was not heard for so long is taken for gone: longer than the longest silent work."""
+    """A robot that was not heard for this long counts as gone: longer than the longest silent work."""
     name_conflict_s: float = 300.0
-    """After another voice has used the own name, nothing is done under it for so long."""
+    """After another voice has used the robot's name, the robot does nothing under it for this long."""
     recent_s: float = 15.0
-    """An answer is to a sentence said no longer ago: both last 5 s at most, with the gaps between."""
+    """An answer refers to a sentence said at most this long ago: both last 5 s at most, with the gaps between."""
     answer_kept_s: float = 12.0
-    """An answer that did not get the floor for so long is none any more: two sentences of others with their gaps; who
-    asked has by then asked again."""
+    """An answer that did not get the floor for this long is dropped: two sentences of others with their gaps; by then
+    the speaker has asked again."""
     second_s: float = 0.0
-    """Once a sentence is understood, its second saying may begin for so long. 0: everything is said once."""
+    """Time after an understood sentence in which its second saying may begin. 0: everything is said once."""
 
     def for_speech(self, speech: Speech) -> Self:
-        """The same where everybody speaks so: sentences take longer, and if they are said twice nobody else begins
-        before the second saying would have."""
+        """The same times for a team that speaks in this way: sentences take longer, and if they are said twice no other
+        robot begins before the second saying would have."""
         second_s = SECOND_GAP_S if speech.times > 1 else 0.0
         return replace(
             self,
@@ -230,14 +233,14 @@ class Timing:
         )
 
     def for_latency(self, latency_s: float) -> Self:
-        """The same where sound cards delay a voice: others notice by this much later that somebody speaks.
+        """The same times with sound cards that delay a voice: others notice a speaker later by this much.
 
         All robots of a team are assumed to have similar cards.
         """
         return replace(
             self,
             slot_s=self.slot_s + latency_s,
-            # Before a turn all slots of answers pass, and the voice of who took the last one must be noticed.
+            # Before a turn all slots of answers pass, and the voice in the last of them must be noticed.
             turn_gap_s=self.turn_gap_s + self.reply_slots * latency_s,
             objection_s=self.objection_s + 2.0 * latency_s,
         )
@@ -248,7 +251,7 @@ class Role:
     """This robot's role in the team. A coordinator gives orders and does no task itself.
 
     `unable` are the numbers of the tasks that it lacks the means for. A robot that is not `listed` cannot expect the
-    others to know its name: it spells it. `roster` are the names that all were told beforehand, present or not. All
+    others to know its name: it spells it. `roster` are the names that all were given in advance, present or not. All
     robots of a team need the same `speech`.
     """
 
@@ -262,4 +265,4 @@ class Role:
     roster: tuple[str, ...] = ()
     speech: Speech = field(default_factory=Speech)
     people: People = People.QUESTIONS
-    """What they may command without a key, where one is set."""
+    """Statements that they may command without a key, where one is set."""

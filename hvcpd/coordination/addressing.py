@@ -1,4 +1,4 @@
-"""Whom a sentence is for, and the slots in which those who could answer do so: objections first, then confirmations."""
+"""The addressees of a sentence, and the slots in which robots answer it: objections first, then confirmations."""
 
 from __future__ import annotations
 
@@ -6,30 +6,30 @@ from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.language import messages as m
 
 JUST_SPELLED_S = 20.0
-"""A name that was spelled is not spelled again for so long: others who greet meanwhile have heard it too."""
+"""A spelled name is not spelled again for this long: others who greet meanwhile have heard it too."""
 OPENERS = (m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.ReportWanted, m.Completed, m.Failed)
-"""What is said to one robot unasked; everything else that is said to one answers it."""
+"""Statements said to one robot unasked; every other statement to one robot answers it."""
 
 DOER_SLOT = 0
 """The robot that did the task objects first."""
 OWNER_SLOT = 1
 """A robot at work on the task, or that wants it, objects second: in the doer's slot the two would always collide."""
 OTHERS_SLOT = 2
-"""The first slot of the others who know better; each takes the slot of its rank."""
+"""The first slot of the others that know better; each takes the slot of its rank."""
 OTHERS_RANK_MAX = 2
 """Highest rank that has a slot of its own before all confirmations."""
 SHARED_SLOTS = 2
-"""Slots that higher ranks draw from. If two draw the same, nobody understands them and nobody confirms."""
+"""Slots that higher ranks draw from. If two draw the same slot, neither is understood and nobody confirms."""
 OWN_WORDS_SLOTS = 3
-"""A sentence that says two things saves a sentence and the pause before it: more than these slots take."""
+"""Slots saved by a sentence that says two things: another sentence and the pause before it take longer."""
 CONFIRMERS = 3
 """Maximum number of confirmations that may still begin before a new turn does: three in a row rarely miss a claim."""
 UNSURE_SLOTS = 4
-"""Slots that a newcomer, or a robot that missed the claim, leaves to those who know more."""
+"""Slots that a newcomer, or a robot that missed the claim, leaves to robots that know more."""
 
 
 def is_for(me: Knowledge, to: m.Addressee | None) -> bool:
-    """Whether what is said to somebody is said to this robot, alone or among others."""
+    """Whether a sentence to this addressee is meant for this robot, alone or among others."""
     match to:
         case m.ToRobot(name):
             return name.lower() == me.role.name.lower()
@@ -44,14 +44,14 @@ def is_for_me_alone(me: Knowledge, to: m.Addressee | None) -> bool:
 
 
 def whose_turn(u: m.Utterance) -> str | None:
-    """Who has the turn in which this is said: an answer belongs to the turn of whom it is for."""
+    """The speaker whose turn this is: an answer belongs to the turn of its addressee."""
     if isinstance(u.addressee, m.ToRobot) and not isinstance(u.statement, (*OPENERS, m.ConfirmedAnd)):
         return u.addressee.name
     return u.speaker
 
 
 def must_spell_for(me: Knowledge, name: str | None, now: float) -> bool:
-    """Whether somebody (None: everybody) may not know this robot's name, and was not told just now."""
+    """Whether a listener (None: any) may not know this robot's name, and did not hear it spelled just now."""
     a = me.acquaintance
     if me.role.listed or now - a.spelled_s < JUST_SPELLED_S:
         return False
@@ -59,7 +59,8 @@ def must_spell_for(me: Knowledge, name: str | None, now: float) -> bool:
 
 
 def confirming_slot(me: Knowledge, now: float) -> int:
-    """The first slot for confirmations, after all objections; where two are alone no third can object."""
+    """The first slot for confirmations, after all objections; two robots alone need no slots for a third's
+    objection."""
     others = len(me.expected(now))
     if others > OTHERS_RANK_MAX + 1:
         others = OTHERS_RANK_MAX + 1 + SHARED_SLOTS
@@ -67,13 +68,13 @@ def confirming_slot(me: Knowledge, now: float) -> int:
 
 
 def waiting_slots(me: Knowledge, now: float) -> int:
-    """Slots that whoever only confirms leaves to those who have something of their own to say with it."""
+    """Slots that a robot that only confirms leaves to those that add a sentence of their own."""
     others = len(me.expected(now))
     return min(others, OWN_WORDS_SLOTS) if others > 1 else 0
 
 
 def answer_slots(me: Knowledge, now: float) -> int:
-    """Slots for all who confirm what was said, or object."""
+    """Slots for all robots that confirm a sentence, or object."""
     return confirming_slot(me, now) + waiting_slots(me, now) + CONFIRMERS
 
 
@@ -89,7 +90,7 @@ def note_presence(me: Knowledge, u: m.Utterance, now: float) -> None:
 
 
 def note_introduced(me: Knowledge) -> None:
-    """This robot has said its name: it is one of those who are present, whom the others reckon with."""
+    """This robot has said its name: the others now count it as present."""
     a = me.acquaintance
     a.unheard = frozenset() if a.passed_over else a.unheard
     a.introduced = True

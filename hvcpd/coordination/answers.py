@@ -1,4 +1,4 @@
-"""What is said of somebody's claim or report: confirmed, denied, or told with all that is left."""
+"""Answers to a robot's claim or report: confirmed, denied, or corrected with a list of all remaining tasks."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
 LISTS_OF_ONE = 4
-"""What one robot alone tells is believed after so many lists: one that has misheard it asks as often itself, and
-hears of the others that it is left."""
+"""Number of lists after which a single robot is believed: a robot that has misheard a report asks as often itself, and
+hears from the others that the task remains."""
 LISTS_OF_TWO = 2
-"""Where only two are, the other one can have misheard only what this robot has said itself."""
+"""If only two robots are there, the other one can have misheard only this robot's own sentences."""
 
 
 def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
@@ -34,7 +34,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
             if s.complete:
                 me.board.complete(entry.definition.number, me.role.name)
             elif entry.known_done:
-                claims.tell_done(me, heard.speaker, entry, heard.now)  # that one has missed another's part
+                claims.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         if me.report.said:
             me.report.task = me.report.before = None
@@ -43,8 +43,8 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
 
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
-    """Whether it answers what this robot last said to its partner, or else of a task. A report that is still to be said
-    is not meant, unless it was said in answer to somebody's claim."""
+    """Whether it answers this robot's last sentence to its partner, or else its last sentence about a task. A report
+    that is still to be said is not meant, unless it was said in answer to another robot's claim."""
     if me.state is State.REPORTING and me.current.repeats == 0 and not me.report.said:
         return False
     if me.current.partner is not None:
@@ -54,7 +54,7 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
 
 
 def _note_confirmed(me: Knowledge, speaker: str, owner: str, s: m.Confirmed, now: float) -> None:
-    """Somebody else's claim or report was confirmed."""
+    """Another robot's claim or report was confirmed."""
     numbers = {entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None}
     for number in sorted(numbers):
         _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, now)
@@ -63,7 +63,7 @@ def _note_confirmed(me: Knowledge, speaker: str, owner: str, s: m.Confirmed, now
 def _note_one_confirmed(
     me: Knowledge, speaker: str, owner: str, number: int, complete: bool, confirmed: Collection[int], now: float
 ) -> None:
-    """The same of one of the tasks that were `confirmed`."""
+    """The same for one of the tasks that were `confirmed`."""
     entry = me.board[number]
     if entry.is_shared and not entry.known_done and not entry.parts and not complete:
         teaming.overheard(me, speaker, owner, entry, now)
@@ -99,7 +99,7 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
 
 
 def _take_report_back(me: Knowledge, heard: Heard) -> None:
-    """Whose words were passed on says that they are wrong: what they told of is open."""
+    """A robot whose words were passed on says that they are wrong: the tasks that they reported are open."""
     quoted, now = me.report_quoted, heard.now
     if quoted is None or heard.speaker != quoted.speaker or now - quoted.at_s > me.timing.recent_s:
         return
@@ -111,9 +111,9 @@ def _take_report_back(me: Knowledge, heard: Heard) -> None:
 
 
 def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
-    """Somebody told which tasks are not done: a complete list tells of the others, by hearsay, that they are.
+    """A robot has listed the unfinished tasks: a complete list implies, by hearsay, that the others are done.
 
-    Two that tell so are believed, neither of which has it from the other, or one that tells it over and over.
+    This is believed from two robots, if neither has it from the other, or from one that repeats it often.
     """
     now, speaker = heard.now, heard.speaker
     me.floor.withdraw("left")
@@ -122,7 +122,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
         if entry is not None and entry.state == DONE and entry.hearsay:
             me.board.reopen(number)
         elif entry is not None and entry.known_done and entry.owner is not None and speaker is not None:
-            claims.tell_done(me, speaker, entry, now)  # else those who know of more than fits in a list ask for ever
+            claims.tell_done(me, speaker, entry, now)  # more may be left than fits in a list
     if not s.more:
         for entry in me.board.entries():
             number = entry.definition.number
@@ -142,12 +142,12 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
             me.board.complete(number, entry.owner)
     elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, speaker):
         if entry.owner == me.role.name:
-            me.board.release(number)  # whoever has done it, this robot knows that it was not itself
+            me.board.release(number)  # whichever robot has done it, this one knows that it has not
         me.board.complete(number, None, hearsay=True, told_by=speaker)
 
 
 def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
-    """Somebody has not been told of the task: an order is refused, and nothing speaks against a claim or a report."""
+    """A robot does not know the task: an order is refused, and there is no objection to a claim or a report."""
     entry = me.board.find(s.task)
     if commands.answers_order(me, heard):
         commands.unable(me, heard, s)

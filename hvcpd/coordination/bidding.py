@@ -1,8 +1,9 @@
-"""The spoken auction: who claims a task from a place that nobody knows tells the way, and who is clearly nearer bids.
+"""The spoken auction: a robot that claims a task from an unknown place states its distance, and nearer robots bid.
 
-From the first claim on everybody knows where a robot is bound for, and plans with that (`routes`); so only the first
-claim tells its way. A bid is a claim said to whom it outbids, in the slots of objections. It counts: who is outbid
-gives way, confirms it, and claims something else in the same breath. One that is nearer still may outbid the bid.
+After a robot's first claim all others know where it is going, and plan with that (`routes`); so only the first claim
+states the distance. A bid is a claim addressed to the robot that it outbids, in the slots of objections. It counts: the
+robot that is outbid gives way, confirms the bid, and claims another task in the same turn. A robot that is nearer still
+may outbid the bid.
 """
 
 from __future__ import annotations
@@ -17,19 +18,19 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
 CLEARLY = 0.75
-"""Share of the claimant's way up to which another one is clearly nearer."""
+"""Fraction of the claimant's distance below which another robot is clearly nearer."""
 NEARER_M = 1.0
-"""And by this much at least: ways are told in whole metres."""
+"""Least difference: distances are stated in whole metres."""
 
 
 def is_bid(heard: Heard) -> bool:
-    """Whether a claim is said to somebody who is to give way."""
+    """Whether a claim is addressed to a robot that should give way."""
     said = heard.utterance.statement
     return isinstance(said, m.Claim) and said.way_m is not None and isinstance(heard.to, m.ToRobot)
 
 
 def would_bid(me: Knowledge, heard: Heard, entry: Entry, way_m: int | None) -> bool:
-    """Whether this robot is clearly nearer to what was just claimed, and would do that first."""
+    """Whether this robot is clearly nearer to the task that was just claimed, and would do it first."""
     number, here, last = entry.definition.number, me.body.here, me.claim_heard
     was_open = last is not None and last.before.get(number, ("",))[0] == OPEN
     is_free = me.state in (State.READY, State.CLAIMING) and me.current.task is None
@@ -45,9 +46,9 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, way_m: int | None) -> b
 
 
 def bid(me: Knowledge, other: str, entry: Entry, now: float) -> None:
-    """Want the floor to outbid `other`, unless somebody else is heard to do so."""
+    """Request the floor to outbid `other`, unless another robot is heard to do so."""
     number = entry.definition.number
-    fire(me, Trigger.CHOSE_CLAIM, now)  # whoever is claiming already has no row for that
+    fire(me, Trigger.CHOSE_CLAIM, now)  # a robot that already claims a task has no row for that
 
     def compose() -> m.Utterance | None:
         still = me.state is State.CLAIMING and me.current.task is None and entry.owner == other

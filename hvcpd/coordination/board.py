@@ -14,10 +14,10 @@ OPEN, CLAIMED, DONE = "open", "claimed", "done"
 
 @dataclass
 class Entry:
-    """One task's state. `lease_end_s` is when a claim lapses; `failed_by` are those who gave the task up.
+    """One task's state. `lease_end_s` is when a claim lapses; `failed_by` are the robots that gave the task up.
 
-    `hearsay`: it was heard once that the task is done, and from somebody who had not been heard to claim it; that
-    is enough to leave it alone, and too little to tell others so.
+    `hearsay`: this robot heard once that the task is done, from a robot that it had not heard claim it. It then leaves
+    the task alone, but does not tell others that it is done.
     """
 
     definition: TaskDefinition
@@ -27,52 +27,53 @@ class Entry:
     failed_by: frozenset[str] = frozenset()
     hearsay: bool = False
     told_by: str | None = None
-    """Who left a task that is done by hearsay out of a list of what is left; None: its own report was heard."""
+    """The robot that left this task, done by hearsay, out of its list of remaining tasks; None: its report was
+    heard."""
     times_told: int = 0
-    """So often."""
+    """How often it did."""
     firm: bool = False
-    """The claim is known to have been confirmed, or its owner to be at work: enough to deny it to others."""
+    """The claim is known to be confirmed, or its owner to be at work: reason enough to deny the task to others."""
     times_heard: int = 0
-    """So often the owner, and another one in answer, was heard to say whose the task is: a word can be misheard."""
+    """How often the owner, or a robot that answered it, was heard to name the owner: a word can be misheard."""
     times_denied: int = 0
-    """So often this robot's claim of it was denied."""
+    """How often this robot's claim of it was denied."""
     since_s: float = -math.inf
     """When this robot learned of its state and owner, by the sample clock."""
     way_m: int | None = None
-    """The way to it that its owner told when it claimed it."""
+    """The distance that its owner stated with the claim."""
     due_s: float | None = None
-    """Of a task that recurs: when the occurrence was due that all of this is about, s since 1970; None: unknown."""
+    """Of a recurring task: when the occurrence that this entry describes was due, s since 1970; None: unknown."""
     is_due: bool = False
-    """It became due, or was added, while this robot was listening: a list of what is left may come from somebody whose
-    time has not come, or who does not know it, and does not tell that it is done."""
+    """It became due, or was added, while this robot was listening. A robot whose time has not come, or that does not
+    know the task, leaves it out of its list of remaining tasks without meaning that it is done."""
     change: int = 0
-    """The last change of it that is known, by its number; 0: none was made."""
+    """The number of the last change that is known; 0: none was made."""
     is_changed: bool = False
-    """That was made since it was due last."""
+    """The last change was made since the task was last due."""
     told: int = 0
-    """Of a task that recurs: a change that was heard once, by its number, and is not believed yet."""
+    """Of a recurring task: the number of a change that was heard once, and is not believed yet."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
-    """When that was, by the sample clock."""
+    """When it was left out, by the sample clock."""
     gone: bool = False
-    """The team has this task no more; what was said of it may still be answered."""
+    """The team no longer has this task; questions about it may still be answered."""
     done_s: float = -math.inf
-    """When it was known to be done last, by the sample clock,"""
+    """When it was last known to be done, by the sample clock."""
     done_by: str | None = None
-    """and by whom."""
+    """The robot that did it then."""
     acted_s: float = -math.inf
-    """When this robot itself did it last."""
+    """When this robot itself last did it."""
     helpers: frozenset[str] = frozenset()
-    """Of a task for several robots: who does it with its owner."""
+    """Of a task for several robots: the robots that do it with its owner."""
     parts: frozenset[str] = frozenset()
-    """Who of them has done its part."""
+    """Those of them that have done their part."""
     half: frozenset[str] = frozenset()
-    """Who did its part of it before the others were no longer heard of."""
+    """Those that did their part before the others were no longer heard."""
     calls: int = 0
-    """How often this robot has called for others to do it with, in vain,"""
+    """How often this robot has called others to do it with, without an answer."""
     call_s: float = -math.inf
-    """and when it may do so again."""
+    """When it may call again."""
 
     @property
     def recurs(self) -> bool:
@@ -85,7 +86,7 @@ class Entry:
 
     @property
     def team(self) -> frozenset[str]:
-        """Who has it: its owner, and those who do it with it."""
+        """The robots that have it: its owner, and those that do it with the owner."""
         return self.helpers | {self.owner} if self.owner is not None and self.state == CLAIMED else frozenset()
 
     @property
@@ -99,7 +100,7 @@ class Entry:
 
     @property
     def lasting_state(self) -> str:
-        """The state to be remembered after a restart: what is done by hearsay only would come back as known."""
+        """The state to remember after a restart: hearsay is left out, because it would come back as knowledge."""
         if self.state == DONE and self.hearsay:
             return OPEN if self.owner is None else CLAIMED
         return self.state
@@ -143,12 +144,12 @@ class Board:
 
     @property
     def recurs(self) -> bool:
-        """Whether anything is due again when it is done."""
+        """Whether any task is due again after it is done."""
         return any(entry.definition.every is not None for entry in self._entries.values())
 
     @property
     def shares(self) -> bool:
-        """Whether anything takes several robots."""
+        """Whether any task takes several robots."""
         return any(entry.is_shared for entry in self._entries.values())
 
     @property
@@ -157,7 +158,7 @@ class Board:
         return self._not_sure == 0
 
     def hearsay(self) -> tuple[int, ...]:
-        """The numbers of the tasks that may be done: heard once, concluded, or left out of somebody's list."""
+        """The numbers of the tasks that may be done: heard once, concluded, or missing from another robot's list."""
         return tuple(number for number, entry in self._entries.items() if entry.state == DONE and entry.hearsay)
 
     def not_done(self) -> tuple[int, ...]:
@@ -168,9 +169,9 @@ class Board:
         """The tasks that a robot may claim: its own claims, or else open ones, or else those with a lapsed lease; none
         that it gave up or is `unable` to do.
 
-        No task can begin before those that it comes after. A task that is its own already, as after a restart, is to
-        be finished first; one whose lease has lapsed comes last, for its owner may have done it and only wait for a
-        chance to say so.
+        No task can begin before its predecessors. A task that already belongs to the robot, as after a restart, comes
+        first; one whose lease has lapsed comes last, because its owner may have done it and only wait for a turn to say
+        so.
         """
         able = [e for number, e in self._entries.items() if robot not in e.failed_by and number not in unable]
         live = [e for e in able if e.state != DONE and self.can_begin(e)]
@@ -181,17 +182,17 @@ class Board:
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
 
     def can_begin(self, entry: Entry) -> bool:
-        """Whether all that must be done before a task is done."""
+        """Whether all predecessors of a task are done."""
         before = (self._entries.get(number) for number in entry.definition.after)
         return all(each is None or each.state == DONE for each in before)
 
     def redefine(self, tasks: Iterable[TaskDefinition]) -> None:
-        """Take other places and actions for the tasks; their numbers and names stay."""
+        """Use other places and actions for the tasks; their numbers and names stay."""
         for task in tasks:
             self._entries[task.number].definition = task
 
     def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[int, ...]:
-        """Have these tasks, and no others; the numbers of those that are gone, or are other tasks now."""
+        """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks."""
         new = {task.number: task for task in tasks}
         gone = tuple(e.definition.number for e in self.entries() if _is_another(e.definition, new))
         for number in gone:
@@ -201,7 +202,7 @@ class Board:
             entry = self._entries.get(number)
             if entry is None or entry.gone:
                 self._entries[number] = new_entry = _new(task)
-                new_entry.is_due = True  # others who have not been told of it leave it out of their lists
+                new_entry.is_due = True  # others that do not know it yet leave it out of their lists
                 self._not_sure += not task.on_demand
                 self.changed.append(number)
             else:
@@ -215,8 +216,8 @@ class Board:
         return min(ends, default=None)
 
     def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:
-        """Somebody (None: somebody unknown) has the task, or does it with whoever has it; what is known to be
-        done stays so, and so does the longer lease of a claim that is known to be firm."""
+        """A robot (None: an unknown one) has the task, or shares it with its owner. A task known to be done stays done,
+        and a claim known to be firm keeps its longer lease."""
         entry = self._entries[number]
         if entry.known_done or owner in entry.parts:
             return
@@ -231,8 +232,8 @@ class Board:
         entry.lease_end_s, entry.firm = lease_end_s, firm
 
     def restore(self, number: int, before: tuple[str, str | None, float]) -> None:
-        """Take a claim back that was denied: state, owner and lease as they were; what was done, by hearsay only, for
-        whoever claimed it did not know of it."""
+        """Revert a claim that was denied: state, owner and lease as before. A task that was done is now done by hearsay
+        only, because the robot that claimed it did not know of it."""
         if self._entries[number].state == CLAIMED:
             self._set(number, before[0], before[1], hearsay=before[0] == DONE)
             self._entries[number].lease_end_s = before[2]
@@ -242,7 +243,7 @@ class Board:
             self._set(number, OPEN, None)
 
     def pair(self, number: int, one: str, other: str, lease_end_s: float) -> None:
-        """These two are known to do the task together, whoever else has claimed it."""
+        """These two are known to do the task together, whichever other robots have claimed it."""
         entry = self._entries[number]
         if not entry.known_done and not entry.parts:
             known = entry.team & {one, other}
@@ -254,21 +255,22 @@ class Board:
                 self.claim(number, name, lease_end_s)
 
     def withdraw(self, number: int, name: str) -> None:
-        """Somebody does not do the task after all; without its owner it is open."""
+        """A robot does not do the task after all; without its owner it is open."""
         entry = self._entries[number]
         if entry.owner == name:
             self.release(number)
         entry.helpers -= {name}
 
     def expire(self, now: float, own: Iterable[int]) -> None:
-        """Give back what several robots had and were not heard of for so long, but for this robot's `own` tasks."""
+        """Release shared tasks whose robots were not heard until the lease ended, except this robot's `own` tasks."""
         for number, entry in self._entries.items():
             if entry.is_shared and entry.state == CLAIMED and now >= entry.lease_end_s and number not in own:
                 entry.half |= entry.parts
                 self.release(number)
 
     def complete_part(self, number: int, name: str, lease_end_s: float) -> bool:
-        """Somebody has done its part of the task; whether that was the last part. Until then the others have it."""
+        """A robot has done its part of the task. Returns whether that was the last part; until then the others keep
+        it."""
         entry = self._entries[number]
         parts = entry.parts | {name}
         if len(parts) >= entry.definition.robots:
@@ -281,7 +283,7 @@ class Board:
         return False
 
     def complete(self, number: int, owner: str | None, hearsay: bool = False, told_by: str | None = None) -> None:
-        """Done, and known to be so, is final; the first who did it keeps it."""
+        """A task known to be done stays done; the first robot that did it stays its owner."""
         entry = self._entries[number]
         if not entry.known_done:
             self._set(number, DONE, owner or entry.owner, hearsay)
@@ -289,7 +291,7 @@ class Board:
             entry.times_told = int(hearsay)
 
     def change(self, number: int, count: int, skip: bool) -> None:
-        """Somebody has changed the task, for the `count`-th time: to be left out, or to be done."""
+        """The `count`-th change of the task: it is to be left out, or to be done."""
         entry = self._entries[number]
         if skip:
             self._set(number, DONE, None)
@@ -297,19 +299,19 @@ class Board:
         self.changed.append(number)
 
     def reopen(self, number: int) -> None:
-        """What was heard of this task was wrong."""
+        """A report about this task was wrong."""
         self._set(number, OPEN, None)
         self._entries[number].half = frozenset()
 
     def give_up(self, number: int, owner: str) -> None:
-        """Free for others again; never again for its owner."""
+        """The task is free for others again, but never again for its owner."""
         entry = self._entries[number]
         entry.failed_by |= {owner}
         if not entry.known_done:
             self._set(number, OPEN, None)
 
     def forgive(self, owner: str, numbers: Iterable[int]) -> None:
-        """Let somebody try again what he gave up: the reason is gone."""
+        """Let a robot retry tasks that it gave up: the reason is gone."""
         for number in numbers:
             self._entries[number].failed_by -= {owner}
 
@@ -330,10 +332,10 @@ class Board:
 
 
 def _new(task: TaskDefinition) -> Entry:
-    """What is known of a task that nobody has spoken of."""
+    """The entry of a task that nobody has spoken of."""
     if not task.on_demand:
         return Entry(task)
-    return Entry(task, DONE, skipped=True, change=1)  # all know that it is left out, as if somebody had told them so
+    return Entry(task, DONE, skipped=True, change=1)  # all know that it is left out, as if a person had told them so
 
 
 def _is_another(task: TaskDefinition, new: Mapping[int, TaskDefinition]) -> bool:

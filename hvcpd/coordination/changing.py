@@ -1,8 +1,8 @@
-"""What people change while robots work: a task is to be done again, or left out this time.
+"""Changes that people make while robots work: a task is to be done again, or left out this time.
 
-Each change of a task has a number, and the newer one holds. Whoever hears it passes it on, a few times in all; who has
-still missed it objects to the next claim, or leaves the task out of a list of what is left, and is told then.
-So all come to the same, whatever each has missed.
+Each change of a task has a number, and the newer one holds. Each robot that hears a change passes it on, a few times in
+all. A robot that has still missed it shows this when it objects to the next claim or leaves the task out of a list of
+remaining tasks, and is then told. So all robots reach the same state, whichever changes each has missed.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from hvcpd.language import messages as m
 from hvcpd.language.forms import CHANGES
 
 TIMES = 3
-"""A change is said so often, by whomever: with three of ten sentences lost, 97 of 100 listeners have it then."""
+"""How often all robots together say a change: with three of ten sentences lost, 97 of 100 listeners then have it."""
 SPREAD_S = 30.0
-"""Before it is said again: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubled each time."""
+"""Before the next repetition: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubles each time."""
 
 
 def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
-    """Change a task, and tell the others; why not, or None."""
+    """Change a task, and tell the others. Returns why this is impossible, or None."""
     entry = me.board.find(m.TaskByNumber(number))
     if entry is None:
         known = ", ".join(str(each.definition.number) for each in me.board.entries())
@@ -42,7 +42,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
 
 
 def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
-    """Somebody wants a change, or passes one on."""
+    """Another speaker wants a change, or passes one on."""
     entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
     if entry is None:
         if s.count is None and speaker is not None:
@@ -61,7 +61,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
 
 
 def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
-    """What somebody wants all of them to do is a task that one of them is to do once more."""
+    """An order to all robots means that one of them is to do the task once more."""
     entry = me.board.find(s.task)
     if isinstance(heard.to, m.ToRobot):
         commands.order(me, heard, s)
@@ -74,7 +74,7 @@ def _is_so(entry: Entry, skip: bool) -> bool:
 
 
 def _next(entry: Entry) -> int:
-    """The number of the next change; 0, unknown: of what recurs, and this robot does not know which time is due."""
+    """The number of the next change; 0 (unknown) for a recurring task if this robot does not know the occurrence."""
     return entry.change + 1 if entry.change or not entry.recurs else 0
 
 
@@ -83,15 +83,15 @@ def _is_acted(me: Knowledge, number: int) -> bool:
 
 
 def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int) -> None:
-    """Take what is newer, put right what is older; of two changes with one number, to do it again holds."""
+    """Accept a newer change and correct an older one; of two changes with one number, "do it again" holds."""
     number, now = entry.definition.number, heard.now
     count = _counted(entry, spoken)
     if not skip and count == entry.change + 1 and schedule.begin(me, number, now) and entry.state == DONE:
-        schedule.reopen(me, entry, now)  # it is the time that comes
+        schedule.reopen(me, entry, now)  # it is the coming occurrence
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):
         entry.change = count
-    by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be a word misheard
+    by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be misheard
     if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
         if entry.recurs and entry.told != count and not _is_believed(me, heard, entry, count):
             entry.told = count
@@ -106,14 +106,15 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
 
 
 def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int) -> bool:
-    """Whether a new number of what recurs, told once, is taken: it may be another task's, misheard. Robots that have
-    clocks know their times, and people's changes come one by one, so a number farther ahead is to be heard twice."""
+    """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard.
+    Robots with clocks know their occurrences, and people's changes come one by one, so a number farther ahead must be
+    heard twice."""
     near = me.clock_s is None or not entry.change or count <= entry.change + 1
     return near and is_for_me_alone(me, heard.to)
 
 
 def _counted(entry: Entry, spoken: int) -> int:
-    """Which change a spoken number means: the nearest to the last one that is known."""
+    """The change that a spoken number means: the nearest to the last one that is known."""
     if not entry.change:
         return spoken
     ahead = (spoken - entry.change) % CHANGES
@@ -123,7 +124,7 @@ def _counted(entry: Entry, spoken: int) -> int:
 def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
     number = entry.definition.number
     skip = skip and not _is_acted(me, number)
-    if not skip and (entry.state == DONE or entry.failed_by):  # whoever gave it up may try it again
+    if not skip and (entry.state == DONE or entry.failed_by):  # a robot that gave it up may retry it
         schedule.reopen(me, entry, now)
     me.board.change(number, count, skip)
     if skip and me.current.task == number:
@@ -139,21 +140,21 @@ def said(entry: Entry) -> m.Change:
 
 
 def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
-    """Somebody has missed the last change."""
+    """Another robot has missed the last change."""
     number = entry.definition.number
     slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
     composing.answer(me, other, f"change {number}", said(entry), now, slot, call=other)
 
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
-    """One of all answers who wanted a change, with its number, so that others learn that too."""
+    """One robot answers the person who wanted a change, with its number, so that others learn the number too."""
     number = entry.definition.number
     slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
     composing.answer(me, name, f"change {number}", said(entry), now, slot, call=name or "", tentative=True)
 
 
 def _say_to_all(me: Knowledge, entry: Entry, now: float) -> None:
-    """While it matters: what was done again since then is reported as such."""
+    """Say it while it matters: a task done again since then is reported as such."""
 
     def compose() -> m.Utterance | None:
         matters = entry.is_changed and (entry.skipped or not entry.known_done)
@@ -163,19 +164,19 @@ def _say_to_all(me: Knowledge, entry: Entry, now: float) -> None:
 
 
 def _note_said(me: Knowledge, number: int, now: float) -> None:
-    """It was said once more, by whomever."""
+    """A robot has repeated the change."""
     _, times = me.spreading.pop(number, (now, TIMES))
     if times < TIMES:
         me.spreading[number] = (now + SPREAD_S * 2.0**times * (1.0 + me.rng.random()), times + 1)
 
 
 def next_s(me: Knowledge) -> float:
-    """When a change is to be said again, s; infinity if none is."""
+    """When the next repetition of a change is due, s; infinity if none is."""
     return min((at_s for at_s, _ in me.spreading.values()), default=math.inf)
 
 
 def spread(me: Knowledge, now: float) -> None:
-    """Say the changes again whose time has come."""
+    """Repeat the changes that are due."""
     for number in [number for number, (at_s, _) in me.spreading.items() if at_s <= now]:
         _note_said(me, number, now)
         if me.peers.present(now):
@@ -183,7 +184,7 @@ def spread(me: Knowledge, now: float) -> None:
 
 
 def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
-    """What is left of a sentence whose speaker does not know the last change of a task, and is told; else all of it."""
+    """The sentence, without the part about a task whose last change its speaker does not know; the speaker is told."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
     match said:
         case m.Completed(ref, count=count):
@@ -220,8 +221,8 @@ def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
 
 
 def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
-    """Whether somebody tells that a task is done who does not know that it is to be done again; notes a change that
-    this robot did not know."""
+    """Whether a robot reports a task as done without knowing that it is to be done again. Notes a change that this
+    robot did not know."""
     known = _counted(entry, count) if count is not None else 0
     if known > entry.change and not entry.recurs:
         entry.change, entry.is_changed = known, True
@@ -229,9 +230,9 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
 
 
 def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
-    """Whether somebody tells that what recurs is done who may mean the last time: this robot knows that it is due just
-    now, and that one, whose claim it has not heard, says another number, or none."""
-    at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then that one is asked (`claims`)
+    """Whether a robot that reports a recurring task as done may mean the last occurrence: this robot knows that the
+    task has just become due, and the other one, whose claim it has not heard, says another number, or none."""
+    at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then see `claims`
     if me.clock_s is None or entry.known_done or entry.owner == doer or at_work:
         return False
     if not schedule.is_just_due(entry, now):

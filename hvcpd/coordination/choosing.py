@@ -1,4 +1,4 @@
-"""What to choose: which task to claim, and whom to order what."""
+"""Choices: which task to claim, and which task to order from which robot."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
 
 CALLS_MAX = 3
-"""How often robots are called for before the one that gives orders does the tasks itself."""
+"""How often a coordinator calls for robots before it does the tasks itself."""
 TURN_S = 7.0
-"""A confirmation and a claim in one breath, with the pause before them."""
+"""A confirmation and a claim in one turn, with the pause before them."""
 MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
 
 def claims_max(me: Knowledge, now: float) -> int:
-    """How often a sentence that somebody should confirm is said: most often if others are heard all the while."""
+    """Number of times that a sentence in need of a confirmation is said: largest if others are heard meanwhile."""
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if not me.peers.present(now):
@@ -37,13 +37,13 @@ def may_volunteer(me: Knowledge, now: float) -> bool:
 
 
 def _orders_in_vain(me: Knowledge, now: float) -> bool:
-    """Whether who gives orders has called for all whom it knew, and none of them can take one. Who has never heard
-    anybody waits on: it may be deaf."""
+    """Whether a coordinator has called for all robots that it knew, and none of them can take an order. A coordinator
+    that has never heard anybody keeps waiting: it may be deaf."""
     return me.acquaintance.calls >= CALLS_MAX and bool(me.peers.all()) and not can_order(me, now)
 
 
 def in_name_conflict(me: Knowledge, now: float) -> bool:
-    """Another voice has used this robot's name, twice and not long ago: once can be a word misheard."""
+    """Another voice has used this robot's name, twice and recently: a single time may be a misheard word."""
     recent = [t for t in me.acquaintance.own_name_heard_s if now < t + me.timing.name_conflict_s]
     return len(recent) >= 2
 
@@ -53,8 +53,8 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 
 
 def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
-    """What this robot may claim; what takes several robots only with who has claimed it, or if so many have no task,
-    and not so soon after it has called for others in vain."""
+    """The tasks that this robot may claim. A task for several robots counts only if another robot has claimed it, or if
+    enough robots are idle, and not soon after an unanswered call for helpers."""
     me.board.expire(now, me.my_tasks())
     free = me.board.free_for(me.role.name, now, me.role.unable)
     if all(t.robots == 1 for t in free):
@@ -68,23 +68,23 @@ def _can_be_shared(me: Knowledge, task: TaskDefinition, idle: int) -> bool:
 
 
 def next_call_s(me: Knowledge, now: float) -> float | None:
-    """When others may be called for again to do a task with; None if for none."""
+    """When this robot may next call others to a shared task; None if there is no such task."""
     later = [e.call_s for e in me.board.entries() if e.call_s > now]
     return min(later, default=None)
 
 
 def claims_at_once(me: Knowledge, now: float) -> bool:
-    """Whether a robot can claim a task instead of telling its name first."""
+    """Whether a robot can claim a task without greeting first."""
     known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work
     return known and may_volunteer(me, now) and task_is_free(me, now)
 
 
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
-    """What is free: of the most urgent tasks, one that is drawn, or the first of the robot's route; and where air is
-    scarce another one, the nearest to its place. None, if nothing is free, or others do it sooner. What recurs is
-    claimed alone, for its report tells which time it was, and so is what takes several robots."""
+    """Free tasks to claim: of the most urgent, one at random, or the first of the robot's route; and, where air time is
+    scarce, a second one, the nearest to its place. Empty if nothing is free, or if others do it sooner. A recurring
+    task is claimed alone, because its report states the occurrence; so is a task for several robots."""
     free = _most_urgent(me, _free(me, now))
-    free = tuple(t for t in free if me.board[t.number].has_room) or free  # somebody waits for it
+    free = tuple(t for t in free if me.board[t.number].has_room) or free  # a robot waits for it
     route = _route(me, free, now)
     if not route or not _is_plain(route[0]):
         return tuple(task.number for task in route[:1])
@@ -95,13 +95,13 @@ def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
 
 
 def leaves_to_others(me: Knowledge, now: float) -> bool:
-    """Whether others do all that is free sooner, as far as this robot knows."""
+    """Whether others do all free tasks sooner, as far as this robot knows."""
     return me.role.nearest_first and not _route(me, _most_urgent(me, _free(me, now)), now)
 
 
 def _route(me: Knowledge, free: Sequence[TaskDefinition], now: float) -> Sequence[TaskDefinition]:
-    """The tasks that this robot would do next, in order. There is no plan where the air is scarce, for to wait for
-    others costs more than a way, nor where a task takes several robots, for each of them goes."""
+    """The tasks that this robot would do next, in order. There is no plan where air time is scarce, because waiting for
+    others costs more than the travel, nor for a task for several robots, because each of them goes."""
     if not free:
         return ()
     first = min(free, key=lambda task: _cost_s(me, task)) if me.role.nearest_first else me.rng.choice(free)
@@ -120,21 +120,21 @@ def _is_plain(task: TaskDefinition) -> bool:
 
 
 def _free_others(me: Knowledge, now: float) -> int:
-    """The number of others who have no task: one is left for each of them."""
+    """The number of others that have no task: one is left for each of them."""
     busy = {name.lower() for e in me.board.entries() if e.state == CLAIMED for name in e.team}
     return len(me.expected(now) - busy)
 
 
 def _air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
-    """Whether a round of all robots' turns takes longer than this task, so that robots wait for the air: as many turns
-    as there are robots, or as long as this robot's own turn has just been in coming."""
+    """Whether a round of all robots' turns takes longer than this task, so that robots wait for air time. The length of
+    a round is one turn for each robot, or the last wait for this robot's own turn if that was longer."""
     others, speech = len(me.expected(now)), me.role.speech
     round_s = max(TURN_S * speech.stretch * (1 + others), me.floor.waited_s)
     return others > 0 and not speech.encrypted and round_s > _cost_s(me, task)
 
 
 def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[TaskDefinition, ...]:
-    """Those of the highest priority and, of these, those that are late soonest."""
+    """The tasks of the highest priority and, of these, those with the earliest deadline."""
 
     def urgency(task: TaskDefinition) -> tuple[int, float]:
         due_s = me.board[task.number].due_s or 0.0
@@ -145,32 +145,32 @@ def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[Task
 
 
 def may_claim_with_report(me: Knowledge, now: float) -> bool:
-    """Whether a volunteer that reports its task as done, for the first time, claims another one in the same breath."""
+    """Whether a volunteer that first reports its task as done claims another one in the same turn."""
     report = me.board[me.report.task] if me.report.task is not None else None
     done = report is not None and not me.report.failed and not report.is_changed and not report.is_shared
     return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
 
 
 def is_assured(me: Knowledge, now: float) -> bool:
-    """Whether nobody can take the robot's task over before it is carried out."""
+    """Whether no other robot can take over this robot's task before it is carried out."""
     if me.board[me.my_task()].is_shared:
         return False  # all begin together
     if me.current.partner is not None or not me.peers.present(now):
         return True
     if now - me.missed.last_s < me.timing.bad_air_s or me.current.owner_before not in (None, me.role.name):
-        return False  # who had the task before may have done it, and its objection may have been lost
+        return False  # the previous owner may have done it, and its objection may have been lost
     needs_s = routes.work_s(me.board[me.my_task()].definition)
     return now + needs_s + MARGIN_S <= me.current.assured_s
 
 
 def next_order(me: Knowledge, now: float) -> tuple[str, TaskDefinition] | None:
-    """A robot that can be ordered, and a task for it."""
+    """A robot that can take an order, and a task for it."""
     free = next(_free_robots(me, now), None)
     return (free[0], me.rng.choice(_most_urgent(me, free[1]))) if free is not None else None
 
 
 def can_order(me: Knowledge, now: float) -> bool:
-    """Whether there is a robot that can be ordered, and a task for it."""
+    """Whether there is a robot that can take an order, and a task for it."""
     return any(True for _ in _free_robots(me, now))
 
 
@@ -183,7 +183,7 @@ def _free_robots(me: Knowledge, now: float) -> Iterator[tuple[str, tuple[TaskDef
 
 
 def is_at_work(me: Knowledge, peer: Peer, now: float) -> bool:
-    """Whether a robot has an order that it can still be carrying out, as far as we know."""
+    """Whether a robot has an order that it may still be carrying out, as far as this robot knows."""
     if peer.assigned is None:
         return False
     entry = me.board[peer.assigned]

@@ -1,8 +1,8 @@
-"""Claims are leases. Whoever hears one objects, confirms it, or hears another one do so.
+"""Claims are leases. A robot that hears one objects, confirms it, or hears another robot do so.
 
-Three rules make a task be done once, and need no further talk: a claim is acted on only when somebody has confirmed
-it (or nobody answers however often it is said); of two who want one task, who is at work wins over who only claims,
-and of equals the name that comes first in the alphabet; objections are said before confirmations.
+Three rules ensure that a task is done once, without further talk: a robot acts on its claim only after a confirmation
+(or if nobody answers any of its repetitions); if two robots want one task, the one at work wins over the one that only
+claims, and of equals the name that comes first in the alphabet; objections are said before confirmations.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
 SMALL_TEAM = 2
-"""Where so few others are, each one's knowledge counts: a robot that is not sure of a report has it said again at
-once, and does not leave it to others to know."""
+"""With this few others each robot's knowledge counts: a robot that is not sure of a report asks for it again at once,
+and does not rely on others to know."""
 HEARD_SURELY = 2
-"""So often it must have been heard whose a task is, before anything is concluded from what its owner does next."""
+"""How often a task's owner must have been heard before its next action allows a conclusion."""
 
 
 def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
@@ -46,7 +46,7 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
     elif entry is not None:
         peer = me.peers.get(speaker)
         if is_for_me_alone(me, heard.to) and peer is not None and peer.assigned == entry.definition.number:
-            confirm_at_once(me, speaker, now)  # our confirmation was lost
+            confirm_at_once(me, speaker, now)  # the confirmation was lost
         else:
             _settle(me, heard, speaker, s.tasks, False, s.way_m)
     else:
@@ -72,8 +72,8 @@ def _settle(
 
 
 def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
-    """This robot has not been told of a task that somebody speaks of to many, and so has nothing against it; those who
-    have been speak first."""
+    """This robot has not heard of a task that another one announces to many, and so does not object; robots that know
+    the task speak first."""
     ref, now = refs[0], heard.now
     if isinstance(ref, m.TaskByNumber) and not isinstance(heard.to, m.ToRobot) and me.state not in NEWCOMER:
         slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, ref.number, now)
@@ -81,7 +81,7 @@ def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.Task
 
 
 def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
-    """Somebody takes or has these tasks: their numbers if that is right as far as this robot knows; else it objects."""
+    """Another robot takes or has these tasks: returns the numbers that this robot accepts, and objects to the rest."""
     entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
     _note_claim(me, other, entries, heard.now)
     teaming.moved_on(me, other, [entry.definition.number for entry in entries], heard.now)
@@ -111,23 +111,23 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         if entry.firm:
             _deny(me, other, number, third, objection_slot(me, other, number, now), now)
         return False
-    if entry.known_done:  # by the one who claims it: it must know
+    if entry.known_done:  # by the claimant itself: it must know
         me.board.reopen(number)
     lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
     me.board.claim(number, other, lease_end_s, firm=other_at_work)
-    entry.times_heard = HEARD_SURELY if other_at_work else 1  # said again, it did not hear that it was confirmed
+    entry.times_heard = HEARD_SURELY if other_at_work else 1  # a repeated claim: its owner missed the confirmation
     return third is None or bidding.is_bid(heard)
 
 
 def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
-    """Object for another one, if it still has the task, or still may have done it, when this robot's turn comes."""
+    """Object for another robot, if that robot still has the task, or may have done it, when this robot's turn comes."""
     composing.answer(
         me, other, f"deny {number}", m.Negative(), now, slot, call=other, still=lambda: me.board[number].owner == owner
     )
 
 
 def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float) -> None:
-    """Remember who claimed what last, and what was known of it before: objections refer to that."""
+    """Remember each robot's last claim, and what was known of the task before: objections refer to that."""
     before, last = {e.definition.number: (e.state, e.owner, e.lease_end_s) for e in entries}, me.claim_heard
     same = last is not None and last.speaker == other and last.before.keys() == before.keys()
     if before and (last is None or not same or now - last.at_s > me.timing.recent_s):
@@ -159,8 +159,8 @@ def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
 
 
 def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
-    """It was not heard that the task is done: who did it says so at once, somebody else if that one does not; nobody
-    says of a task that it is done who knows neither that it did it itself nor who else."""
+    """A robot missed that the task is done: the robot that did it says so at once, or another one if that one does not.
+    A robot that neither did the task nor knows which robot did never says that it is done."""
     number, doer = entry.definition.number, entry.owner
     statement: m.Statement = composing.done(me, number)
     to, slot = None, DOER_SLOT
@@ -181,14 +181,15 @@ def confirm_at_once(me: Knowledge, name: str, now: float) -> None:
 
 
 def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: float, sure: bool = True) -> None:
-    """Confirm what `name` said of one task or two, unless it is no longer true then or another one does."""
+    """Confirm `name`'s sentence about one or two tasks, unless it is no longer true then or another robot confirms
+    it."""
     complete, number = all(me.board[each].known_done for each in numbers), numbers[0]
     refs = tuple(map(m.TaskByNumber, numbers))
     confirmed = m.Confirmed(refs[0], complete, refs[1] if len(refs) > 1 else None)
     statement: m.Statement = confirmed if sure else m.SayAgain()
     rank, first = me.rank_with_unheard(name, number, now), waiting_slots(me, now)
     a = me.acquaintance
-    known = bool(a.known_by) or not a.introduced  # or else its first words may have collided, and the ranks disagree
+    known = bool(a.known_by) or not a.introduced  # otherwise its first words may have collided, and the ranks disagree
     joins = rank < first and known and composing.may_join(me) and me.floor.wants(OWN_TURN)
     slot = confirming_slot(me, now) + rank + (0 if joins else first)
     others_know_more = len(me.expected(now)) > 1 and (me.state in NEWCOMER or not sure)
@@ -222,7 +223,7 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     noted = [number for number in upon if not doubted and note_done(me, speaker, number, now)]
     doubt, sure = bool(doubted), not doubted and (noted == list(upon) or not new)
     if sure and s.count is not None and me.clock_s is None and (entry := me.board[upon[0]]).recurs:
-        entry.change = s.count  # for this time
+        entry.change = s.count  # for this occurrence
     if s.claim is not None and any(me.board.find(ref) for ref in s.claim.tasks):
         upon = contend(me, heard, speaker, s.claim.tasks, False)
     if is_for_me_alone(me, heard.to):
@@ -235,11 +236,11 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
 
 
 def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: float) -> bool:
-    """Whether this robot, whose claim may be confirmed, does not believe at first hearing that somebody else has done
-    its task: were that misheard, everybody would hold the task for done once this robot goes on to another one.
+    """Whether this robot, whose claim may yet be confirmed, does not believe at first hearing that another robot has
+    done its task. If it misheard, all robots would take the task for done once this robot goes on to another one.
 
-    Who is at work says so to the speaker, who says it again if it is true; who only claims believes an objection, but
-    not what is said in passing, with another claim: its own claim is said again, and can be objected to.
+    A robot at work says so to the speaker, who repeats the report if it is true. A robot that only claims believes an
+    objection, but not a report that comes with another claim: it repeats its own claim, to which others can object.
     """
     if number not in me.my_tasks() or me.current.partner is not None or me.board[number].is_shared:
         return False
@@ -258,7 +259,7 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
 
 
 def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
-    """Whether "task … complete" answers somebody who has just claimed that task."""
+    """Whether "task … complete" answers a robot that has just claimed that task."""
     last = me.claim_heard
     mine = number in me.my_tasks() and now - me.current.claimed_s < me.timing.recent_s
     theirs = last is not None and number in last.before and last.speaker != speaker
@@ -266,8 +267,8 @@ def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
 
 
 def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False) -> bool:
-    """It was said that `doer` has done the task; whether that fits what was known, or is heard again. `whole`: of what
-    several robots do, that all of them have done it."""
+    """A robot is said to have done the task (`doer`). Returns whether that agrees with what was known, or is a
+    repetition. `whole`: all robots have done their parts of a shared task."""
     entry = me.board[number]
     if teaming.done(me, doer, number, whole, now):
         release_assignment(me, doer, number)
@@ -279,7 +280,7 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
         me.missed.last_s = now
         me.missed.heard_work = me.missed.heard_work or me.state in NEWCOMER
     if me.current.task == number and me.state is State.ACTING:
-        return sure  # too late: it is being done twice, and both will say so
+        return sure  # too late: two robots do it, and both will say so
     me.board.complete(number, doer, hearsay=not sure)
     release_assignment(me, doer, number)
     if me.current.task == number and me.state is not State.REPORTING:
@@ -314,8 +315,8 @@ def release_assignment(me: Knowledge, name: str, number: int) -> None:
 
 
 def note_moved_on(me: Knowledge, name: str, numbers: Collection[int]) -> None:
-    """Somebody is known to have these tasks. If it was at another one, that is over, and most likely done: what was
-    given up is said to be so, and so is what was done, but one may miss it."""
+    """A robot is known to have these tasks. If it was at another one, it has most likely done that: robots report what
+    they give up and what they have done, but this robot may have missed the report."""
     for entry in me.board.entries():
         former = entry.definition.number
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY

@@ -1,12 +1,12 @@
-"""Orders, stop, resume, motions and questions: what a person or another robot may ask of this robot.
+"""Orders, stop, resume, motions and questions: the requests that a person or another robot may make of this robot.
 
 An order is read back, confirmed or corrected, or refused with the reason.
 
-A "stop" that is meant for many reaches those who are out of earshot of its speaker: each robot that halts for one says
-it at once, over whatever is said, and so it goes on from one to the next; no word is added to it, for each costs a
-third of a second from robot to robot. It repeats it once for robots that missed it. All who heard the same
-call say it together. A robot that stands says it no more, however often it hears it, so that the talk ends; and
-nobody's "resume" is passed on.
+A "stop" that is meant for many also reaches robots out of its speaker's earshot. Each robot that halts says "stop" at
+once, over any other speech, and so it travels from one robot to the next. No word is added to it, because each word
+costs a third of a second from robot to robot. The robot repeats it once for robots that missed it. All that heard the
+same call say it together. A robot that already stands does not say it again, however often it hears it, so the
+repetition ends. "Resume" is never passed on.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
 SURE = 0.95
-"""Confidence from which an order that moves wheels is obeyed as soon as it is read back; below, only once the
+"""Confidence from which an order that moves wheels is obeyed as soon as it is read back; below it, only once the
 read-back is confirmed. The recogniser reports sentences from 0.8; see docs/protocol.md."""
 SAID_AGAIN_S = 30.0
-"""A "resume" that was not heard surely counts if it is heard again within this time: nobody's talk gives two."""
+"""An uncertain "resume" counts if it is heard again within this time: chance speech does not give two."""
 MOVABLE = states_with(Trigger.MOTION)
 """In the middle of a task a robot takes no motions; it can be stopped at any time."""
 FREE = states_with(Trigger.ORDER)
-"""Who can take an order. Not while a claim of its own is unsettled: it would have to be taken back."""
+"""States in which a robot can take an order. Not while its own claim is unsettled: it would have to take it back."""
 SOMEBODY = ""
-"""The call of who asks without a name."""
+"""The call of a speaker who asks without a name."""
 
 
 def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
@@ -61,7 +61,7 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
 
 
 def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) -> m.Statement | None:
-    """Why an order for a task cannot be taken, as it is said; None if it can."""
+    """The spoken reason why an order for a task is refused; None if the robot can take it."""
     if in_name_conflict(me, now):
         return m.NameTaken()
     if entry is None:
@@ -75,8 +75,8 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
 
 
 def answers_order(me: Knowledge, heard: Heard) -> bool:
-    """Whether somebody answers this robot's order, be it after the time for that: in noise a sentence is understood
-    later than its voice seems to end."""
+    """Whether a sentence answers this robot's order, even after the time for an answer: in noise a sentence is
+    understood later than its voice seems to end."""
     ordered = me.state is State.ORDERED or (me.state is State.ORDERING and me.current.repeats > 0)
     return ordered and heard.speaker == me.current.partner and is_for_me_alone(me, heard.to)
 
@@ -87,13 +87,13 @@ def unable(me: Knowledge, heard: Heard, _: m.Unable | m.Unknown) -> None:
 
 
 def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
-    """Do not ask a robot again for a while that is busy, or does not believe this robot's order."""
+    """Do not ask again for a while a robot that is busy or does not believe this robot's order."""
     if me.state is State.ORDERED and answers_order(me, heard):
         fire(me, Trigger.GAVE_UP, heard.now)
 
 
 def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
-    """Halt, and see to it that all for whom it was meant do."""
+    """Halt, and make sure that all for whom it was meant do."""
     now, to = heard.now, heard.to
     if not is_for(me, to) or _stands(me):
         return
@@ -110,7 +110,7 @@ def _stands(me: Knowledge) -> bool:
 
 
 def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:
-    """Nothing but this ends a stop, so what only sounded like it must not: it is heard surely, or twice."""
+    """Nothing else ends a stop, so a sentence that only sounds like it must not: it is heard surely, or twice."""
     if not is_for(me, heard.to):
         return
     before_s, me.repair.resume_s = me.repair.resume_s, heard.now
@@ -119,7 +119,7 @@ def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:
 
 
 def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
-    """A motion moves one robot: the one addressed, or, by a call to nobody, the only one there."""
+    """A motion moves one robot: the one addressed, or, by a call without a name, the only one there."""
     name, now = heard.speaker, heard.now
     alone_with = all(other == (name or "").lower() for other in me.peers.present(now))
     if not is_for_me_alone(me, heard.to) and (heard.to is not None or not alone_with):
@@ -142,7 +142,7 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
 
 
 def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], one: bool = False) -> Reaction:
-    """Everybody who is asked tells, or `one` for all: at once if asked alone, else in turn."""
+    """A reaction in which all robots that are asked answer, or `one` for all: at once if asked alone, else in turn."""
 
     def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
         alone, asker = is_for_me_alone(me, heard.to), heard.speaker
@@ -150,7 +150,7 @@ def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], o
             return
         peer = me.peers.get(asker)
         if one and peer is not None:
-            peer.assigned = None  # who asks what is left has no order, or no longer
+            peer.assigned = None  # a robot that asks for the remaining tasks no longer has an order
         name = asker or SOMEBODY
         slot, call = 0 if alone else me.rank(name, 0, heard.now), name.lower() if one else None
         me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, asker), slot=slot, call=call), heard.now)

@@ -1,4 +1,4 @@
-"""The sentences that a robot says, composed of what it knows. None: there is nothing left to say."""
+"""The sentences that a robot says, composed from its knowledge. None: there is nothing left to say."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def to_all(me: Knowledge, statement: m.Statement) -> m.Utterance:
 
 
 def to_asker(me: Knowledge, name: str | None, statement: m.Statement) -> m.Utterance:
-    """To the asker; one who gave no name is answered for everybody."""
+    """To the asker; the answer to an asker who gave no name is for everybody."""
     return utterance(me, m.ToRobot(name) if name else m.ToAll(), statement)
 
 
@@ -45,7 +45,7 @@ def answer(
     still: Callable[[], bool] = lambda: True,
     on_said: Callable[[], None] = nothing,
 ) -> None:
-    """Want the floor to answer somebody (None: everybody), if the statement is `still` true then; see `Intent`."""
+    """Request the floor to answer a speaker (None: everybody), if the statement is `still` true then; see `Intent`."""
     said, key = to_asker(me, name, statement), call.lower() if call is not None else None
     intent = Intent(
         Urgency.ANSWER, topic, lambda: said if still() else None, None, slot, key, tentative=tentative, on_said=on_said
@@ -54,17 +54,17 @@ def answer(
 
 
 def introduction(me: Knowledge, to: m.Addressee) -> m.Utterance:
-    """The name, and the team unless the team is addressed: air is dear among many."""
+    """The name, and the team unless the team is addressed: air time is scarce among many."""
     return m.Utterance(me.role.name, to, None if isinstance(to, m.ToTeam) else me.role.team, None)
 
 
 def spelled_name(me: Knowledge, to: m.Addressee | None = None, ask: bool = False) -> m.Utterance:
-    """The own name, spelled to the team or to somebody else; `ask`: who hears it is to do the same."""
+    """This robot's name, spelled to the team or to another addressee; `ask`: listeners are to do the same."""
     return utterance(me, to or to_team(me), m.Spelled(me.role.name.lower(), ask))
 
 
 def answer_to_greeting(me: Knowledge, name: str | None, now: float) -> m.Utterance:
-    """The own name, to the asker; spelled, to the team, if the asker may not know it."""
+    """This robot's name, to the asker; spelled, to the team, if the asker may not know it."""
     if must_spell_for(me, name, now):
         return spelled_name(me)
     peer = me.peers.get(name)
@@ -78,18 +78,18 @@ def to_team(me: Knowledge) -> m.Addressee:
 
 
 def greeting(me: Knowledge) -> m.Utterance:
-    """To all, who then answer; among robots that are just introducing themselves, to the team, which does not."""
+    """To all, who then answer; while robots are introducing themselves, to the team, which does not answer."""
     to = to_team(me) if me.peers.all() else m.ToAll()
     return introduction(me, to) if me.role.listed else spelled_name(me, to)
 
 
 def spoken_count(entry: Entry) -> int | None:
-    """The number of a task's last change, or of the time that is due, as it is said; None if it is not known."""
+    """The number of a task's last change, or of the occurrence that is due, as it is said; None if it is not known."""
     return (entry.change - 1) % CHANGES + 1 if entry.change else None
 
 
 def done(me: Knowledge, number: int) -> m.Completed:
-    """That a task is done; of one that was changed, since which change, and of one that recurs, for which time."""
+    """That a task is done; with the number of its change, if it was changed, and of its occurrence, if it recurs."""
     entry = me.board[number]
     counts = entry.is_changed or entry.recurs
     return m.Completed(m.TaskByNumber(number), count=spoken_count(entry) if counts else None)
@@ -113,7 +113,7 @@ def _one_or_two(numbers: tuple[int, ...]) -> tuple[m.TaskByNumber, m.TaskByNumbe
 
 
 def may_join(me: Knowledge) -> bool:
-    """Whether this robot's own claim or report, where one waits to be said, can be said with a confirmation."""
+    """Whether this robot's own claim or report, if one waits, can be said with a confirmation."""
     to_many = me.current.partner is None and me.state in (State.CLAIMING, State.REPORTING)
     report = me.board[me.report.task] if me.report.task is not None else None
     plain = report is None or not (me.report.failed or report.is_changed)
@@ -121,17 +121,17 @@ def may_join(me: Knowledge) -> bool:
 
 
 def joined(confirmation: m.Utterance, own: m.Utterance) -> m.Utterance:
-    """The two in one breath: "confirmed three, I will complete task five"."""
+    """The two in one turn: "confirmed three, I will complete task five"."""
     said, words = confirmation.statement, own.statement
     if not isinstance(said, m.Confirmed) or not isinstance(words, m.Claim | m.Completed):
         raise TypeError(f"{said} and {words} are not said together")
     if isinstance(words, m.Completed):
-        words = replace(words, count=None)  # that would be too long; of what recurs, it can be spared
+        words = replace(words, count=None)  # it would be too long; a recurring task's number may be left out
     return replace(confirmation, statement=m.ConfirmedAnd(said, words))
 
 
 def report(me: Knowledge) -> m.Utterance | None:
-    """What became of the task; a volunteer claims the next one in the same breath."""
+    """The outcome of the task; a volunteer claims the next one in the same turn."""
     if me.report.task is None or me.current.task is not None:
         return claim(me)
     if me.report.failed:
@@ -147,14 +147,14 @@ def working(me: Knowledge) -> m.Utterance | None:
 
 
 def renewal(me: Knowledge) -> m.Utterance | None:
-    """That the robot has its task still. Of one for several robots "completing" would mean that it is there."""
+    """That the robot still has its task. For a shared task "completing" would mean that the robot is at the place."""
     if me.current.task is not None and me.state is State.GOING and me.board[me.current.task].is_shared:
         return to_all(me, m.Claim(m.TaskByNumber(me.current.task)))
     return working(me)
 
 
 def occupation(me: Knowledge, asker: str | None) -> m.Utterance:
-    """What this robot is doing, addressed to the asker."""
+    """This robot's current activity, addressed to the asker."""
     if me.state is State.STOPPED:
         return to_asker(me, asker, m.Stopped())
     if me.current.task is not None and me.state in AT_WORK:
@@ -184,8 +184,9 @@ def spoken_volts(battery_v: float | None) -> float | None:
 
 
 def left(me: Knowledge, asker: str | None) -> m.Utterance:
-    """Which tasks are not known to be done: open ones first, because those can be claimed. Hearsay is not passed on as
-    knowledge: two that have it from each other, or from one word that both misheard, would make a certainty of it."""
+    """The tasks that are not known to be done: open ones first, because those can be claimed. Hearsay is not passed on
+    as knowledge: two robots that have it from each other, or from one word that both misheard, would make it a
+    certainty."""
     numbers = sorted(me.board.not_done() + me.board.hearsay(), key=lambda n: (me.board[n].owner is not None, n))
     refs = [m.TaskByNumber(n) for n in numbers[:3]] + [None] * 3
     return to_asker(me, asker, m.Left(refs[0], refs[1], refs[2], more=len(numbers) > 3))

@@ -1,7 +1,7 @@
-"""One robot's part in the conversation: a state machine without I/O, after the manner of h11 and aioquic.
+"""One robot's part in the conversation: a state machine without I/O, in the style of h11 and aioquic.
 
-Whoever owns it calls `heard`, `channel`, `spoken`, `performed`, … with the time, and `tick` when `next_deadline`
-is due; after each call `actions` hands out what is to be done. Times are seconds of the robot's sample clock.
+Its owner calls `heard`, `channel`, `spoken`, `performed`, … with the time, and `tick` when `next_deadline` is due;
+after each call `actions` returns the actions to carry out. Times are seconds of the robot's sample clock.
 """
 
 from __future__ import annotations
@@ -37,28 +37,29 @@ from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
 
 SAME_WITHIN_S = 1.0
-"""The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S, and some
-more for ears that notice late. Nobody who waits for an answer says anything again so soon."""
+"""The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S plus a margin
+for late onset detection. A robot that waits for an answer does not speak again this soon."""
 CLOCK_STEP_S = 1.0
 """A clock that differs by less was only read at another moment."""
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
-"""What any of those who hear it may confirm or object to, each in a slot of its own. Whatever else is said, one
-answers, if anybody does, before a turn begins."""
+"""Statements that any listener may confirm or object to, each in a slot of its own. Every other statement is answered
+by one robot at most before a turn begins."""
 MAX_SENTENCES = 8
-"""Sentences of the robot's owner that may wait for the floor: about 40 s of talk. After that nobody knows why they were
-wanted."""
+"""Maximum number of the owner's sentences that may wait for the floor: about 40 s of talk. Later ones would be said
+when their reason is forgotten."""
 QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
 REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, m.Change, *QUESTIONS)
-"""What the owner may have the robot say: orders, questions, calls and remarks. Every other statement tells of the
-robot's own doings or binds it, and it says that only when it is so."""
+"""Statements that the owner may have the robot say: orders, questions, calls and remarks. Every other statement reports
+the robot's own actions or commits it, and the robot says it only when it is true."""
 
 
 class Coordination:
     """See the module. `remembered` are the tasks' states from the robot's store: number → (state, owner).
 
-    `stopped`: it was stopped when it was switched off, and nobody has said "resume" since. `home` is where "come back"
-    leads; None: the first place that is sensed. `dues`: when what recurs was due that was done last, s since 1970;
-    `changes`: the last change of each task, and whether it is left out since. `places`: where only one robot fits in.
+    `stopped`: it was stopped when it was switched off, and nobody has said "resume" since. `home` is the destination of
+    "come back"; None: the first place that is sensed. `dues`: when the last completed occurrence of each recurring task
+    was due, s since 1970; `changes`: the last change of each task, and whether it is left out since. `places`: those
+    with room for only one robot.
     """
 
     def __init__(
@@ -104,10 +105,10 @@ class Coordination:
         snr_db: float | None = None,
         trust: Trust = Trust.OPEN,
     ) -> None:
-        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's. The own name is never obeyed."""
+        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's. Its own name is never obeyed."""
         me = self.knowledge
         if utterance.speaker is not None and utterance.speaker.lower() == me.role.name.lower():
-            if trust.proves_speaker:  # or else somebody without the key, or a recording of this robot
+            if trust.proves_speaker:  # otherwise it was a speaker without the key, or a recording of this robot
                 hearing.hear_own_name(me, now)
             return
         believed = trusting.admit(me, utterance, trust)
@@ -130,23 +131,24 @@ class Coordination:
             me.arm(now, me.timing.decide_s)
 
     def garbled(self, over_own_speech: bool, now: float) -> None:
-        """Speech was noticed that could not be understood; over the own speech it tells that nobody heard us."""
+        """Speech was noticed that could not be understood; over the robot's own speech it shows that nobody heard
+        it."""
         me = self.knowledge
         me.floor.answer_slots = answer_slots(me, now)
         me.floor.hold_back(now)
         me.floor.garbled()
         if me.floor.is_second or now < me.repair.foreign_until_s:
-            return  # what it was is known
+            return  # its content is known
         if me.state is State.MEETING:
-            me.arm(now, me.timing.greeting_wait_s)  # somebody is there, who will say it again
+            me.arm(now, me.timing.greeting_wait_s)  # a speaker is there, and will say it again
         repair.after_garble(me, over_own_speech, now)
 
     def channel(self, busy: bool, now: float) -> None:
-        """Somebody else began (True) or ended (False) to speak."""
+        """Another speaker began (True) or stopped (False) speaking."""
         self.knowledge.floor.channel(busy, now)
 
     def mute(self, muted: bool) -> None:
-        """Nothing can be said (True), or again (False)."""
+        """The robot can say nothing (True), or can speak again (False)."""
         self.knowledge.floor.muted = muted
 
     def spoken(self, now: float) -> None:
@@ -176,12 +178,12 @@ class Coordination:
         fire(self.knowledge, Trigger.FAILED, now)
 
     def remark(self, text: str, now: float) -> None:
-        """Want to make a remark that a task asks for."""
+        """Request the floor for a remark that a task asks for."""
         remark = composing.to_all(self.knowledge, m.Remark(text))
         self.knowledge.floor.want(Intent(Urgency.TURN, f"remark {text}", lambda: remark), now)
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
-        """Say a sentence for the robot's owner when its turn comes; why it will not be said, or None."""
+        """Say a sentence for the robot's owner when its turn comes. Returns why it will not be said, or None."""
         me = self.knowledge
         own, statement = me.role.name, m.own_words(utterance.statement)
         if utterance.speaker is not None and utterance.speaker.lower() != own.lower():
@@ -200,42 +202,44 @@ class Coordination:
         return None
 
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
-        """Where the robot is, and its battery's voltage; None: not known now. Its first place is its home."""
+        """The robot's place and its battery's voltage; None: not known now. Its first place is its home."""
         body = self.knowledge.body
         body.here = here or body.here
         body.home = body.home or body.here
         body.battery_v = battery_v if battery_v is not None else body.battery_v
 
     def may_drive(self, way: Sequence[Place], now: float) -> bool:
-        """Whether the wheels may go on, straight to one place of the `way` after the other from where the robot was
-        sensed last. To be asked all the time: it asks the others for what is ahead, and gives back what is behind."""
+        """Whether the robot may drive on, straight from one place of the `way` to the next, starting where it was last
+        sensed. Call it throughout the drive: it asks the others for the places ahead, and gives back those behind."""
         return right_of_way.may_drive(self.knowledge, way, now)
 
     def stop(self, now: float) -> bool:
-        """Halt and latch, as if "stop" had been heard, and say so aloud; whether it was not stopped already."""
+        """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""
         before = self.state
         fire(self.knowledge, Trigger.STOP, now)
         return before is not State.STOPPED
 
     def set_clock(self, offset_s: float | None, now: float) -> None:
-        """Tell the time: seconds since 1970 at 0 of the sample clock; None if nobody knows it."""
+        """Set the clock: seconds since 1970 at 0 of the sample clock; None if nobody knows the time."""
         me = self.knowledge
         if me.clock_s is None or offset_s is None or abs(offset_s - me.clock_s) > CLOCK_STEP_S:
             me.clock_s, me.due_next_s = offset_s, None
             schedule.open_due(me, now)
 
     def tell_memory_lost(self, now: float) -> None:
-        """Its memory is lost, so that it began stopped: say so aloud, and once released ask what is left."""
+        """The robot's memory is lost, so it began stopped: say so aloud, and ask for the remaining tasks once
+        released."""
         self.knowledge.missed.heard_work = True
         stopped = composing.to_all(self.knowledge, m.Stopped(forgot=True))
         self.knowledge.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
 
     def change(self, number: int, skip: bool, now: float) -> str | None:
-        """Have a task done again, or left out this time, and tell the others; why not, or None."""
+        """Have a task done again, or left out this time, and tell the others. Returns why this is impossible, or
+        None."""
         return changing.want(self.knowledge, number, skip, now)
 
     def resume(self, now: float) -> bool:
-        """Take on tasks again, as if "resume" had been heard; whether it was stopped."""
+        """Take on tasks again, as if "resume" had been heard. Returns whether it was stopped."""
         before = self.state
         fire(self.knowledge, Trigger.RESUME, now)
         return before is State.STOPPED
@@ -244,14 +248,14 @@ class Coordination:
         self, now: float, role: Role, tasks: Iterable[TaskDefinition] = (), forgiven: Iterable[int] = ()
     ) -> None:
         """Take another role, and other places and actions for some of the tasks, whose numbers and names stay. The
-        robot may try the tasks `forgiven` again, although it gave them up."""
+        robot may retry the tasks `forgiven`, although it gave them up."""
         self.knowledge.role = role
         self.board.redefine(tasks)
         self.board.forgive(role.name, forgiven)
         self.knowledge.reconsider(now)
 
     def retask(self, tasks: Iterable[TaskDefinition], now: float, places: Iterable[SharedPlace] = ()) -> None:
-        """Have these tasks and places from now on, and no others; the others are asked what they know of new tasks."""
+        """Use these tasks and places, and no others, from now on; ask the other robots what they know of new tasks."""
         me = self.knowledge
         right_of_way.take_places(me, places, now)
         for number in self.board.replace(tasks):
@@ -269,10 +273,10 @@ class Coordination:
         fire(self.knowledge, Trigger.LEAVE, now)
 
     def tick(self, now: float) -> None:
-        """Do what is due."""
+        """Do everything that is due."""
         me = self.knowledge
         if now >= me.timer_s:
-            me.timer_s = me.floor.unsettled_until(now)  # what is waited for may be being said, or recognised, right now
+            me.timer_s = me.floor.unsettled_until(now)  # the answer may be in the air or in recognition
             if now >= me.timer_s:
                 me.timer_s = math.inf
                 deadlines.time_is_over(me, now)
@@ -291,7 +295,7 @@ class Coordination:
         return min(me.floor.next_deadline(), me.timer_s, *due_s)
 
     def actions(self, now: float) -> tuple[Action, ...]:
-        """What is to be done now, in order; handed out once."""
+        """The actions to carry out now, in order; each is returned once."""
         me = self.knowledge
         for number in me.board.changed:
             me.board[number].since_s = now
@@ -307,7 +311,7 @@ class Coordination:
 
     @property
     def state(self) -> State:
-        """Where the robot stands in the conversation."""
+        """The robot's state in the conversation."""
         return self.knowledge.state
 
     @property
@@ -317,12 +321,12 @@ class Coordination:
 
     @property
     def role(self) -> Role:
-        """Who it is in the team."""
+        """Its role in the team."""
         return self.knowledge.role
 
     @property
     def at_place(self) -> bool:
-        """Whether what is being performed is the task itself, not the way there."""
+        """Whether the robot performs the task itself, not the way there."""
         return self.state is State.ACTING
 
     @property
@@ -331,7 +335,7 @@ class Coordination:
         return self.state is State.GONE
 
     def _is_second(self, u: m.Utterance, now: float) -> bool:
-        """Whether this is the sentence that was understood just before, said once more: it is not acted on again."""
+        """Whether this repeats the sentence that was understood just before: the robot does not act on it again."""
         me = self.knowledge
         last, me.last_heard = me.last_heard, (u, now)
         if last is None or not -math.inf < me.floor.busy_since_s <= last[1] + SAME_WITHIN_S:
@@ -339,7 +343,7 @@ class Coordination:
         return last[0] == u
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
-        """This robot's place in the round of turns after a speaker; a newcomer that was told no names knows of none."""
+        """This robot's position in the round of turns after a speaker; None for a newcomer that was given no names."""
         me = self.knowledge
         if speaker is None or (me.state in NEWCOMER and not me.role.roster):
             return None

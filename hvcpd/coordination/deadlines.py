@@ -1,4 +1,4 @@
-"""What is due at a time: say a sentence again, give up, choose what to do next, or renew a lease."""
+"""Actions with a due time: repeat a sentence, give up, choose what to do next, or renew a lease."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
 BAD_AIR_REPEATS = 2
-"""So often said without an answer, a sentence did not just collide with another one."""
+"""Number of unanswered repetitions after which a collision is no longer a likely cause."""
 ASKS_AT_ONCE = 6
-"""So often it is asked whether what may be done is done, before the pause between two questions doubles; and so on."""
+"""Number of questions about tasks that may be done before the pause between two questions doubles; and so on."""
 ASK_DOUBLINGS_MAX = 4
-"""At last, where nobody can tell for certain, every 8 to 16 minutes."""
+"""Longest pause, if no robot can tell for certain: 8 to 16 minutes."""
 CALL_S = 15.0
 """Answers to a greeting have come by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
-"""Maximum number of doublings of CALL_S: the robot never stops looking, at last every 16 minutes."""
+"""Maximum number of doublings of CALL_S: the robot never stops looking, in the end every 16 minutes."""
 RENEWS = frozenset({State.GOING, State.ACTING})
 """States in which the lease of the robot's own claim is renewed."""
 LEFT_TO_OTHERS_S = 3.0
-"""A robot that leaves what is free to others looks again after so long: shorter than a claim."""
+"""A robot that leaves free tasks to others looks again after this time: shorter than a claim."""
 LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
-"""States in which a robot may be answered elsewhere."""
+"""States in which a robot may get an answer at another place."""
 
 
 def time_is_over(me: Knowledge, now: float) -> None:
-    """The state's time has run out."""
+    """The state's time is over."""
     match me.state:
         case State.WAKING if len(me.roster) <= CROWD and choosing.claims_at_once(me, now):
             fire(me, Trigger.MET, now)
@@ -56,7 +56,7 @@ def renewal_s(me: Knowledge) -> float:
 
 
 def renew_lease(me: Knowledge, now: float) -> None:
-    """Say that the robot is at its task, if it has not spoken of it for long: who hears it renews the lease."""
+    """Say that the robot is at its task, if it has not spoken of it for long: listeners renew the lease."""
     if now >= renewal_s(me):
         me.current.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
@@ -99,7 +99,7 @@ def _choose(me: Knowledge, now: float) -> None:
 
 
 def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
-    """There is nothing to be done: look for robots, report, ask whether what may be done is, or wait."""
+    """There is nothing to do: look for robots, report, ask about tasks that may be done, or wait."""
     if me.role.coordinator:
         _look_for_robots(me, now)
     unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
@@ -141,8 +141,8 @@ def _wait(me: Knowledge, now: float) -> None:
 
 
 def _look_for_robots(me: Knowledge, now: float) -> None:
-    """A coordinator that has nobody to take an order asks who is there: the answers to its greeting may have collided,
-    and a follower says nothing by itself."""
+    """A coordinator that has nobody to give an order to asks who is there: the answers to its greeting may have
+    collided, and a follower never speaks unasked."""
     a = me.acquaintance
     if not me.board.not_done() or any(choosing.is_at_work(me, peer, now) for peer in me.peers.all()):
         a.call_s = None

@@ -1,12 +1,13 @@
-"""A robot that gets no answer, however often it asks, goes back to where it last got one, and says it again there.
+"""Earshot: a robot that gets no answer, however often it asks, goes back to where it last got one, and asks again
+there.
 
-A voice carries some metres. So a robot remembers where it stood when each other one last answered it: there the two
+A voice carries some metres. So a robot remembers where it stood when each other robot last answered it: there the two
 heard each other. It goes back there once; only another answer makes it go back another time. So the way is bounded, and
 no two robots follow each other: each drives to a place of its own, and two that both go back stand where they heard
 each other before.
 
-A follower that gets no orders, and knows of a task that nobody has, may not be known to its coordinator: its greeting
-may have collided. It asks what is left, less and less often, and goes back first if it was heard elsewhere.
+A follower that gets no orders, and knows of a task that nobody has, may be unknown to its coordinator: its greeting may
+have collided. It asks for the remaining tasks, less and less often, and goes back first if it was heard elsewhere.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ from hvcpd.coordination.peers import Peer
 from hvcpd.language import messages as m
 
 NEAR_M = 1.0
-"""Nobody is heard better for so short a way: at the edge of earshot, 5 to 10 m off, a voice grows by 1 to 2 dB."""
+"""A shorter way improves no robot's hearing: at the edge of earshot, 5 to 10 m off, a voice grows by 1 to 2 dB."""
 ORDER_S = 15.0
-"""An order with its read-back and its confirmation takes 12.5 s: so long at least each of the others may be given one
-before this robot."""
+"""An order with its read-back and its confirmation takes 12.5 s: each of the others may be given one before this robot,
+which waits at least as long for each."""
 DOUBLINGS_MAX = 6
 """The pause doubles with each question that brought no order: from 15 s for each of the others up to 16 minutes."""
 
 TAKES_ORDER = (m.Claim, m.Unable, m.Unknown, m.Busy)
-"""What is said to one robot in answer to its order."""
+"""Statements said to one robot in answer to its order."""
 
 
 def note(me: Knowledge, heard: Heard) -> None:
-    """Learn from a sentence who hears whom."""
+    """Learn from a sentence which robots hear each other."""
     said, to, alone, waiting = heard.utterance.statement, heard.to, is_for_me_alone(me, heard.to), me.waiting
     peer = me.peers.get(heard.speaker)
     if peer is not None:
@@ -47,7 +48,7 @@ def note(me: Knowledge, heard: Heard) -> None:
         waiting.giver = to.name
     if alone and isinstance(said, m.Order | m.Confirmed):
         waiting.asked, waiting.until_s = 0, None
-    if me.role.coordinator:  # whom others speak to is in their earshot, so that orders to it can be passed on
+    if me.role.coordinator:  # a robot that others speak to is in their earshot, so orders to it can be passed on
         if isinstance(to, m.ToRobot) and not alone and not me.peers.is_present(to.name, heard.now):
             me.peers.heard(to.name, None, heard.now, 1.0, None)
         if choosing.can_order(me, heard.now):
@@ -55,19 +56,19 @@ def note(me: Knowledge, heard: Heard) -> None:
 
 
 def way_back(me: Knowledge, now: float) -> Place | None:
-    """Where this robot was last answered by whom it speaks to, or by anybody if it speaks to all; None if that is here,
-    or it has gone there in vain."""
+    """The place where this robot was last answered by its partner, or by any robot if it speaks to all; None if it is
+    there, or has gone there without success."""
     return next((peer.met for peer in _whom_to_seek(me, now)), None)
 
 
 def note_sought(me: Knowledge, now: float) -> None:
-    """It goes back: once, to whomever."""
+    """The robot goes back: once for each robot that it seeks."""
     for peer in _whom_to_seek(me, now):
         peer.sought = True
 
 
 def _whom_to_seek(me: Knowledge, now: float) -> list[Peer]:
-    """Those who may hear this robot elsewhere; who was heard last comes first."""
+    """The robots that may hear this one elsewhere; the last heard comes first."""
     wanted = me.current.partner or (me.waiting.giver if _follows(me) else None)
     peers = [me.peers.get(wanted)] if wanted is not None else me.peers.all()
     there = [p for p in peers if p is not None and not p.sought and me.peers.is_present(p.name, now)]
@@ -80,7 +81,7 @@ def _is_far(me: Knowledge, place: Place | None) -> bool:
 
 
 def _follows(me: Knowledge) -> bool:
-    """Whether this robot does nothing but what it is ordered to."""
+    """Whether this robot only follows orders."""
     return not me.role.coordinator and not me.role.volunteer
 
 
@@ -97,5 +98,5 @@ def has_waited(me: Knowledge, now: float) -> bool:
 
 
 def note_asked(me: Knowledge) -> None:
-    """It asks what is left, and waits longer before it asks again."""
+    """The robot asks for the remaining tasks, and waits longer before it asks again."""
     me.waiting.asked, me.waiting.until_s = me.waiting.asked + 1, None

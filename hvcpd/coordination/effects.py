@@ -1,4 +1,4 @@
-"""The effects that the transition table names: what happens on the way from one state to the next."""
+"""The effects that the transition table names: the robot's actions between one state and the next."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
 
 DENIED_OFTEN = 2
-"""Denials of one claim from which the robot asks what is left: another's task is reported soon, or its lease lapses."""
+"""Number of denials of one claim after which the robot asks for the remaining tasks: another robot's task is reported
+soon, or its lease lapses."""
 CALL_S = 15.0
-"""Before others are called for again to do a task with; at most twice as long."""
+"""Before the next call for helpers; at most twice as long."""
 CALL_DOUBLINGS_MAX = 4
-"""That time doubles so often, to 4 to 8 minutes."""
+"""Number of doublings of that time, up to 4 to 8 minutes."""
 BACK_OFF_DOUBLINGS = 2
-"""The time that back-off is drawn from doubles with each attempt, so many times: up to 24 s."""
+"""Number of attempts for which the range of the back-off doubles: up to 24 s."""
 
 
 def rest(me: Knowledge, now: float) -> None:
@@ -50,7 +51,7 @@ def want_turn(
     slot: int | None = None,
     decide: Callable[[], Trigger | None] = nothing,
 ) -> None:
-    """Want the floor for the state's own sentence; one that was said so many `times` unanswered is held back."""
+    """Request the floor for the state's own sentence; one that was said several `times` unanswered is held back."""
     doublings = min(times - 1, BACK_OFF_DOUBLINGS)
     after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
     not_before_s = now + after_s
@@ -106,11 +107,11 @@ def want_claim_again(me: Knowledge, now: float) -> None:
 
 
 def claim_task(me: Knowledge, now: float) -> None:
-    """Claim the tasks that were claimed before, or else one that is free, or two."""
+    """Claim the same tasks again, or else one or two free ones."""
     if me.current.task is None:
         tasks = choosing.tasks_to_claim(me, now)
         if not tasks or (me.board[tasks[0]].is_shared and me.report.task is not None):
-            return  # whoever joins it confirms that, and not the report
+            return  # a robot that joins it confirms that, and not the report
         me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
         me.current.told = me.current.promised = me.current.agreed = frozenset()
@@ -129,7 +130,7 @@ def _hold(me: Knowledge, tasks: Iterable[int], now: float) -> None:
 def wait_for_objections(me: Knowledge, now: float) -> None:
     """Time for everybody's slot; the last statement of this kind tells until when a confirmation holds."""
     if me.state is State.CHECKING and me.board[me.my_task()].is_shared:
-        me.current.there, me.current.told = True, frozenset()  # who confirms this one is to hear so
+        me.current.there, me.current.told = True, frozenset()  # this robot must tell those that confirm this sentence
         me.arm(now, me.timing.others_s)
         return
     if me.current.repeats == 0:
@@ -157,7 +158,7 @@ def go(me: Knowledge, now: float) -> None:
 
 
 def go_alone(me: Knowledge, now: float) -> None:
-    """Nobody has answered, however often it was said: there is nobody."""
+    """Nobody has answered any repetition: there is nobody."""
     me.peers.nobody_answered(me.current.asked_since_s)
     go(me, now)
 
@@ -168,7 +169,7 @@ def act(me: Knowledge, _now: float) -> None:
 
 
 def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...]]:
-    """The task's way there, and what is done there."""
+    """The way to the task, and the work there."""
     actions = me.board[me.my_task()].definition.actions
     n = next((i for i, a in enumerate(actions) if not isinstance(a, Motion)), len(actions))
     return actions[:n], actions[n:]
@@ -224,18 +225,18 @@ def want_report(me: Knowledge, now: float) -> None:
 
 
 def claim_with_report(_me: Knowledge, _now: float) -> None:
-    """The report is about to be said; the task that was just chosen is claimed in the same breath."""
+    """The report is about to be said; the robot claims the task that it has just chosen in the same turn."""
 
 
 def let_go(me: Knowledge) -> None:
-    """Stand still, and give the tasks back that are not done."""
+    """Stand still, and give back the unfinished tasks."""
     me.do(Halt())
     for number in me.my_tasks():
         me.board.withdraw(number, me.role.name)
 
 
 def go_back(me: Knowledge, now: float) -> None:
-    """What was to be said is still due there: a claim or an order is chosen anew, a report or a question said again."""
+    """The unsaid sentence is still due there: a claim or an order is chosen again, a report or a question repeated."""
     let_go(me)
     place = earshot.way_back(me, now)
     earshot.note_sought(me, now)
@@ -244,7 +245,7 @@ def go_back(me: Knowledge, now: float) -> None:
 
 
 def make_room(me: Knowledge, _now: float) -> None:
-    """Go back out to where it came in from; what it has claimed and not begun is claimed again there."""
+    """Go back out to where the robot came in; there it again claims a task that it has claimed and not begun."""
     let_go(me)
     me.current.clear()
     outside = (each.came_from for each in me.passes if each.inside)
@@ -257,7 +258,7 @@ def drop_task(me: Knowledge, now: float) -> None:
 
 
 def leave_for_later(me: Knowledge, now: float) -> None:
-    """Nobody is there to do the task with: it is called for again later, less and less often."""
+    """Nobody is there to do the task with: call again later, less and less often."""
     entry = me.board[me.my_task()]
     entry.call_s = now + CALL_S * 2.0 ** min(entry.calls, CALL_DOUBLINGS_MAX) * (1.0 + me.rng.random())
     entry.calls += 1
@@ -265,8 +266,8 @@ def leave_for_later(me: Knowledge, now: float) -> None:
 
 
 def leave_to_others(me: Knowledge, now: float) -> None:
-    """Somebody knows that the task is another's, without saying whose; or that it is done, and not by whom: whoever is
-    denied it again asks what is left."""
+    """Another robot says that the task has an owner, without a name, or that it is done, but not by which robot. A
+    robot that is denied it again asks for the remaining tasks."""
     for number in me.my_tasks():
         entry = me.board[number]
         entry.times_denied += 1
@@ -339,7 +340,7 @@ def note_silence(me: Knowledge, now: float) -> None:
 
 
 def forget_report(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) -> None:
-    """Say once more what is finished, or was given up and why, and was not confirmed."""
+    """Repeat once the unconfirmed report of a finished task, or of one that was given up, with the reason."""
     if me.report.failed and me.report.task is not None:
         gave_up = composing.to_all(me, m.Failed(m.TaskByNumber(me.report.task), me.report.reason))
         me.floor.want(Intent(urgency, f"failed {me.report.task}", lambda: gave_up, slot=slot), now)

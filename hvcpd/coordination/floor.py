@@ -1,11 +1,11 @@
 """The floor: who speaks when. Listen before talk with random back-off (non-persistent CSMA, Kleinrock & Tobagi 1975).
 
-Answers wait less than everything else, so that nobody cuts in between a question and its answer. Of several who could
-answer, each waits for a slot of its own; whoever hears another one answer holds back. Turns go round: after a sentence
-that was understood, all who know the same names agree on the order of their slots, beginning after the last speaker
-(as with a token; mini-slotted alternating priorities, Kleinrock & Scholl 1980). Only those who do not know who spoke
-draw their slot, from those after the others' turns. Whoever has missed its turn over and over draws one of two slots
-before all of them.
+Answers wait less than everything else, so that no other sentence comes between a question and its answer. If several
+robots could answer, each waits for a slot of its own, and holds back when it hears another one answer. Turns go round:
+after a sentence that was understood, all robots that know the same names agree on the order of their slots, beginning
+after the last speaker (as with a token; mini-slotted alternating priorities, Kleinrock & Scholl 1980). Only robots that
+do not know who spoke draw their slot, from those after the others' turns. A robot that has missed its turn repeatedly
+draws one of two slots before all others.
 """
 
 from __future__ import annotations
@@ -21,48 +21,48 @@ from hvcpd.coordination.states import Trigger
 from hvcpd.language.messages import Utterance
 
 OWN_TURN = "own turn"
-"""The topic of what the state machine itself wants to say; answers to others have topics of their own."""
+"""The topic of the state machine's own sentences; answers to others have topics of their own."""
 RANK_MAX = 10
-"""Slots for answers are given to so many robots; beyond, they are shared: that ten before fail to answer is rare."""
+"""Number of robots that get answer slots of their own; others share: ten before them rarely all fail to answer."""
 SLOTS_MAX = 64
-"""Maximum number of slots that random back-off is drawn from: twice as many after each sentence that nobody understood,
-three quarters after each that was understood (binary exponential back-off, as Ethernet has it)."""
+"""Maximum number of slots that random back-off is drawn from: doubled after each sentence that nobody understood, and
+three quarters after each that was understood (binary exponential back-off, as in Ethernet)."""
 EARLY_SLOTS = 3
-"""Slots before all turns for those who wait before a place that only one robot fits in: where there are such places,
-all turns begin so much later."""
+"""Slots before all turns for robots that wait at a place with room for only one; teams with such places begin all turns
+later by these slots."""
 CROWD = 4
-"""In a team of more robots, one may miss its turn so often that its lease ends before it can report."""
+"""In a larger team a robot may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2
 """Slots before all turns in a crowd, for a robot that has waited too long."""
 OVERDUE_S = 15.0
-"""Waiting time, for each robot of the team, that is too long: a turn with its answer takes 12.5 s. Of twelve robots
-that lose three sentences of ten, one then waits for 202 to 267 s at most (12 and 18 s for each), else 640 s."""
+"""Waiting time, for each robot of the team, that is too long: a turn with its answer takes 12.5 s. If twelve robots
+lose three sentences of ten, one then waits for 202 to 267 s at most (12 and 18 s for each), otherwise 640 s."""
 
 
 class Urgency(IntEnum):
     ALARM = 0
     ANSWER = 1
     AGAIN = 2
-    """A sentence that has not been answered yet, once more."""
+    """The repetition of a sentence that has not been answered yet."""
     TURN = 3
 
 
 def nothing() -> None:
-    """What most intents decide, and most sentences change."""
+    """The decision of most intents, and the effect of most sentences."""
 
 
 @dataclass
 class Intent:
-    """Something to be said: composed only when the robot has the floor, so that it is still true then.
+    """A sentence to be said: composed only when the robot has the floor, so that it is still true then.
 
-    First `decide` chooses what is still open; the trigger of that choice, if it has one, is fired. `compose` changes
-    nothing; it returns None when there is no longer anything to say. `on_said` notes what follows once the sentence is
-    begun; `trigger` moves the state machine when it is out. A new intent replaces an old one of the same `topic`.
-    `slot` is the answerer's place in the order of those who could answer (None: drawn); `call` is who is to be
-    answered, if one answer is enough. A `tentative` answer is given up as soon as anything else is said to the one who
-    called, or something that was not understood. An answer that did not get the floor for `answer_kept_s` is no answer
-    any more. It is held back until `not_before_s`, whoever's turn it is. What is to be said `at_once` waits for nobody
-    else to end. Its turn may come `early`, before all others'.
+    First `decide` makes the open choice and may return a trigger, which is then fired. `compose` changes nothing; it
+    returns None when there is no longer anything to say. `on_said` notes the consequences once the sentence is begun;
+    `trigger` moves the state machine when it is out. A new intent replaces an old one of the same `topic`. `slot` is
+    the answerer's place in the order of those who could answer (None: drawn); `call` is the speaker to be answered, if
+    one answer is enough. A `tentative` answer is given up as soon as another robot says something to that speaker, or
+    an unintelligible sentence is heard. An answer that did not get the floor within `answer_kept_s` is dropped. An
+    intent is held back until `not_before_s`, even if it is the robot's turn. An intent to be said `at_once` does not
+    wait for other speakers to end. Its turn may come `early`, before all others'.
     """
 
     urgency: Urgency
@@ -83,21 +83,21 @@ class Intent:
 
 
 Order = tuple[int, int]
-"""A robot's place in the round of turns, from 0, and how many take part."""
+"""A robot's place in the round of turns, from 0, and the number of robots that take part."""
 
 
 @lru_cache(maxsize=4096)
 def round_of_turns(roster: frozenset[str], present: tuple[str, ...], own: str, last: str) -> Order:
-    """The place of `own` among all who take part, from 0, in alphabetical order after `last`."""
+    """The place of `own` among all that take part, from 0, in alphabetical order after `last`."""
     names = sorted({*roster, *present, own, last})
     return (names.index(own) - names.index(last) - 1) % len(names), len(names)
 
 
 @dataclass(frozen=True)
 class Round:
-    """Turns after a sentence that was understood: a slot for each robot, over and over until somebody speaks.
+    """Turns after a sentence that was understood: a slot for each robot, repeated until one speaks.
 
-    Of an `own` sentence nobody knows whether it was understood.
+    After an `own` sentence the robot cannot know whether it was understood.
     """
 
     began_s: float
@@ -107,7 +107,7 @@ class Round:
 
 
 class Floor:
-    """The queue of what one robot wants to say, and whether it may begin."""
+    """The queue of one robot's sentences, and whether it may begin one."""
 
     def __init__(self, timing: Timing, rng: Rng, team: int = 0) -> None:
         self._timing = timing
@@ -116,15 +116,15 @@ class Floor:
         self._rng = rng
         self._intents: list[Intent] = []
         self.busy = False
-        """Somebody else is speaking."""
+        """Another speaker is talking."""
         self.muted = False
-        """There is no sound, or no word yet: nothing can be said, not even at once."""
+        """There is no sound, or no word yet: the robot can say nothing, not even at once."""
         self._released_s = -math.inf
         self._understood_s = -math.inf
         self.busy_since_s = -math.inf
-        """When somebody else last began to speak."""
+        """When another speaker last began to talk."""
         self.is_second = False
-        """What is being said, or was said last, is most likely the second saying of what was understood before."""
+        """The present or last sentence most likely repeats the one that was understood before."""
         self._slots = timing.turn_slots
         self._round: Round | None = None
         self._ring_size = 0
@@ -135,10 +135,10 @@ class Floor:
         """Number of slots for answers after a sentence. Turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
         self.waited_s = 0.0
-        """How long what the state machine said last had waited for the floor."""
+        """How long the state machine's last sentence had waited for the floor."""
 
     def unsettled_until(self, now: float) -> float:
-        """Until when something that somebody says may still come to be understood."""
+        """Until when a sentence in the air may still be understood."""
         speaking = self.busy or self.speaking is not None
         return (now if speaking else self._released_s) + self._timing.settle_s
 
@@ -149,14 +149,14 @@ class Floor:
         self._intents.append(intent)
 
     def wants(self, topic: str) -> bool:
-        """Whether something on this topic waits to be said."""
+        """Whether a sentence on this topic waits to be said."""
         return any(intent.topic == topic for intent in self._intents)
 
     def withdraw(self, topic: str) -> None:
         self._intents = [intent for intent in self._intents if intent.topic != topic]
 
     def take_along(self, topic: str, now: float) -> Intent | None:
-        """What waits to be said on a topic, to be said with what is being said; None if it is held back."""
+        """The waiting intent on a topic, to be said together with the present sentence; None if it is held back."""
         intent = next((i for i in self._intents if i.topic == topic and i.not_before_s <= now), None)
         if intent is not None:
             self.withdraw(topic)
@@ -165,15 +165,15 @@ class Floor:
         return intent
 
     def withdraw_all(self, topics: str) -> None:
-        """Withdraw every topic that begins so."""
+        """Withdraw every topic with this prefix."""
         self._intents = [intent for intent in self._intents if not intent.topic.startswith(topics)]
 
     def answered(self, call: str, only_tentative: bool = False) -> None:
-        """Somebody else has answered: who wanted to holds back."""
+        """Another robot has answered: hold back this robot's answer."""
         self._intents = [i for i in self._intents if i.call != call or (only_tentative and not i.tentative)]
 
     def garbled(self) -> None:
-        """Something was said that may have been an objection."""
+        """An unintelligible sentence was heard that may have been an objection."""
         self._slots = min(2 * self._slots, SLOTS_MAX)
         if not self.is_second:
             self._give_up_tentative()
@@ -185,7 +185,7 @@ class Floor:
         self._intents.clear()
 
     def channel(self, busy: bool, now: float) -> None:
-        """Somebody began or ended to speak; after an end everybody backs off anew."""
+        """A speaker began or stopped; after the end every robot backs off again."""
         if self.busy and not busy:
             self._released_s = now
             self.hold_back(now)
@@ -223,7 +223,7 @@ class Floor:
         return self.speaking
 
     def ended(self, now: float, order: Order | None = None) -> Intent | None:
-        """The own sentence is out; returns what it was. `order` is as in `hold_back`."""
+        """The robot's own sentence is out; returns its intent. `order` is as in `hold_back`."""
         intent, self.speaking = self.speaking, None
         self.hold_back(now + self._timing.recognition_s, order, own=True)
         return intent
@@ -241,7 +241,7 @@ class Floor:
             intent.ready_s = ready_s
 
     def _gap(self, intent: Intent, now: float) -> float:
-        """How long from now to wait: to the own slot, drawn or in turn."""
+        """How long from now to wait: to this robot's slot, drawn or in turn."""
         timing = self._timing
         first_word = not self._anything_said and intent.urgency is Urgency.TURN
         if intent.at_once or (first_word and self._team <= CROWD):
@@ -258,7 +258,7 @@ class Floor:
                 return turn_gap_s + int(self._rng.random() * OVERDUE_SLOTS) * timing.slot_s
             turn_gap_s += OVERDUE_SLOTS * timing.slot_s
         collided = intent.urgency is Urgency.AGAIN and self._round is not None and self._round.own
-        if self._round is None or collided:  # two who spoke at once know of no order
+        if self._round is None or collided:  # two robots that spoke at once know of no order
             after_turns = self._ring_size if self._round is None else 0
             return turn_gap_s + (after_turns + int(self._rng.random() * self._slots)) * timing.slot_s
         first_s = self._round.began_s + turn_gap_s + self._round.place * timing.slot_s

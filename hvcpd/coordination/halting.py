@@ -11,14 +11,14 @@ from hvcpd.language import messages as m
 
 
 def release(me: Knowledge, now: float) -> None:
-    """Resume starts no old motion: the robot is free."""
+    """Resume does not restart an old motion: the robot is free."""
     me.floor.withdraw("released how")
     me.do(SaveStopped(False))
     effects.rest(me, now)
 
 
 def want_farewell(me: Knowledge, now: float) -> None:
-    """Give the task back and say so; what was finished and not yet confirmed is reported once more before."""
+    """Give the task back and say so; first repeat the report of a finished task that was not yet confirmed."""
     effects.let_go(me)
     me.floor.clear()
     effects.forget_report(me, Urgency.ALARM, now, _slot_to_leave(me, now))
@@ -33,12 +33,12 @@ def _want_to_say_farewell(me: Knowledge, now: float) -> None:
 
 
 def _slot_to_leave(me: Knowledge, now: float) -> int:
-    """Before all confirmations, and each in turn: robots on one computer are told to leave at the same moment."""
+    """Before all confirmations, each in turn: robots on one computer are switched off at the same moment."""
     return me.rank_in_team(now)
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
-    """It is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
+    """The robot is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
     latch(me, now)
     if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
         _want_to_say_farewell(me, now)
@@ -54,16 +54,16 @@ def fall_silent(me: Knowledge, _now: float) -> None:
 
 
 def halt(me: Knowledge, now: float) -> None:
-    """Stop, and latch: tasks, turns and motions are forgotten, and nothing but "resume" leads on."""
+    """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
     effects.let_go(me)
     me.do(SaveStopped(True))
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()
-    slot = me.rank("", 0, now)  # in turn: each wants to be heard by all others
+    slot = me.rank("", 0, now)  # in turn: all others should hear each robot
     place = next((each.place.name for each in me.passes if each.inside), None)
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
-    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" goes on from one to the next first
+    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
     me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
     want_release_told(me, now)
 

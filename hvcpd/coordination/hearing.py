@@ -1,4 +1,4 @@
-"""What a robot does about a sentence that it understood: the way from a statement to its reaction."""
+"""A robot's response to a sentence that it understood: from a statement to its reaction."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from hvcpd.language import messages as m
 GREETING_ANSWERED_FOR_S = 5.0
 """A greeting repeated within this time is the same greeting, which was answered."""
 GREETED_AGAIN_WITHIN_S = 60.0
-"""A greeting repeated within this time shows that the answer was not heard. Maybe another robot, which this one does
-not hear, answered at the same time; so the next answer waits for a random time."""
+"""A greeting repeated within this time shows that the answer was not heard. Another robot, which this one does not
+hear, may have answered at the same time; so the next answer waits for a random time."""
 
 
 def react(me: Knowledge, heard: Heard) -> None:
-    """Note what everybody may learn from the sentence, and act on it where it is meant for this robot."""
+    """Note the information that the sentence gives to every listener, and react if it is meant for this robot."""
     if me.state in DEPARTING and not isinstance(heard.utterance.statement, m.Stop):
         return
     relaying.overheard(me, heard)
-    heard = relaying.direct(me, heard)  # from here on as if the one whose words they are had said them itself
+    heard = relaying.direct(me, heard)  # from here on as if the original speaker had said them itself
     repair.note(me, heard)
     earshot.note(me, heard)
     left = changing.up_to_date(me, heard)
@@ -44,14 +44,14 @@ def react(me: Knowledge, heard: Heard) -> None:
         return
     heard, statement = left, left.utterance.statement
     if isinstance(statement, m.Claim) and choosing.claims_at_once(me, heard.now):
-        fire(me, Trigger.MET, heard.now)  # whoever greeted is answered, and work has begun
+        fire(me, Trigger.MET, heard.now)  # the greeting is answered, and work has begun
     reaction = _REACTIONS.get(type(statement))
     if reaction is not None:
         reaction(me, heard, statement)
 
 
 def hear_own_name(me: Knowledge, now: float) -> None:
-    """Another voice says that it is this robot. Twice is no mishearing: both are to say so, and to do nothing."""
+    """Another voice uses this robot's name. Twice is no mishearing: both robots must say so, and do nothing."""
     me.acquaintance.own_name_heard_s = (*me.acquaintance.own_name_heard_s[-3:], now)
     recent = [t for t in me.acquaintance.own_name_heard_s if now < t + me.timing.name_conflict_s]
     if len(recent) == 2:
@@ -64,12 +64,12 @@ def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
     if heard.speaker is None:
         return
     if me.current.task is not None and me.state in AT_WORK:
-        teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on anew
+        teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on again
     if me.state is State.MEETING:
         me.arm(heard.now, me.timing.greeting_wait_s)
     peer = me.peers.get(heard.speaker)
     answered = peer is not None and heard.now - peer.answered_s < GREETING_ANSWERED_FOR_S
-    if not answered and not isinstance(heard.to, m.ToRobot | m.ToTeam):  # that is an answer, or an introduction
+    if not answered and not isinstance(heard.to, m.ToRobot | m.ToTeam):  # otherwise it is an answer, or an introduction
         _introduce(me, heard.speaker, heard.now)
 
 
@@ -82,14 +82,14 @@ def _spelled(me: Knowledge, heard: Heard, s: m.Spelled) -> None:
 
 
 def _introduce(me: Knowledge, name: str | None, now: float) -> None:
-    """Say the own name; a robot that has not greeted yet has done so by this."""
+    """Say this robot's name; for a robot that has not greeted yet, this is its greeting."""
     peer, after_s = me.peers.get(name), 0.0
     if peer is not None:
         if now - peer.answered_s < GREETED_AGAIN_WITHIN_S:
             after_s = 2.0 * me.timing.back_off_s * me.rng.random()
         peer.answered_s = now
     begins = me.state in (State.WAKING, State.GREETING)
-    if begins and choosing.claims_at_once(me, now):  # that tells its name; if all is taken by then, it does so itself
+    if begins and choosing.claims_at_once(me, now):  # the claim tells its name; without one it greets
         fire(me, Trigger.MET, now)
         after_s += max(me.acquaintance.all_heard_s - now, 0.0)
     trigger = Trigger.GREETED if begins else None
@@ -118,14 +118,14 @@ def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
 
 
 def _place_taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
-    """Who stands in a place has been stopped there."""
+    """A robot has been stopped inside a place."""
     right_of_way.taken(me, heard, s)
     if s.stands:
         _let_go(me, heard, m.Stopped())
 
 
 def _name_taken(me: Knowledge, heard: Heard, _: m.NameTaken) -> None:
-    """Two robots answer to this name: no order for it."""
+    """Two robots answer to this name: give no order to it."""
     peer = me.peers.get(heard.speaker)
     if peer is not None:
         peer.silent_until_s = heard.now + me.timing.name_conflict_s

@@ -1,4 +1,4 @@
-"""What one robot knows: about its own work, its peers, and what was said. The rules are functions of it.
+"""One robot's knowledge: of its own work, its peers, and all sentences. The rules are functions of it.
 
 Times are seconds of the robot's sample clock; -inf means never. Names that serve as keys are in lower case.
 """
@@ -25,44 +25,44 @@ NEVER_S = -math.inf
 
 @dataclass
 class Current:
-    """What the robot is settling with others, or carries out: a task or a motion."""
+    """The task or motion that the robot is agreeing on with others, or carries out."""
 
     task: int | None = None
     """The task that it has claimed, reads back or carries out, or has just ordered."""
     ahead: int | None = None
-    """Another one that it has claimed with it, to be done after it."""
+    """A second task that it has claimed with the first, to be done after it."""
     way_m: int | None = None
-    """The way to the task, in metres, if it is told with the claim."""
+    """The way to the task, in metres, if the claim states it."""
     task_ref: m.TaskRef | None = None
     motion: m.Motion | None = None
-    """What it was told to do with its wheels, apart from tasks."""
+    """The motion that it was ordered to make, apart from tasks."""
     motion_sure: bool = False
     """The motion was heard surely: no confirmation is needed."""
     partner: str | None = None
-    """Who ordered it, or is being ordered."""
+    """The speaker that ordered it, or the robot that is being ordered."""
     owner_before: str | None = None
-    """Whose the task was before this robot claimed it."""
+    """The task's owner before this robot claimed it."""
     claimed_s: float = NEVER_S
     """When it last spoke of its task."""
     assured_s: float = NEVER_S
-    """Until when somebody who confirmed the claim keeps it."""
+    """Until when a robot that confirmed the claim keeps it."""
     doubted: tuple[str, int] | None = None
-    """The speaker who said that the task of this number was done, and was not believed."""
+    """The speaker that reported the task of this number as done, and was not believed."""
     repeats: int = 0
     """How often the sentence that waits for an answer was said without one."""
     asked_since_s: float = NEVER_S
     """When that sentence was first said."""
     there: bool = False
-    """Of a task for several robots: it has said that it is at its place;"""
+    """Of a task for several robots: it has said that it is at its place."""
     told: frozenset[str] = frozenset()
-    """whom it has told since that it does the task with them;"""
+    """The robots that it has told since then that it does the task with them."""
     promised: frozenset[str] = frozenset()
-    """whom it has told there at all;"""
+    """All robots that it has told so there."""
     agreed: frozenset[str] = frozenset()
-    """and who has said so, being there, to this robot."""
+    """The robots at the place that have told this robot so."""
 
     def clear(self) -> None:
-        """Nothing is settled or carried out any more."""
+        """No task or motion is being agreed on or carried out any longer."""
         self.task = self.ahead = self.task_ref = self.partner = self.motion = None
 
 
@@ -71,7 +71,7 @@ class Report:
     """The report that this robot owes the others."""
 
     task: int | None = None
-    """A task that it has finished or given up, and nobody has confirmed to have heard so."""
+    """A task that it has finished or given up, without a confirmation of its report."""
     before: int | None = None
     """Another one that it finished before that one."""
     failed: bool = False
@@ -79,46 +79,46 @@ class Report:
     reason: str | None = None
     """Why it was given up, if that can be said."""
     said: bool = False
-    """Whether the sentence that waits for a confirmation held the report."""
+    """Whether the sentence that waits for a confirmation contained the report."""
 
     @property
     def tasks(self) -> tuple[int, ...]:
-        """What was finished or given up, the first before the last."""
+        """The tasks that were finished or given up, the first before the last."""
         return tuple(number for number in (self.before, self.task) if number is not None)
 
     def drop(self, number: int) -> None:
-        """Nobody wants to know of this task any more."""
+        """The report of this task is no longer needed."""
         left = [each for each in self.tasks if each != number]
         self.task, self.before = left[-1] if left else None, None if len(left) < 2 else left[0]
 
 
 @dataclass
 class Body:
-    """What the robot's sensors say."""
+    """The readings of the robot's sensors."""
 
     here: Place | None = None
     home: Place | None = None
-    """Where it was when it first knew its place: where "come back" leads."""
+    """Its first known place, the destination of "come back"."""
     battery_v: float | None = None
 
 
 @dataclass
 class Missed:
-    """What the robot may have missed."""
+    """Sentences that the robot may have missed."""
 
     heard_work: bool = False
-    """Work went on before its first word or while it was switched off: it asks what is left."""
+    """Work went on before its first word or while it was switched off: it asks for the remaining tasks."""
     ask_again_s: float = NEVER_S
-    """It does not ask what is left again before then."""
+    """It does not ask for the remaining tasks again before then."""
     asked: int = 0
-    """How often it has asked whether what may be done is done, since all was certain."""
+    """How often it has asked about tasks that may be done, since all was last certain."""
     last_s: float = NEVER_S
-    """When it last turned out that this robot, or one it spoke to, had missed something."""
+    """When it last turned out that this robot, or one it spoke to, had missed a sentence."""
 
 
 @dataclass(frozen=True)
 class HeardClaim:
-    """Somebody's claim, and what the board said of each of its tasks before: state, owner, end of the lease."""
+    """A robot's claim, and the board's entry for each of its tasks before: state, owner, end of the lease."""
 
     speaker: str
     before: Mapping[int, tuple[str, str | None, float]]
@@ -127,7 +127,7 @@ class HeardClaim:
 
 @dataclass(frozen=True)
 class QuotedReport:
-    """A report that somebody passed on in the name of `speaker`."""
+    """A report that a robot passed on in the name of `speaker`."""
 
     speaker: str
     number: int
@@ -140,7 +140,7 @@ RelayedMessage = tuple[str, str, m.Statement | None]
 
 @dataclass
 class Relays:
-    """What was passed on, by whomever, and between whom it must be."""
+    """The sentences that were passed on, and the pairs of robots that need this."""
 
     passed_on: dict[RelayedMessage, tuple[int, float]] = field(default_factory=dict)
     """How often, and when last."""
@@ -150,16 +150,16 @@ class Relays:
 
 @dataclass
 class Acquaintance:
-    """Who knows this robot's name, and what it did to make its own and others' names known."""
+    """Which robots know this robot's name, and how it made its own and others' names known."""
 
     unheard: frozenset[str] = frozenset()
-    """Whom it was told of beforehand, and who may be there and wait for a turn to say a first word."""
+    """Robots that were listed in advance, may be there, and wait for a turn to say their first word."""
     all_heard_s: float = math.inf
-    """By then everybody of them who is there has said something."""
+    """By then each of them that is there has spoken."""
     introduced: bool = False
     """Whether it has said its own name."""
     passed_over: bool = False
-    """The others take whoever has not said a word for not there."""
+    """The others take a robot that has not spoken for absent."""
     greetings: int = 0
     """How often it has greeted."""
     known_by: set[str] = field(default_factory=set)
@@ -169,13 +169,13 @@ class Acquaintance:
     own_name_heard_s: tuple[float, ...] = ()
     """When another voice used this robot's name."""
     strangers: bool = False
-    """Somebody has spelled its name: there are robots about that were not known beforehand."""
+    """A robot has spelled its name: there are robots nearby that were not known in advance."""
     call_s: float | None = None
-    """When this robot asks who is here, because it has nobody to give an order to."""
+    """When this robot next asks who is here, because it has nobody to give an order to."""
     calls: int = 0
-    """How often it has asked so."""
+    """How often it has asked this."""
     garbled_s: tuple[float, ...] = ()
-    """When speech was not understood, lately."""
+    """When speech was not understood, recently."""
     ask_s: float = NEVER_S
     """It does not ask for names again before then."""
     pause_s: float | None = None
@@ -183,7 +183,7 @@ class Acquaintance:
     respell_s: float | None = None
     """Between two spellings of its name; None before the first."""
     respelled_s: float = NEVER_S
-    """When it last spelled its name because somebody may not know it."""
+    """When it last spelled its name because a listener may not know it."""
     met: int = 0
     """How many peers there were when it last asked for names."""
 
@@ -193,21 +193,21 @@ class Waiting:
     """How a robot that only takes orders waits for one."""
 
     giver: str | None = None
-    """The robot that was last heard to give an order, or whose order somebody was heard to answer."""
+    """The robot that was last heard to give an order, or whose order another robot was heard to answer."""
     asked: int = 0
-    """How often it asked what is left since it last had an order."""
+    """How often it asked for the remaining tasks since its last order."""
     until_s: float | None = None
     """When its patience ends."""
 
 
 @dataclass
 class Doubts:
-    """What was asked of and told to each speaker whose seal was wrong or missing, by name."""
+    """This robot's questions and replies to each speaker whose seal was wrong or missing, by name."""
 
     asked: dict[str, tuple[float, int]] = field(default_factory=dict)
-    """When first, and how often, it was asked to say its sentence again."""
+    """When it was first asked to say its sentence again, and how often."""
     told: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """When it was last told that it is not trusted, and for how long it is not told so again, s."""
+    """When it was last told that it is not trusted, and for how long this is not repeated, s."""
 
 
 @dataclass
@@ -216,9 +216,9 @@ class Repair:
 
     last_said: m.Utterance | None = None
     asked: int = 0
-    """How often this robot had something said again."""
+    """How often this robot asked for a repetition."""
     was_asked: int = 0
-    """How often it was asked to say something again."""
+    """How often it was asked for a repetition."""
     speak_slowly: bool = False
     resume_s: float = NEVER_S
     """When "resume" was heard last."""
@@ -232,7 +232,7 @@ class Repair:
 
 @dataclass
 class Knowledge:
-    """All that one robot knows, and the actions that its rules have asked for since they were last handed out."""
+    """All that one robot knows, and the actions that its rules have requested since the last were handed out."""
 
     role: Role
     timing: Timing
@@ -248,9 +248,9 @@ class Knowledge:
     body: Body = field(default_factory=Body)
     missed: Missed = field(default_factory=Missed)
     claim_heard: HeardClaim | None = None
-    """The last one: what others object to."""
+    """The last one: others object to it."""
     report_quoted: QuotedReport | None = None
-    """The last one: what its speaker may deny."""
+    """The last one: its speaker may deny it."""
     relays: Relays = field(default_factory=Relays)
     acquaintance: Acquaintance = field(default_factory=Acquaintance)
     waiting: Waiting = field(default_factory=Waiting)
@@ -260,9 +260,9 @@ class Knowledge:
     clock_s: float | None = None
     """Seconds since 1970 at 0 of the sample clock; None: nobody knows the time."""
     due_next_s: float | None = None
-    """When something is due next, s since 1970; None: to be reckoned anew."""
+    """When something is due next, s since 1970; None: to be calculated again."""
     spreading: dict[int, tuple[float, int]] = field(default_factory=dict)
-    """Tasks whose last change is said again: when, s, and how often it was said."""
+    """Tasks whose last change is repeated: when, s, and how often it was said."""
     last_heard: tuple[m.Utterance, float] | None = None
     actions: list[Action] = field(default_factory=list)
 
@@ -272,19 +272,20 @@ class Knowledge:
         return frozenset(name.lower() for name in self.role.roster)
 
     def my_task(self) -> int:
-        """The current task's number. Raises RuntimeError if there is none: our own mistake."""
+        """The current task's number. Raises RuntimeError if there is none: a programming error."""
         if self.current.task is None:
             raise RuntimeError(f"no task in state {self.state}")
         return self.current.task
 
     def my_tasks(self) -> tuple[int, ...]:
-        """The current task, if there is one, and the one after it, unless that has become another's or is done."""
+        """The current task, if there is one, and the one after it, unless that now belongs to another robot or is
+        done."""
         task, ahead = self.current.task, self.current.ahead
         is_mine = ahead is not None and self.board.owner_of_claim(ahead) == self.role.name
         return tuple(number for number in (task, ahead if is_mine else None) if number is not None)
 
     def do(self, action: Action) -> None:
-        """Hand an action out with the next ones."""
+        """Add an action to the next ones handed out."""
         self.actions.append(action)
 
     def arm(self, now: float, after_s: float) -> None:
@@ -296,12 +297,12 @@ class Knowledge:
         self.timer_s += by_s
 
     def reconsider(self, now: float) -> None:
-        """Something became free."""
+        """A task or robot has become free."""
         if self.state is State.READY:
             self.arm(now, self.timing.decide_s)
 
     def rank(self, asker: str, salt: int, now: float) -> int:
-        """This robot's place among those present who could answer `asker`, in an order that `salt` shuffles.
+        """This robot's place among those present that could answer `asker`, in an order that `salt` shuffles.
 
         Each name has a number of its own. So a robot that knows of one peer fewer still agrees with the others on the
         order of all the rest: the first two answer in one slot only if the second does not know of the first.
@@ -309,12 +310,12 @@ class Knowledge:
         return self._rank_among(self.peers.present(now), asker, salt)
 
     def rank_in_team(self, now: float) -> int:
-        """The same for everybody, among all that may be there, heard or not."""
+        """The same for any asker, among all robots that may be there, heard or not."""
         return self._rank_among(self.expected(now), "", 0)
 
     def rank_with_unheard(self, asker: str, salt: int, now: float) -> int:
-        """The same with those who have not said a word yet: they come before all whose names were heard, or after them
-        once these believe that nobody else is there."""
+        """The same with robots that have not spoken yet: they come before all robots whose names were heard, or after
+        them once these believe that nobody else is there."""
         unheard = self.acquaintance.unheard - {asker.lower()}
         if self.role.roster and not self.acquaintance.introduced:
             others = [name for name in self.peers.present(now) if name != asker.lower()]
@@ -331,7 +332,7 @@ class Knowledge:
         return self.acquaintance.unheard.union(self.peers.present(now))
 
     def lease_end_s(self, now: float) -> float:
-        """When a lease that is renewed now ends: in a crowd each one's turn comes more rarely."""
+        """When a lease that is renewed now ends: in a crowd each robot's turn comes more rarely."""
         return now + max(self.timing.lease_s, self.timing.lease_per_robot_s * len(self.peers.present(now)))
 
 
@@ -353,6 +354,6 @@ class Heard:
 
 
 Reaction = Callable[[Knowledge, Heard, Any], None]
-"""What a robot does about a sentence, whose statement is handed to it too."""
+"""A robot's response to a sentence; the sentence's statement is passed as well."""
 Reactions = dict[type, Reaction]
-"""The same by the statement's type."""
+"""Reactions by the statement's type."""

@@ -1,6 +1,6 @@
-"""What one robot knows of each place that only one fits in: who has it, who waits, and how far its own asking is.
+"""One robot's view of each place with room for only one robot: the keeper, the waiting robots, and its own request.
 
-Times are seconds of the robot's sample clock; -inf means never, inf that nothing is due.
+Times are seconds of the robot's sample clock; -inf means never, inf means that nothing is due.
 """
 
 from __future__ import annotations
@@ -15,50 +15,50 @@ from hvcpd.config.tasks import Place
 
 @dataclass
 class Pass:
-    """One place. `keeper` had it last, as far as this robot has heard, and alone may give it to another one."""
+    """One place. `keeper` is the last robot heard to have it; only the keeper may give it to another robot."""
 
     place: SharedPlace
     since_s: float
     """When this robot began to listen."""
     keeper: str | None = None
     lease_end_s: float = -math.inf
-    """Until then the keeper is taken to be in it, if it says no more."""
+    """Until then the keeper counts as inside if it says nothing more."""
     inside: bool = False
-    """This robot stands in it."""
+    """This robot is inside."""
     using: bool = False
-    """This robot has it, and is in it or on its way in."""
+    """This robot has the place, and is inside or on its way in."""
     wanted_s: float | None = None
     """Since when this robot has wanted it."""
     held: bool = False
-    """It has come to the line, and stands."""
+    """This robot has reached the line, and stands there."""
     ask_s: float = math.inf
-    """When it is to ask for it."""
+    """When this robot's next request is due."""
     asked_s: float = -math.inf
-    """When it last finished asking."""
+    """When this robot last finished a request."""
     answer_s: float = math.inf
-    """Until then an answer to that may begin."""
+    """Until then an answer to that request may begin."""
     silences: int = 0
-    """So often in a row nobody has said anything in answer."""
+    """Number of requests in a row that nobody answered."""
     again_s: float = -math.inf
-    """It does not ask whoever has the place before then."""
+    """This robot does not ask the keeper before then."""
     given_s: float = -math.inf
     """When it last gave the place to the keeper, or heard that the keeper still waits for it."""
     told: bool = False
-    """It has said that it has the place, and says so when it leaves."""
+    """This robot has said that it has the place, and says so when it leaves."""
     tell_s: float = math.inf
-    """When it is to say that it is in it: whoever is not heard, and so gets no answer, stays out then."""
+    """When this robot next says that it is inside: a robot that is not heard, and so gets no answer, then stays out."""
     waiting: dict[str, tuple[float, float]] = field(default_factory=dict)
-    """Who else wants it: when they were first and last heard to ask."""
+    """The other robots that want it: when they were first and last heard to ask."""
     came_from: Place | None = None
     """Where this robot last stood outside."""
 
     @property
     def topic(self) -> str:
-        """What its requests are about, for the floor."""
+        """The topic of its requests, for the floor."""
         return f"way {self.place.name}"
 
     def line_ahead_m(self, here: Place, way: Sequence[Place]) -> float | None:
-        """How far it is to where a robot waits; None: the way does not lead in."""
+        """Distance to the line where a robot waits; None if the way does not lead in."""
         before_m = 0.0
         for goal in way:
             ends = (here.x_m, here.y_m), (goal.x_m, goal.y_m)
@@ -69,10 +69,10 @@ class Pass:
         return None
 
     def next_s(self) -> float:
-        """When something is due."""
+        """When something is next due."""
         asking_s = min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
         return min(asking_s, self.tell_s)
 
     def keep(self, keeper: str, lease_end_s: float) -> None:
-        """Somebody has it from now on; whatever this robot heard before of its being given is over."""
+        """This robot is the keeper from now on; forget all that was heard about giving it the place."""
         self.keeper, self.lease_end_s, self.given_s, self.silences = keeper, lease_end_s, -math.inf, 0

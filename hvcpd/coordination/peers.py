@@ -1,4 +1,4 @@
-"""The registry of who is within earshot, kept by ear."""
+"""The registry of robots and people within earshot, kept by ear."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hvcpd.language import messages as m
 
 @lru_cache(maxsize=4096)
 def lot(name: str, salt: int) -> int:
-    """A number that everybody draws alike for a name."""
+    """A number for a name, the same for all robots."""
     return zlib.crc32(f"{salt}/{name}".encode())
 
 
@@ -26,19 +26,19 @@ class Peer:
     confidence: float = 1.0
     """Of the last sentence that was understood: 0 to 1."""
     snr_db: float | None = None
-    """Of the last sentence, if the ears measure it."""
+    """Of the last sentence, if the recogniser measures it."""
     answered_s: float = float("-inf")
-    """When we last answered its greeting."""
+    """When this robot last answered its greeting."""
     silent_until_s: float = float("-inf")
     """It did not answer an order: it is not asked again before then."""
     silent: bool = False
     """It did not answer when all were asked, and was not heard since; or it said that it leaves."""
     assigned: int | None = None
-    """The task that we ordered it to do and that it has not reported yet."""
+    """The task that this robot ordered it to do and that it has not reported yet."""
     met: Place | None = None
     """Where this robot stood when that one last answered it, or, until then, when it was first heard."""
     counted_s: float = 0.0
-    """When it was heard last, on the clock by which a peer counts as gone."""
+    """When it was last heard, on the clock by which a peer counts as gone."""
     sought: bool = False
     """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
@@ -46,20 +46,20 @@ class Peer:
 
 
 def team_of(u: m.Utterance) -> str | None:
-    """The speaker's team: as it says, or as it claims a task from, or greets as one of, a team."""
+    """The speaker's team, from its introduction, its claim or its greeting."""
     if u.team is None and isinstance(u.addressee, m.ToTeam) and isinstance(u.statement, m.Claim | None):
         return u.addressee.team
     return u.team
 
 
 QUIET_S = 60.0
-"""Longest part of one silence that counts towards a peer being gone, where robots rest for hours: longer than a turn
-of the largest team."""
+"""Longest part of one silence that counts towards a peer being gone, where robots rest for hours: longer than a turn of
+the largest team."""
 
 
 class Peers:
-    """All who were ever heard. `absent_s`: whoever was not heard for so long counts as gone; if the team `rests`, of
-    each silence only QUIET_S count: where nobody speaks, nobody could have been heard."""
+    """All robots and people ever heard. `absent_s`: one that was not heard for this long counts as gone; if the team
+    `rests`, only QUIET_S of each silence count, because in a silence nobody could have been heard."""
 
     def __init__(self, absent_s: float, rests: bool = False) -> None:
         self._absent_s = absent_s
@@ -68,13 +68,13 @@ class Peers:
         self._rested_s = 0.0
         self._peers: dict[str, Peer] = {}
         self._present: tuple[str, ...] | None = None
-        """Who is present, kept until `_present_until_s`: it is asked many times about each sentence."""
+        """The peers present, kept until `_present_until_s`: each sentence asks for them many times."""
         self._present_until_s = float("-inf")
         self.last_heard_s = float("-inf")
-        """When anybody was heard last."""
+        """When a peer was last heard."""
 
     def let_rest(self, rests: bool) -> None:
-        """Whether the team rests from now on, for hours maybe."""
+        """Whether the team rests from now on, possibly for hours."""
         self._most_s = QUIET_S if rests else float("inf")
 
     def get(self, name: str | None) -> Peer | None:
@@ -84,7 +84,7 @@ class Peers:
         return tuple(self._peers.values())
 
     def present(self, now: float) -> tuple[str, ...]:
-        """The names, in lower case and sorted, of all who are believed to be within earshot."""
+        """The names, in lower case and sorted, of all peers that are believed to be within earshot."""
         if self._present is None or now > self._present_until_s:
             there = {key: p.counted_s for key, p in self._peers.items() if self.is_present(key, now)}
             self._present = tuple(sorted(there))
@@ -97,12 +97,12 @@ class Peers:
         return peer is not None and not peer.silent and peer.counted_s >= self._counted(now) - self._absent_s
 
     def _counted(self, now: float) -> float:
-        """The time without what of the silences does not count."""
+        """The time without the uncounted part of each silence."""
         silence_s = now - self.last_heard_s if self.last_heard_s > float("-inf") else 0.0
         return now - self._rested_s - max(silence_s - self._most_s, 0.0)
 
     def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer:
-        """Note that somebody spoke; a team once announced is kept."""
+        """Note that a peer spoke; a team once announced is kept."""
         if not self.is_present(name, now):
             self._present = None
         peer = self._peers.get(name.lower())
@@ -124,7 +124,7 @@ class Peers:
             peer.silent = True
 
     def nobody_answered(self, since_s: float) -> bool:
-        """All were asked, often; whether none was heard since then, so that they count as gone."""
+        """All were asked, often. Returns whether none was heard since then, so that they count as gone."""
         silent = self.last_heard_s < since_s
         for peer in self._peers.values() if silent else ():
             peer.silent = True

@@ -1,9 +1,9 @@
-"""Relays: what is passed on between two that do not hear each other, and reports told in their speaker's name.
+"""Relays: sentences passed on between two robots that do not hear each other, and reports in their speaker's name.
 
-An order or a question to one robot that stays silent is said again by the first robot that has heard both, in the name
-of who said it ("Hi Bot, I am Max, Rob says, …"). From then on that pair is taken for one whose voices do not reach each
-other, and all that they say to each other is passed on, until one is heard to answer the other by itself. What was
-passed on is never passed on in turn, so that nothing goes round in a circle: a message crosses one robot.
+If one robot does not answer an order or a question, the first robot that has heard both says it again in the speaker's
+name ("Hi Bot, I am Max, Rob says, …"). From then on this pair counts as out of each other's earshot, and every sentence
+between them is passed on, until one is heard to answer the other by itself. A relayed sentence is never passed on
+again, so no sentence goes round in a circle: a message crosses one robot.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE
 
 OPENERS = (m.Order, m.WhatDoing)
-"""What begins an exchange and must be answered."""
+"""Statements that begin an exchange and must be answered."""
 SILENT_SLOT = 6
-"""Who was asked would have begun by then: its slot is one of three, and its voice is noticed within another."""
+"""By then the addressee would have begun: its slot is one of three, and its voice is noticed within another."""
 APART_SLOT = 4
 """First slot for passing on between two that are known not to hear each other."""
 RANK_MAX = 3
-"""Beyond this rank those who could pass it on share a slot; the speaker repeats its sentence soon after."""
+"""Robots beyond this rank share a slot for passing on; the speaker repeats its sentence soon after."""
 APART_S = 600.0
 """How long two robots count as out of each other's earshot after something was passed on between them: as long as a
 robot that is not heard counts as present."""
@@ -38,7 +38,7 @@ may not hear, lasts 5 s, or 6 if said slowly, and the gaps around it take the sa
 
 
 def note_passed_on(relays: Relays, to: str, s: m.Relayed, now: float) -> None:
-    """It is passed on to `to` now. A report may be told in its speaker's name to object to a claim, too."""
+    """Note that this robot passes it on to `to` now. A report may be relayed to object to a claim, too."""
     message = (s.speaker.lower(), to.lower(), s.statement)
     if isinstance(s.statement, m.Completed) and not are_apart(relays, frozenset(message[:2]), now):
         return
@@ -48,7 +48,7 @@ def note_passed_on(relays: Relays, to: str, s: m.Relayed, now: float) -> None:
 
 
 def are_apart(relays: Relays, pair: frozenset[str], now: float) -> bool:
-    """Whether two are taken not to hear each other."""
+    """Whether these two are believed not to hear each other."""
     return now - relays.apart.get(pair, NEVER_S) < APART_S
 
 
@@ -57,7 +57,7 @@ def _topic(speaker: str, listener: str) -> str:
 
 
 def overheard(me: Knowledge, heard: Heard) -> None:
-    """Pass on what somebody said to another one that stays silent, or is known not to hear it."""
+    """Pass on a sentence to a robot that stays silent, or is known not to hear the speaker."""
     said, speaker, now = heard.utterance.statement, heard.speaker, heard.now
     if speaker is None or not isinstance(heard.to, m.ToRobot) or me.state in NEWCOMER:
         return
@@ -69,7 +69,7 @@ def overheard(me: Knowledge, heard: Heard) -> None:
         return
     pair, message = frozenset((speaker.lower(), to.lower())), (speaker.lower(), to.lower(), said)
     times, passed_on_s = me.relays.passed_on.get(message, (0, NEVER_S))
-    just_passed_on = now - passed_on_s < 2.0 * ANSWER_S  # said again, its speaker has no answer yet
+    just_passed_on = now - passed_on_s < 2.0 * ANSWER_S  # a repetition: its speaker has no answer yet
     if me.floor.wants(_topic(to, speaker)) and not just_passed_on:
         me.floor.withdraw(_topic(to, speaker))  # it answers before the words were passed on: it has heard them
         me.relays.apart.pop(pair, None)
@@ -85,7 +85,7 @@ def overheard(me: Knowledge, heard: Heard) -> None:
 
 
 def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:
-    """Somebody passes something on: this robot need not, and who said it or is to answer it has time."""
+    """Another robot relays a sentence: this robot need not, and the speaker and the addressee have time."""
     me.floor.withdraw(_topic(s.speaker, to))
     note_passed_on(me.relays, to, s, now)
     own, partner = me.role.name.lower(), (me.current.partner or "").lower()
@@ -95,9 +95,9 @@ def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:
 
 
 def direct(me: Knowledge, heard: Heard) -> Heard:
-    """What somebody had passed on to this robot, as if that one had said it itself; all else as it was heard.
+    """A sentence relayed to this robot, as if its original speaker had said it; all others unchanged.
 
-    Reports stay as they are: they are what everybody may learn from; see `relayed`.
+    Reports stay as they are, because every robot may learn from them; see `relayed`.
     """
     s = heard.utterance.statement
     if not isinstance(s, m.Relayed) or isinstance(s.statement, m.Completed) or not is_for_me_alone(me, heard.to):
@@ -109,7 +109,7 @@ def direct(me: Knowledge, heard: Heard) -> Heard:
 
 
 def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
-    """Somebody else's words: a report is noted as its speaker's, who denies it if it never said so."""
+    """Another robot's words: a report is noted as its speaker's, who denies it if it never said so."""
     inner, name, now = s.statement, heard.speaker, heard.now
     entry = me.board.find(inner.task) if isinstance(inner, m.Completed) else None
     if entry is None or name is None:
@@ -120,7 +120,7 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
         if not has_part and entry.done_by != me.role.name and (entry.owner != me.role.name or not entry.known_done):
             composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
         elif isinstance(inner, m.Completed) and inner.count and entry.recurs and me.current.task != number:
-            me.board.complete(number, me.role.name)  # somebody knows for which time it was done: it is not due again
+            me.board.complete(number, me.role.name)  # its number is known: it is not due again
         return
     peer = me.peers.get(s.speaker)
     if alone and peer is not None and peer.assigned == number:

@@ -1,9 +1,10 @@
-"""Speech that was not understood: ask for it again, more slowly, or for the name of who speaks.
+"""Speech that was not understood: ask for a repetition, for slower speech, or for the speaker's name.
 
-In an exchange with one other the robot says "say again" twice, then "say again slowly", then "I did not understand".
+In an exchange with one other robot, this robot says "say again" twice, then "say again slowly", then "I did not
+understand".
 
-Whoever does not know a name cannot understand any sentence of its owner. So a robot whose name others may not know
-spells it when nobody answers, and a robot that hears speech time and again that it cannot understand asks for names.
+A robot that does not know a name cannot understand any sentence of its owner. So a robot whose name others may not know
+spells it when nobody answers, and a robot that repeatedly hears speech that it cannot understand asks for names.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from hvcpd.language import messages as m
 ASK_MAX = 2
 """Maximum number of times that "say again" is said before "say again slowly"."""
 ASK_AGAIN = "say again"
-"""The topic of asking so; once the other one is understood it is no longer needed."""
+"""The topic of this request; once the other robot is understood it is no longer needed."""
 SENTENCE_S = 4.0
-"""The usual sentence, and some more."""
+"""The usual sentence, and a margin."""
 FOREIGN_S = 8.0
 """The code words of a message for others take 4 to 6 s, said slowly 7.5 s."""
 REPEATING_ANYWAY = frozenset(
@@ -31,12 +32,12 @@ REPEATING_ANYWAY = frozenset(
 GARBLES_MAX = 2
 """Maximum number of sentences within GARBLES_WITHIN_S that may not be understood because they collided."""
 GARBLES_WITHIN_S = 60.0
-"""More than GARBLES_MAX sentences not understood within this time come from somebody whose name is not known."""
+"""If more than GARBLES_MAX sentences were not understood within this time, their speaker's name is unknown."""
 ASK_NAMES_S = 20.0
 """Shortest time between two questions for names; it doubles after each that brought no new name."""
 ASK_NAMES_MAX_S = 160.0
 RESPELL_S = 60.0
-"""After a name was spelled, everybody has had reason to say it; who has not may not have heard it."""
+"""By then all listeners have had reason to say a spelled name; one that has not may not have heard it."""
 RESPELL_MAX_S = 960.0
 """A person may never say it."""
 
@@ -48,7 +49,7 @@ def speaks_slowly(me: Knowledge) -> bool:
 
 
 def note(me: Knowledge, heard: Heard) -> None:
-    """Somebody was understood: what is not to be asked or answered any more, and who knows this robot's name."""
+    """A sentence was understood: update the pending questions and answers, and who knows this robot's name."""
     if isinstance(heard.to, m.ToRobot):
         me.floor.answered(heard.to.name.lower(), isinstance(heard.utterance.statement, m.Confirmed))
     if heard.speaker is not None and heard.speaker == me.current.partner:
@@ -58,7 +59,8 @@ def note(me: Knowledge, heard: Heard) -> None:
 
 
 def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
-    """Over the own speech: say it again, for nobody heard it. In an exchange with one other: ask that one."""
+    """Over the robot's own speech: repeat that, because nobody heard it. In an exchange with one other: ask that
+    one."""
     if over_own_speech:
         last, me.repair.last_said = me.repair.last_said, None
         asks_again = last is not None and isinstance(last.statement, m.PlaceWanted)
@@ -82,7 +84,7 @@ def _ask_partner(me: Knowledge, partner: str, now: float) -> None:
 
 
 def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
-    """Somebody did not understand: the last sentence is said once more."""
+    """Another speaker did not understand: repeat the last sentence once."""
     last, now = me.repair.last_said, heard.now
     if last is None or not is_for(me, heard.to):
         return
@@ -100,19 +102,19 @@ def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
 
 
 def _sealed_message(me: Knowledge, heard: Heard, _: m.SealedMessage) -> None:
-    """Somebody speaks to those who have a key that this robot has not; the code words follow."""
+    """A robot speaks to those that have a key that this robot lacks; the code words follow."""
     me.repair.foreign_until_s = heard.now + FOREIGN_S
 
 
 def spell_if_unknown(me: Knowledge, now: float) -> None:
-    """Nobody answers: those who are there may not know who speaks."""
+    """Nobody answers: listeners may not know the speaker."""
     if any(must_spell_for(me, name, now) for name in me.peers.present(now)):
         said = composing.spelled_name(me)
         me.floor.want(Intent(Urgency.ANSWER, "spell", lambda: said, slot=0), now)
 
 
 def spell_now_and_then(me: Knowledge, now: float) -> None:
-    """Somebody is there and has never said this robot's name: spell it again, more and more rarely."""
+    """A robot is there and has never said this robot's name: spell it again, less and less often."""
     a = me.acquaintance
     respell_s = a.respell_s or RESPELL_S
     if me.role.listed or now < max(a.spelled_s, a.respelled_s) + respell_s:
@@ -125,7 +127,7 @@ def spell_now_and_then(me: Knowledge, now: float) -> None:
 
 
 def _ask_names(me: Knowledge, now: float) -> None:
-    """Ask for names if speech cannot be understood time and again, where strangers are about."""
+    """Ask for names if speech is repeatedly not understood where strangers may be near."""
     a = me.acquaintance
     if (me.role.listed and not a.strangers) or me.state in DEPARTING:
         return

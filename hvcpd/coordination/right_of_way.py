@@ -1,16 +1,17 @@
-"""Right of way: a place that only one robot fits in is one robot's at a time, settled aloud before anybody drives in.
+"""Right of way: robots agree aloud on which of them enters a place with room for only one robot.
 
-Whoever had a place last keeps it, and alone gives it to another one: "I will use the corridor", "confirmed the
-corridor" (a token, as Suzuki and Kasami 1985 have it, that is handed over by voice). So a sentence that is lost never
-lets two in; it only makes somebody ask again. Who is about to drive in asks early, stops at the line outside, and goes
-in when it is given the place. The one that has it goes in if nobody answers its own request: who else believes to have
-it would, and then gives it up. Who leaves gives it to the one that has waited longest.
+The robot that had the place last is its keeper, and only the keeper may give it to another robot: "I will use the
+corridor", "confirmed the corridor". The place is thus a token that robots hand over by voice (Suzuki & Kasami 1985).
+A lost sentence therefore never lets two robots in; it only makes a robot ask again. A robot on its way to the place
+asks early, stops at the line outside, and enters when it is given the place. The keeper enters if nobody answers its
+own request: if another robot believes that it has the place, it objects, and the keeper gives the place up. A robot
+that leaves gives the place to the robot that has waited longest.
 
-At first the keeper is the robot whose name comes first of all that are there, or may be, once it has listened for half
-a minute and heard of no other. Where that one is missing, and where a keeper was switched off, requests stay without
-any voice in answer, understood or not. After ASKS_MAX of those, and not before the keeper's lease has lapsed, who asks
-takes the place; of several that wait the first in the alphabet, for each request of that one begins the count of the
-others anew.
+The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper
+once it has listened for half a minute and heard of no other. If it is missing or was switched off, nobody answers
+requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed, the robot that
+asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests restarts the
+count of the others.
 """
 
 from __future__ import annotations
@@ -31,53 +32,53 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
 ASK_AHEAD_M = 2.4
-"""Before the line: a request and its answer take 7 s, and as long the sentence that may be in the air; the way 12 s."""
+"""Before the line: a request and its answer take 7 s, and a sentence already in the air takes as long; the way 12 s."""
 STEP_M = 0.05
-"""A robot stops so far before the line at most; in a step of 0.2 s it drives as far."""
+"""Greatest distance before the line at which a robot stops; it drives as far in a step of 0.2 s."""
 OUT_M = 0.1
-"""Who is in must be so much farther out to have left: odometry may waver at the edge."""
+"""A robot inside must be this much farther out before it has left: odometry may waver at the edge."""
 FIRST_SLOT = 2
-"""For the answer of who has the place only because no other is known: a keeper's is in slot 0."""
+"""Slot of an answer from a robot that has the place only because it knows no other keeper; a keeper uses slot 0."""
 HELD_SLOT, HELD_SLOTS = 2, 3
-"""First slot of who stands before a place, and how many are drawn from: after the keeper's answers, in slot 0."""
+"""First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
 REQUEST_S = 3.0
-"""A request lasts so long."""
+"""Length of a request."""
 ANSWER_S = 1.5
-"""After a request, until the voice of an answer is noticed: recognition, the shortest gap, a slot, and some more."""
+"""From a request until an answer would have been noticed: recognition, the shortest gap, a slot, and a margin."""
 QUEUED_S = 7.0
-"""Between two requests of who knows that the one that has the place has heard it."""
+"""Between two requests once the robot knows that the keeper has heard it."""
 ASK_NEXT_S = 5.0
-"""After somebody else was given it: before that one leaves, so that it knows who waits."""
+"""After another robot was given the place: before that robot leaves, so that it knows who waits."""
 YIELD_S = 12.0
-"""After a request of a robot that comes first where the keeper is missing: two of its requests, and some more."""
+"""After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin."""
 WAITS_S = 35.0
-"""Who has not asked for so long waits no more."""
+"""A robot that has not asked for this long no longer waits."""
 STANDS_S = 60.0
-"""The same if that one has stopped in the place."""
+"""The same for a robot that has stopped in the place."""
 ASKS_MAX = 6
-"""Requests without any voice in answer until a keeper counts as gone: at a loss of 30 %, 0.3⁶ = 0.07 % of those who
-are there miss all of them."""
+"""Number of unanswered requests after which a keeper counts as gone: at a loss of 30 %, a robot that is there misses
+all of them with a probability of 0.3⁶ = 0.07 %."""
 LISTENED_S = 30.0
-"""Who has heard nothing of a place for so long knows that nobody uses it: each time takes two sentences at least."""
+"""A robot that has heard nothing of a place for this long knows that nobody uses it: each use takes two sentences."""
 ALL_HEARD_S = 150.0
-"""Who was not heard for so long is not there: everybody who is has said five sentences or more."""
+"""A robot that was not heard for this long is not there: a robot that is has said five sentences or more."""
 ASKS_ALONE = 2
-"""The same where nobody else was ever heard of."""
+"""The same if no other robot was ever heard of."""
 LEASE_S = 45.0
-"""Who has a place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that it hears renews
-the lease, for it answers."""
+"""A keeper that says nothing of the place has left it by then: 4 m of it take 20 s. Each request that it hears renews
+the lease, because it answers."""
 TELL_S = 20.0
-"""Between two times that a robot says that it is in: twice in a lease, for one of them may be lost."""
+"""Between two statements of a robot that it is inside: two for each lease, because one may be lost."""
 REPEATED_S = 25.0
-"""Who was given a place and goes on asking for it, without a longer break, has not heard that; it is said again. So it
-is when another one asks, and is not answered."""
+"""A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
+is then repeated, and also when another robot asks and gets no answer."""
 REST_S = 40.0
-"""Who was given a place does not ask for it again sooner, once it is another's: or else the one that gave it would
-take that for the same request, and give what it has no more."""
+"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. The robot that
+gave it would otherwise take this for the same request, and give a place that it no longer has."""
 
 
 def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
-    """Have these places from now on; of those that are as they were, all that is known stays."""
+    """Use these places from now on; keep all that is known about those that have not changed."""
     known = {each.place: each for each in me.passes}
     me.passes = tuple(known.pop(place) if place in known else Pass(place, now) for place in places)
     for gone in known.values():
@@ -86,8 +87,8 @@ def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> Non
 
 
 def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:
-    """Whether the wheels may go on, straight to one place of the `way` after the other. Asks for what is ahead, and
-    gives back what is behind."""
+    """Whether the robot may drive on, straight from one place of the `way` to the next. Asks for the places ahead, and
+    gives back those behind."""
     here = me.body.here
     passing = [_may_pass(me, each, here, way, now) for each in me.passes if here is not None]
     return all(passing)
@@ -132,7 +133,7 @@ def _want_no_more(me: Knowledge, p: Pass) -> None:
 
 
 def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
-    """Go in, or be in. Unless that is `known`, for the robot was given the place aloud, it says so."""
+    """Enter, or be inside. The robot says so, unless it was given the place aloud and so this is `known`."""
     if not p.using:
         p.again_s = now + REST_S
         p.tell_s = now + TELL_S if known else now
@@ -142,7 +143,7 @@ def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
 
 
 def _leave(me: Knowledge, p: Pass, now: float) -> None:
-    """This robot is out, and gives the place to the one that has waited longest."""
+    """This robot is outside, and gives the place to the robot that has waited longest."""
     p.using, told, p.told, p.tell_s = False, p.told, False, math.inf
     p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
     if p.waiting:
@@ -165,22 +166,22 @@ def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> N
 
 
 def _say_given(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
-    """`sure`: this robot has been given the place. Else it leaves the answer to one that may have."""
+    """`sure`: this robot has been given the place. Otherwise it leaves the answer to a robot that may have been."""
     said, topic, slot = m.PlaceGiven(p.place.name), f"give {p.place.name}", 0 if sure else FIRST_SLOT
     composing.answer(me, name, topic, said, now, slot, tentative=not sure, still=lambda: p.keeper == name)
 
 
 def next_s(me: Knowledge) -> float:
-    """When a request is due, or an answer to it is over, s; infinity if neither is."""
+    """When the next request is due, or the time for an answer ends, s; infinity if neither is pending."""
     return min((each.next_s() for each in me.passes), default=math.inf)
 
 
 def ask(me: Knowledge, now: float) -> None:
-    """Say the requests whose time has come, and that this robot is in a place; and conclude from silence."""
+    """Say the requests that are due, and that this robot is inside a place; draw conclusions from silence."""
     for p in me.passes:
         if now >= p.tell_s:
             p.tell_s = now + TELL_S
-            if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped in there
+            if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
                 _say_taken(me, p, now)
         if p.wanted_s is not None and now >= p.answer_s:
             _judge(me, p, now)
@@ -190,7 +191,7 @@ def ask(me: Knowledge, now: float) -> None:
 
 
 def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
-    """Before all turns; as urgently as an answer, once the robot stands: it is in the way of others, too."""
+    """Before all turns; as urgently as an answer once the robot stands still, because it then blocks others too."""
     urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
     me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), slot=slot, early=True), now)
 
@@ -200,15 +201,15 @@ def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
 
 
 def said(me: Knowledge, topic: str, now: float) -> None:
-    """What was said of that topic is out: an answer to a request may begin."""
+    """This robot has finished a sentence about that topic: an answer to a request may begin."""
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
             p.asked_s, p.answer_s = now, now + ANSWER_S
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
-    """The time for an answer is over, and none was understood."""
-    somebody_spoke = me.floor.busy_since_s > p.asked_s - REQUEST_S * me.role.speech.stretch  # over it, or after it
+    """The time for an answer is over, and no answer was understood."""
+    somebody_spoke = me.floor.busy_since_s > p.asked_s - REQUEST_S * me.role.speech.stretch  # during or after it
     settled_s = me.floor.unsettled_until(now)
     if now < settled_s and (me.floor.busy or somebody_spoke or me.floor.speaking is not None):
         p.answer_s = settled_s
@@ -222,7 +223,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
 
 
 def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
-    """Whether the silence means that this robot may go in."""
+    """Whether silence means that this robot may enter."""
     if _keeps(me, p, now):
         return p.silences > 0
     if p.keeper is not None and now < p.lease_end_s:
@@ -232,7 +233,7 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
-    """Whether this robot has the place: it is the last of which it heard so, or it is the first that may."""
+    """Whether this robot is the keeper: the last that it heard of, or the first that may be."""
     listened_s, own = now - p.since_s, me.role.name.lower()
     if p.keeper is None and me.roster and me.peers.all() and listened_s >= LISTENED_S:
         absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
@@ -247,7 +248,7 @@ def find(me: Knowledge, name: str) -> Pass | None:
 
 
 def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
-    """Somebody asks for a place: give it, refuse it, or give it again."""
+    """Another robot asks for a place: give it, refuse it, or give it again."""
     p, name, now = find(me, s.place), heard.speaker, heard.now
     if p is None or name is None:
         return
@@ -260,10 +261,10 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         else:
             _give(me, p, name, now, sure)
         return
-    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer comes first
+    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
-    if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but who has it may not know
+    if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but the new keeper may not know
         p.given_s = now if p.keeper == name else p.given_s
         _say_given(me, p, p.keeper, now, sure=p.keeper == name)
     if p.keeper == name:
@@ -271,7 +272,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
-    """It is this robot's, which keeps it, tells so, and leaves if it has nothing to do in there."""
+    """The place belongs to this robot, which keeps it, says so, and leaves if it has nothing to do inside."""
     if not p.inside:
         _have(me, p, now)
     p.told, p.tell_s = True, now + TELL_S
@@ -283,19 +284,19 @@ def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
 
 
 def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
-    """Somebody gives the place to somebody."""
+    """A robot gives the place to another."""
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or not isinstance(heard.to, m.ToRobot):
         return
-    p.waiting.pop(heard.speaker, None)  # it has been in
+    p.waiting.pop(heard.speaker, None)  # it has been inside
     if is_for_me_alone(me, heard.to):
         if p.wanted_s is not None:
             _have(me, p, now, known=True)
-        elif not p.using and now >= p.again_s:  # else it is said again, and was heard before
+        elif not p.using and now >= p.again_s:  # otherwise it is a repetition of what was heard before
             p.keep(me.role.name, now)
             if p.waiting:
                 _leave(me, p, now)
-    elif p.using:  # somebody else believes to have it
+    elif p.using:  # another robot believes that it has it
         p.told = True
         _say_taken(me, p, now)
     else:
@@ -310,12 +311,12 @@ def _say_taken(me: Knowledge, p: Pass, now: float) -> None:
 
 
 def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
-    """Somebody has the place: who is not in it yields."""
+    """Another robot has the place: a robot that is not inside yields."""
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None:
         return
     if p.inside:
-        return  # both are in: too late
+        return  # both are inside: too late
     p.using, p.tell_s = False, math.inf
     p.waiting.pop(heard.speaker, None)
     p.keep(heard.speaker, now + (me.timing.absent_s if s.stands else LEASE_S))
@@ -324,7 +325,7 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
 
 
 def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
-    """Somebody has left it, and gives it to whoever asks."""
+    """A robot has left the place, and gives it to whichever robot asks."""
     p, now = find(me, s.place), heard.now
     if p is None or heard.speaker is None or p.using:
         return
@@ -335,7 +336,7 @@ def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
 
 
 def _wait(me: Knowledge, p: Pass, ask_s: float) -> None:
-    """Ask again at that time, if this robot wants it."""
+    """Ask again at that time, if this robot wants the place."""
     if p.wanted_s is not None:
         p.answer_s, p.ask_s = math.inf, max(ask_s, p.again_s)
         me.floor.withdraw(p.topic)

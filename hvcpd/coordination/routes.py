@@ -1,10 +1,10 @@
-"""Who would drive where: a plan of all routes that each robot makes for itself, from what all have heard.
+"""Route planning: each robot plans the routes of all robots for itself, from what all have heard.
 
-Claims and reports tell where each robot is bound for, and when it will be there. So whoever claims a task first plans
-for all whose place it knows: cheapest insertion (Rosenkrantz, Stearns & Lewis 1977) of each free task into somebody's
-route, so that the last one is done soon, and by short ways. It claims the first task of its own route, and leaves
-those to others that are nearer for them. Nobody is asked, and nothing is agreed on: claims settle what two plan
-differently.
+Claims and reports tell where each robot is going, and when it will be there. A robot that claims a task first plans for
+every robot whose place it knows: cheapest insertion (Rosenkrantz, Stearns & Lewis 1977) puts each free task into the
+route where it finishes the last task soonest, by short ways. The robot claims the first task of its own route, and
+leaves the tasks that others are nearer to. The robots do not negotiate a plan: claims resolve any difference between
+two plans.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from hvcpd.language.phrasebook import WAYS_M
 DRIVE_M_S = 0.2
 """A burger's mean speed on short ways: at most 0.22 m/s, and it turns first."""
 PLANNED_MAX = 16
-"""Number of tasks, the nearest ones, that a plan is made of: twelve robots' takes about 5 ms on a desktop computer."""
+"""Number of tasks, the nearest ones, in a plan: a plan for twelve robots takes about 5 ms on a desktop computer."""
 WAY_WEIGHT = 0.3
-"""A second of anybody's way counts as so much of the time until the last task is done: with 0.3, 0.7 and 1.2 the ways
-in `benchmarks.missions routes` were 1.04, 1.01 and 0.99 of the best, and four robots done after 210, 223 and 232 s."""
+"""Weight of a second of travel against a second until the last task is done: with 0.3, 0.7 and 1.2 the ways in
+`benchmarks.missions routes` were 1.04, 1.01 and 0.99 of the best, and four robots done after 210, 223 and 232 s."""
 UNKNOWN_WAY_S = 20.0
-"""To the first task of a robot whose place is not known: 4 m."""
+"""Distance to the first task of a robot whose place is not known: 4 m."""
 
 
 @dataclass
@@ -42,7 +42,7 @@ class Route:
     tasks: list[TaskDefinition] = field(default_factory=list)
 
     def detour(self, task: TaskDefinition) -> tuple[float, int]:
-        """How much longer the way becomes with the task at its best position, s, and that position."""
+        """The least time by which the task lengthens the route, s, and the position in the route where it does so."""
         if task.number in self.unable:
             return math.inf, 0
         stops = [self.place]
@@ -63,26 +63,25 @@ def distance_m(start: Place, end: Place) -> float:
 
 
 def way_s(start: Place, end: Place) -> float:
-    """How long the way from one place to another takes, s."""
+    """Travel time from one place to another, s."""
     return distance_m(start, end) / DRIVE_M_S
 
 
 def work_s(task: TaskDefinition) -> float:
-    """How long a task's work takes, s, as far as that is known beforehand."""
+    """Duration of a task's work, s, as far as it is known in advance."""
     waits_s = sum(a.duration_s for a in task.actions if isinstance(a, Wait))
     return waits_s + sum(a.limit_s for a in task.actions if isinstance(a, Use))
 
 
 def cost_s(task: TaskDefinition, start: Place | None) -> float:
-    """How long the way to a task, from a place that may be unknown, and the work there take, s."""
+    """Travel time to a task, from a place that may be unknown, plus the duration of its work, s."""
     if start is None:
         return UNKNOWN_WAY_S + work_s(task)
     return way_s(start, task.place or start) + work_s(task)
 
 
 def own(me: Knowledge, tasks: Sequence[TaskDefinition], now: float, without: str | None = None) -> list[TaskDefinition]:
-    """Those of the tasks that this robot does in its plan for all, but one robot, in order; none if others do them
-    sooner."""
+    """The tasks that this robot does in its plan for all robots but one, in order; empty if others do them sooner."""
     here = me.body.here or Place(0.0, 0.0)
     near = sorted(tasks, key=lambda task: way_s(here, task.place or here))[:PLANNED_MAX]
     mine = Route(me.role.name, here, 0.0)
@@ -91,7 +90,7 @@ def own(me: Knowledge, tasks: Sequence[TaskDefinition], now: float, without: str
 
 
 def _plan(routes: Sequence[Route], tasks: Sequence[TaskDefinition]) -> None:
-    """Give each task, the cheapest first, to the route in which it costs least."""
+    """Give each task, the cheapest first, to the route that it lengthens least."""
     left = {task.number: task for task in tasks}
     detours = {(number, n): route.detour(task) for number, task in left.items() for n, route in enumerate(routes)}
     while left:
@@ -107,8 +106,8 @@ def _plan(routes: Sequence[Route], tasks: Sequence[TaskDefinition]) -> None:
 
 
 def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
-    """The robots that are there and whose place is known, from when on they are free. One that is late, or has not
-    claimed anything, is expected as much later: it may never come."""
+    """The robots that are present and whose place is known, and when each becomes free. A robot that is late, or has
+    not claimed anything, is expected that much later: it may never come."""
     for name in me.peers.present(now):
         peer = me.peers.get(name)
         if peer is not None and (stand := stand_of(me, peer)) is not None:
@@ -118,7 +117,7 @@ def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
 
 
 def stand_of(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
-    """Where a robot will be once it has done what it has claimed, and when; None if it has not said so yet."""
+    """Where a robot will be after the task that it has claimed, and when; None if it has not said so yet."""
     entries = [entry for entry in me.board.entries() if entry.owner == peer.name]
     done = max((e for e in entries if e.state == DONE), key=_since, default=None)
     place, free_s = (done.definition.place, done.since_s) if done is not None else (None, -math.inf)
@@ -130,13 +129,14 @@ def stand_of(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
 
 
 def is_untold(me: Knowledge) -> bool:
-    """Whether nobody can know where this robot is: it has claimed nothing yet but what it is claiming."""
+    """Whether no other robot can know where this robot is: it has not claimed anything before its present claim."""
     claiming = me.my_tasks()
     return all(e.owner != me.role.name or e.definition.number in claiming for e in me.board.entries())
 
 
 def way_to_tell_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
-    """The way to a task, in metres, if it is to be told with the claim: others may be nearer, unknown to this robot."""
+    """The way to a task, in metres, if the claim should state it: robots that this robot does not know may be
+    nearer."""
     if not me.role.nearest_first or me.role.speech.encrypted or task.place is None or not is_untold(me):
         return None
     peers = [me.peers.get(name) for name in me.expected(now)]

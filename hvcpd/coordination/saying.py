@@ -1,4 +1,4 @@
-"""What a robot says once it has the floor, and what follows for itself from having said it."""
+"""A robot's sentence once it has the floor, and the consequences for its own state."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hvcpd.language import messages as m
 
 
 def begin(me: Knowledge, intent: Intent, now: float) -> None:
-    """Say what is wanted, if it is still to be said."""
+    """Say the intended sentence, if it is still to be said."""
     utterance = _with_own_turn(me, intent, now) if intent.tentative else _compose(me, intent, now)
     if utterance is None:
         me.floor.ended(now)
@@ -30,7 +30,7 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
 
 
 def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
-    """What is said, once what is still open is chosen; None if there is nothing left to say."""
+    """Make the open choices and compose the sentence; None if there is nothing left to say."""
     chosen = intent.decide()
     if chosen is not None:
         fire(me, chosen, now)
@@ -41,7 +41,7 @@ def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
 
 
 def _with_own_turn(me: Knowledge, confirmation: Intent, now: float) -> m.Utterance | None:
-    """A confirmation, and with it the claim or report that waits for this robot's own turn."""
+    """A confirmation, together with the claim or report that waits for this robot's own turn."""
     said = _compose(me, confirmation, now)
     if said is None or not isinstance(said.statement, m.Confirmed) or not composing.may_join(me):
         return said
@@ -54,7 +54,7 @@ def _with_own_turn(me: Knowledge, confirmation: Intent, now: float) -> m.Utteran
 
 
 def _note_own_words(me: Knowledge, utterance: m.Utterance, now: float) -> None:
-    """What follows for this robot from what it says."""
+    """Note the consequences of this robot's own sentence."""
     own = m.parts(utterance)[-1]
     statement = own.statement
     claims = isinstance(statement, m.Claim | m.Working)

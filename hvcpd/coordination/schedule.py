@@ -1,9 +1,9 @@
-"""What is due again: by the clock on the wall, or, without one, by ear.
+"""Recurring tasks: due again by the wall clock or, without one, by ear.
 
-An occurrence is named by the time at which it was due, and spoken of by its number, as a change of the task is. Who has
-a clock opens a task that was done before, and knows its number; who has none believes whoever speaks of it as of
-something to be done, unless it was done just before, and learns its number from reports. Clocks need to agree
-to SKEW_S: who speaks of a task that early means the time that comes.
+The time at which an occurrence was due identifies it, and robots speak of it by its number, like a change of the task.
+A robot with a clock opens a task that was done before, and knows its number. A robot without one believes any robot
+that speaks of the task as open, unless it was done just before, and learns its number from reports. Clocks need to
+agree to SKEW_S: a robot that speaks of a task that early means the coming occurrence.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from hvcpd.language import messages as m
 SKEW_S = 120.0
 """Between two clocks that were set by hand."""
 EARLY_S = 600.0
-"""So soon after it was done, whoever speaks of it has missed that: longer than most leases. And never later than
-EARLY of the shortest time between two occurrences; it may have been done late, so that the next one
-is near: then who has a clock tells so (`changing`)."""
+"""A robot that speaks of a task this soon after it was done has missed the report: longer than most leases. The time is
+never longer than EARLY of the shortest time between two occurrences. A task may have been done late, so that the next
+occurrence is near: then a robot with a clock says so (`changing`)."""
 EARLY = 0.5
 RHYTHM = 0.8
-"""Of that time: sooner after it became due, as far as was heard, it is not due again. Its first claim may have been
-late by the rest."""
+"""Fraction of the shortest time between two occurrences: a task heard to become due is not due again sooner. Its first
+claim may have been late by the rest."""
 
 
 def next_s(me: Knowledge) -> float:
@@ -35,7 +35,7 @@ def next_s(me: Knowledge) -> float:
 
 
 def open_due(me: Knowledge, now: float) -> None:
-    """Open what is due again since it was done or given up; what is being done still counts for this time."""
+    """Open tasks that are due again since they were done or given up; a task in progress still counts for this time."""
     if me.clock_s is None or (me.due_next_s is not None and now < me.due_next_s - me.clock_s):
         return
     wall_s, me.due_next_s = now + me.clock_s, math.inf
@@ -53,7 +53,7 @@ def open_due(me: Knowledge, now: float) -> None:
 
 
 def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
-    """All of the entry is about this time from now on. People's changes since the last time have counted, too."""
+    """The whole entry describes this occurrence from now on, including people's changes since the last one."""
     number = every.number(due_s)
     if entry.change and entry.due_s is not None:
         number = entry.change + number - every.number(entry.due_s)
@@ -61,12 +61,12 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
 
 
 def begin(me: Knowledge, number: int, now: float) -> bool:
-    """A task is claimed, or told to be due: take that for the time that comes if that is near; whether it is."""
+    """A task is claimed, or said to be due: this means the coming occurrence if that is near. Returns whether it is."""
     return _begin_what_comes(me, me.board[number], now)
 
 
 def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
-    """Somebody speaks of tasks as of something to be done, or just done: of what was done here, it may be the next."""
+    """A robot speaks of tasks as open, or just done: a task that was done here may be due again."""
     told = m.own_words(statement)
     for ref in _spoken_of(told):
         entry = me.board.find(ref)
@@ -74,15 +74,15 @@ def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
             continue
         if me.clock_s is None:
             if isinstance(told, m.Completed) and ref in told.tasks:
-                if told is statement:  # not what another one knows of old
-                    entry.done_s = now  # this time or the last one: done it is
+                if told is statement:  # not another robot's older report
+                    entry.done_s = now  # this occurrence or the last one: it is done
                 continue
             me.missed.heard_work = True  # other tasks may be due as well
         _open(me, entry, now, is_due=True)
 
 
 def note_done(me: Knowledge, number: int, now: float) -> float | None:
-    """A task is done: for which time it was due, to be remembered; None if that is not certain, or it never recurs."""
+    """A task is done: returns when this occurrence was due, to be remembered; None if uncertain or not recurring."""
     entry = me.board[number]
     if entry.definition.every is None or entry.state != DONE:
         return None
@@ -95,11 +95,11 @@ def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
     entry.is_due, entry.is_changed = is_due, False
     entry.opened_s = now if is_due else -math.inf
     if me.clock_s is None:
-        entry.change = 0  # what was missed meanwhile is not known
+        entry.change = 0  # changes missed meanwhile are not known
 
 
 def reopen(me: Knowledge, entry: Entry, now: float) -> None:
-    """It is to be done once more, by whomever; a list of what is left may come from somebody who does not know."""
+    """Any robot is to do it once more; a list of remaining tasks may come from a robot that does not know."""
     number = entry.definition.number
     entry.failed_by, entry.is_due = frozenset(), True
     for peer in me.peers.all():
@@ -120,7 +120,7 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
 
 
 def _begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
-    """Have all be about the time that comes, if that is within SKEW_S by this robot's clock; whether it is."""
+    """The entry now describes the coming occurrence, if that is within SKEW_S by this robot's clock; whether it is."""
     every = entry.definition.every
     if every is None or me.clock_s is None:
         return False
@@ -133,19 +133,20 @@ def _begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
 
 
 def is_just_due(entry: Entry, now: float) -> bool:
-    """Whether it became due so short a time ago, by a clock, that who has none may not know of it."""
+    """Whether it became due, by a clock, so recently that a robot without one may not know of it."""
     return entry.recurs and entry.change > 0 and now - entry.opened_s < SKEW_S
 
 
 def has_just_done(entry: Entry, now: float) -> bool:
-    """Whether this robot, which does not know for which time it did the task, and is told soon after it became due,
-    takes it to be that time."""
+    """Whether this robot, which does not know for which occurrence it did the task, and hears soon afterwards that it
+    is due, takes its work to count for that occurrence."""
     unknown = entry.recurs and not entry.change
     return unknown and entry.known_done and now - entry.acted_s < 2.0 * SKEW_S
 
 
 def early_s(every: Recurrence) -> float:
-    """So soon after it was done, whoever has no clock, and has not heard it become due, takes it to be done."""
+    """How soon after it was done a robot without a clock, which has not heard it become due, still counts it as
+    done."""
     return min(EARLY_S, EARLY * every.shortest_s)
 
 

@@ -73,8 +73,8 @@ class Trigger(Enum):
 AT_WORK = frozenset({State.GOING, State.ANNOUNCING, State.CHECKING, State.ACTING})
 """Has a task that is its own."""
 PROPOSING = frozenset({State.CLAIMING, State.PROPOSED, State.READING_BACK, State.READ_BACK})
-"""Means to take a task, and is not yet sure of it."""
+"""Wants a task, and is not yet sure of it."""
 NEWCOMER = frozenset({State.WAKING, State.GREETING, State.MEETING})
 """Has not heard enough to know better than others."""
 DEPARTING = frozenset({State.LEAVING, State.GONE})
-"""Takes no part in the conversation any more; only "stop" is still obeyed."""
+"""No longer takes part in the conversation; only "stop" is still obeyed."""

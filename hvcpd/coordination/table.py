@@ -1,7 +1,7 @@
 """The robot's conversation as one transition table.
 
-`TRANSITIONS[state, trigger]` is the next state and the effect that runs on the way, a function of `effects`. A trigger
-that a state has no row for changes nothing. `python -m release.diagram` draws it for docs/protocol.md.
+`TRANSITIONS[state, trigger]` is the next state and the effect of the transition, a function of `effects`. A trigger
+without a row for the present state changes nothing. `python -m release.diagram` draws it for docs/protocol.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from hvcpd.coordination.states import DEPARTING, State, Trigger
 S, T = State, Trigger
 
 Effect = Callable[[Knowledge, float], None]
-"""What happens on the way into a state, at a time in s."""
+"""The effect of a transition into a state, at a time in s."""
 
 TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.WAKING, T.TIMEOUT): (S.GREETING, effects.want_greeting),
@@ -123,7 +123,7 @@ TRANSITIONS |= {
     (state, T.LEFT_ALONE): (S.READY, effects.leave_for_later)
     for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING, S.READING_BACK, S.READ_BACK)
 }
-TRANSITIONS[S.ACTING, T.DONE_BEFORE] = (S.READY, effects.drop_task)  # the team has the task no more
+TRANSITIONS[S.ACTING, T.DONE_BEFORE] = (S.READY, effects.drop_task)  # the team no longer has the task
 TRANSITIONS |= {
     (state, trigger): (S.READING_BACK, effects.want_read_back)
     for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)

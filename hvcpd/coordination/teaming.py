@@ -1,10 +1,10 @@
-"""Tasks for several robots: who claims one is joined by others, and at its place all begin together.
+"""Tasks for several robots: others join the robot that claims one, and all begin together at its place.
 
-"I will complete task three" said by a second robot means that it does it, too; one who has it already answers
-"confirmed three", and both set off. At the place each says "completing task three", tells each other one that has
-said so "confirmed three", and begins once it has said that to all and has heard it from all. Who finds nobody leaves
-the task for a while. Who gives up, stops, leaves or turns to something else frees the others, and the task is open
-again. Each reports its own part; with the last one the task is done.
+A second robot says "I will complete task three" to join. A robot that already has the task answers "confirmed three",
+and both set off. At the place each robot says "completing task three" and answers every other robot that has said so
+with "confirmed three". It begins once it has said this to all of them and heard it from all of them. A robot that finds
+nobody leaves the task for a while. A robot that gives up, stops, leaves or turns to another task releases the others,
+and the task is open again. Each robot reports its own part; the last report completes the task.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
 AT_PLACE = frozenset({State.ANNOUNCING, State.CHECKING})
-"""There, and waiting for the others."""
+"""At the place, waiting for the others."""
 
 SLOTS = 2
-"""Two who each believe that a third does it with them answer that one at the same time, but not over and over."""
+"""If two robots each believe that a third does the task with them, both answer it at once, but not repeatedly."""
 
 
 def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> None:
-    """Somebody else claims a task for several robots, or is at its place."""
+    """Another robot claims a task for several robots, or is at its place."""
     number, now = entry.definition.number, heard.now
     me.board.expire(now, me.my_tasks())
     if me.role.name in entry.half and not _is_in(
         me, number
-    ):  # perhaps the others have done theirs, and nobody has heard it of all
+    ):  # perhaps the others have done theirs, and nobody has heard that from all
         composing.answer(me, None, f"done {number}", composing.done(me, number), now, call=other)
     if not _is_in(me, number):
         lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
         if other in entry.parts and not other_at_work:
-            me.board.release(number)  # it begins anew
+            me.board.release(number)  # it begins again
         if other_at_work and entry.parts:
             _tell_that_others_ended(me, other, entry, now)
         me.board.claim(number, other, lease_end_s, firm=other_at_work)
@@ -60,8 +60,8 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
         if me.state in AT_PLACE or me.state is State.ACTING:
             _agree(me, other, number, now, begins=True)
         else:
-            _tell(me, other, m.Claim(m.TaskByNumber(number)), number, now)  # it is coming
-    elif me.state is State.ACTING and is_member:  # it has begun anew
+            _tell(me, other, m.Claim(m.TaskByNumber(number)), number, now)  # this robot is coming
+    elif me.state is State.ACTING and is_member:  # the other robot has started again
         leave(me, number, now)
         me.board.claim(number, other, now + me.timing.unconfirmed_lease_s)
     elif not is_coming and (me.state in AT_WORK or _decides(me, entry, other)):
@@ -70,14 +70,14 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
 
 
 def _note_answer(me: Knowledge, other: str) -> None:
-    """Somebody has answered: as long as that is news, this robot waits on. Two that hear each other again and again
-    would wait for ever for a third that takes somebody else for the third."""
+    """A robot has answered: this robot waits longer only if the answer is new. Otherwise two robots that hear each
+    other repeatedly would wait for ever for a third that has mistaken another robot for the third."""
     if other not in me.current.agreed:
         me.current.repeats = 0
 
 
 def _tell_that_others_ended(me: Knowledge, other: str, entry: Entry, now: float) -> None:
-    """Somebody waits at the place who has missed that the others began."""
+    """A robot waits at the place because it did not hear that the others began."""
     number, doer = entry.definition.number, min(entry.parts)
     if me.role.name in entry.parts:
         composing.answer(me, None, f"done {number}", composing.done(me, number), now, OWNER_SLOT, call=other)
@@ -91,14 +91,15 @@ def _is_in(me: Knowledge, number: int) -> bool:
 
 
 def _decides(me: Knowledge, entry: Entry, other: str) -> bool:
-    """Whether it is for this robot, which has claimed the task, to say that another one does it, too. Of two of whom
-    each takes the other for the first, it is the one whose name comes first in the alphabet."""
+    """Whether this robot, which has claimed the task, decides if another robot joins. If two robots each take the other
+    for the first, the one whose name comes first in the alphabet decides."""
     me_first = me.role.name.lower() < other.lower()
     return entry.owner == me.role.name or (entry.owner == other and me_first)
 
 
 def _agree(me: Knowledge, other: str, number: int, now: float, begins: bool = False) -> None:
-    """Tell another one that it does the task with this robot; or, if both are there, that this robot begins."""
+    """Tell another robot that it does the task with this robot; or, if both are at the place, that this robot
+    begins."""
 
     def note() -> None:
         me.current.told |= {other}
@@ -116,13 +117,13 @@ def _tell(
     now: float,
     on_said: Callable[[], None] = nothing,
 ) -> None:
-    """Answer another one that has spoken of the task, as long as this robot is in on it."""
+    """Answer another robot that has spoken of the task, if this robot still takes part in it."""
     still, slot = partial(_is_in, me, number), OWNER_SLOT + int(me.rng.random() * SLOTS)
     composing.answer(me, other, f"with {other}", statement, now, slot, still=still, on_said=on_said)
 
 
 def settle(me: Knowledge, now: float) -> None:
-    """Set off, or begin, if all that is needed for it is said and heard."""
+    """Set off, or begin, once everything necessary has been said and heard."""
     if me.current.task is None or not me.board[me.current.task].is_shared:
         return
     entry = me.board[me.current.task]
@@ -134,8 +135,8 @@ def settle(me: Knowledge, now: float) -> None:
 
 
 def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
-    """Somebody says to this robot that it does its current task with it, or that it is `complete`; whether that is a
-    task for several robots."""
+    """Another robot tells this robot that it joins its current task, or that the task is `complete`. Returns whether
+    that is a task for several robots."""
     entry, now, other = me.board[number], heard.now, heard.speaker
     if not entry.is_shared or other is None or not _is_in(me, number):
         return False
@@ -158,8 +159,8 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
 
 
 def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> None:
-    """Two others have agreed on the task; who has claimed it, too, and is not needed, leaves it to them. Of two who
-    have agreed on it with the same third, the one whose name comes first in the alphabet has it."""
+    """Two other robots have agreed on the task; a robot that has claimed it too, and is not needed, leaves it to them.
+    If two have agreed on it with the same third, the one whose name comes first in the alphabet keeps it."""
     number = entry.definition.number
     is_sure = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
     if _is_in(me, number) and me.state not in PROPOSING and is_sure:
@@ -173,7 +174,7 @@ def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> 
 
 
 def gone(me: Knowledge, name: str, number: int, now: float) -> None:
-    """Somebody does not do the task after all: whoever was to do it with it is free, and the task open."""
+    """A robot does not do the task after all: its partners are released, and the task is open."""
     entry = me.board[number]
     if entry.is_shared and name in entry.team:
         if _is_in(me, number):
@@ -182,7 +183,7 @@ def gone(me: Knowledge, name: str, number: int, now: float) -> None:
 
 
 def moved_on(me: Knowledge, name: str, numbers: Collection[int], now: float) -> None:
-    """Somebody has claimed these tasks: it is at no other one any more."""
+    """A robot has claimed these tasks: it is no longer at any other."""
     number = me.current.task
     if number is None or number in numbers or not _is_in(me, number) or name not in me.board[number].team:
         return
@@ -191,8 +192,8 @@ def moved_on(me: Knowledge, name: str, numbers: Collection[int], now: float) -> 
 
 
 def _has_ended(me: Knowledge, name: str, number: int, now: float) -> None:
-    """Somebody is not at the current task any more. If this robot has told it, at the place, that it begins, it has
-    done its part; but this robot may have missed its last word, and begins only now."""
+    """A robot has left the current task. If this robot has told it, at the place, that it begins, it has done its part;
+    otherwise this robot may have missed its last sentence, and begins only now."""
     if me.state is State.ACTING or (me.state in AT_PLACE and name in me.current.promised):
         me.board.complete_part(number, name, me.lease_end_s(now))
         fire(me, Trigger.CONFIRMED, now)
@@ -201,8 +202,8 @@ def _has_ended(me: Knowledge, name: str, number: int, now: float) -> None:
 
 
 def done(me: Knowledge, doer: str, number: int, whole: bool, now: float) -> bool:
-    """Somebody has done its part of a task for several robots, or knows that the `whole` task is done; whether it is
-    not done yet."""
+    """A robot has done its part of a task for several robots, or knows that the `whole` task is done. Returns whether
+    the task is still unfinished."""
     entry = me.board[number]
     is_in = _is_in(me, number)
     if not entry.is_shared or entry.known_done or (whole and not (is_in and me.state in AT_WORK)):
@@ -222,7 +223,8 @@ def done(me: Knowledge, doer: str, number: int, whole: bool, now: float) -> bool
 
 
 def leave(me: Knowledge, number: int, now: float) -> None:
-    """Nobody is there to do the task with; who had set off says so, for somebody may still be on the way."""
+    """Nobody is there to do the task with; a robot that had set off says so, because another may still be on its
+    way."""
     if me.state in AT_WORK:
         failed = composing.to_all(me, m.Failed(m.TaskByNumber(number)))
         me.floor.want(Intent(Urgency.TURN, f"left {number}", lambda: failed), now)

@@ -1,8 +1,8 @@
-"""Which sentences a robot believes, by what their seals say; what it answers where it does not.
+"""Which sentences a robot believes, by their seals, and its answers to those that it does not.
 
-One place decides. Statements that change what a robot does or believes need a seal or a code (`marks.SEALED`); those
-that set wheels in motion also need that their speaker is here, not only its recording. "Stop" is obeyed from anybody.
-Where no key is set all trust is OPEN, and everything is believed.
+One place decides. Statements that change a robot's actions or beliefs need a seal or a code (`marks.SEALED`); those
+that set wheels in motion also need proof that their speaker is here, not only its recording. "Stop" is obeyed from
+anybody. Where no key is set all trust is OPEN, and everything is believed.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from hvcpd.security.trust import People, Trust
 NEED_PRESENCE = (m.Order, m.Resume, m.ComeBack, m.MoveBy, m.TurnBy)
 """A recording of one of these, made while this robot was away, would set its wheels in motion."""
 ASK_MAX = 2
-"""So often somebody is asked to say again what was not believed: misheard words fare better then, and
-the answer to the second is a proof of presence even if the first was misheard."""
+"""How often a speaker is asked to repeat a sentence that was not believed: this helps with misheard words, and the
+answer to the second question proves presence even if the first was misheard."""
 ASK_AGAIN_S = 300.0
-"""After ASK_MAX questions none is asked for so long, unless something was believed meanwhile."""
+"""After ASK_MAX questions none is asked for this long, unless a sentence was believed meanwhile."""
 TELL_S = 10.0
-"""Before then "I do not trust that" is not said again to the same one; it doubles each time, up to TELL_MOST_S."""
+"""Before then "I do not trust that" is not repeated to the same speaker; it doubles each time, up to TELL_MOST_S."""
 TELL_MOST_S = 640.0
 """A recording that is played for hours does not make a robot talk for hours."""
 OTHERS_SLOT = 3
-"""Of what was said to many, those who believe it answer first."""
+"""If a sentence was said to many, robots that believe it answer first."""
 
 
 def believes(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
@@ -47,19 +47,19 @@ def believes(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
 
 
 def _needs_proof(u: m.Utterance) -> bool:
-    """Whether it is one of those that need a seal, or may be: who knows what was encrypted?"""
+    """Whether it is a statement that needs a seal, or may be: an encrypted one is unknown."""
     return is_sealed(u.statement) or isinstance(u.mark, m.Cipher)
 
 
 def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
-    """Whether a person whose code was good says yes or no to what was understood of it: codes are good once, and those
+    """Whether a person whose code was good says yes or no to the read-back of it: a code is valid once, and the codes
     of a clock come every 30 s."""
     answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(me, u.addressee)
     return answers and me.state is State.READ_BACK and u.speaker is not None and u.speaker == me.current.partner
 
 
 def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
-    """The same, and who is believed with a seal may be asked again another time."""
+    """The same, and a speaker who is believed with a seal may be asked again another time."""
     believed = believes(me, u, trust)
     if believed and u.mark is not None and u.speaker is not None:
         me.doubts.asked.pop(u.speaker.lower(), None)
@@ -67,14 +67,14 @@ def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:
 
 
 def _is_robot(me: Knowledge, name: str | None) -> bool:
-    """Whether it is one of the names that all were told: those have the key."""
+    """Whether it is one of the names that all were given: those have the key."""
     return name is not None and any(name.lower() == known.lower() for known in me.role.roster)
 
 
 def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
-    """Ask for what may have been misheard once more; else say that it is not believed, and do nothing.
+    """Ask for a repetition of a sentence that may have been misheard; else say that it is not believed, and do nothing.
 
-    A right seal is asked about however often: each is good once, so nobody can play it again and again.
+    A right seal is asked about every time: each is valid once, so nobody can play it repeatedly.
     """
     if me.state in DEPARTING or not is_for(me, u.addressee) or not _needs_proof(u):
         return
@@ -88,7 +88,7 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
     else:
         return
     key, alone = name or "", is_for_me_alone(me, u.addressee)
-    slot = 0 if alone else OTHERS_SLOT + min(me.rank(key, 0, now), RANK_MAX)  # of many who heard it, one answers
+    slot = 0 if alone else OTHERS_SLOT + min(me.rank(key, 0, now), RANK_MAX)  # of many listeners, one answers
     call = None if alone else key
     composing.answer(me, name, f"trust {key}", statement, now, slot=slot, call=call, tentative=not alone)
 

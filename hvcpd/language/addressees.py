@@ -1,4 +1,4 @@
-"""Whom a sentence is said to."""
+"""The addressees of a sentence."""
 
 from __future__ import annotations
 

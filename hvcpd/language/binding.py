@@ -50,7 +50,7 @@ def build(form: Form, bindings: Bindings) -> m.Utterance:
 
 
 def unbuild(compiled: CompiledForm, utterance: m.Utterance) -> Bindings | None:
-    """What the slots of a form must bind to make the utterance; None if the form cannot make it."""
+    """The values that the slots of a form must bind to make the utterance; None if the form cannot make it."""
     form, statement = compiled.form, utterance.statement
     wanted: dict[str, object] = {}
     if form.relayed:

@@ -1,4 +1,4 @@
-"""The card on the wall: what can be said, made from the forms and the vocabulary, for people."""
+"""The card on the wall: everything that people can say, made from the forms and the vocabulary."""
 
 from __future__ import annotations
 
@@ -62,12 +62,12 @@ _TOPICS: dict[type[m.Statement], Topic] = {
     m.Order: Topic.WORK,
     **dict.fromkeys((m.Confirmed, m.Negative, m.SayAgain, m.NotUnderstood), Topic.ANSWER),
 }
-"""Every other statement tells of its speaker."""
+"""Every other statement is about its speaker."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One way to say something, with words to be filled in written in capitals, what it means, and what it is for."""
+    """One sentence pattern, with words to be filled in written in capitals, its meaning, and its purpose."""
 
     say: str
     meaning: str
@@ -82,7 +82,7 @@ COURTESY = (
 
 @dataclass(frozen=True)
 class Card:
-    """The whole card: what anybody may call, how every sentence opens, how it goes on, and the words to fill in."""
+    """The whole card: calls for anybody, the opening of every sentence, its continuations, and the words to fill in."""
 
     calls: tuple[Line, ...]
     opening: str
@@ -101,7 +101,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         pattern, topic = _plain(form), _topic(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
             continue
-        if any(second in pattern for second in ("<confirmed>", "<away>", *TWO_TASKS)):  # two sentences in one breath
+        if any(second in pattern for second in ("<confirmed>", "<away>", *TWO_TASKS)):  # two sentences in one turn
             continue
         if "<remark>" in form.pattern and not vocabulary.remarks:
             continue
@@ -147,7 +147,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
 
 
 def _proofs(phrasebook: Phrasebook) -> list[Line]:
-    """What a team with a key says after its sentences, or in their place; the code words are an example."""
+    """The marks of a team with a key, after its sentences or in their place; the code words are an example."""
     kinds, lines = phrasebook.vocabulary.kinds, []
     if Kind.SEALED in kinds:
         seal, code = m.Seal(_EXAMPLE % (1 << BITS * SEAL_WORDS)), m.Code("123456")
@@ -169,7 +169,8 @@ def _topic(form: Form) -> Topic:
 
 
 def _plain(form: Form) -> str:
-    """The pattern without what only robots say, and without politeness: the card says once where "please" may stand."""
+    """The pattern without words that only robots say, and without politeness: the card says once where "please" may
+    stand."""
     pattern = form.pattern
     for words in (PASSED_ON, PLEASE, AND_ALSO, AND_THEN):
         pattern = pattern.replace(words, "")
@@ -197,7 +198,7 @@ def _addressee(value: object) -> str:
 
 
 def _call(pattern: str) -> str:
-    """A call as the card has it: "[WHO,] come back"."""
+    """A call as on the card: "[WHO,] come back"."""
     return _written(pattern.replace(CALL, "[<addressee>,]").replace(CALL_TO, "<addressee>,"))
 
 

@@ -1,8 +1,8 @@
-"""Every statement of a phrasebook by number: what is encrypted is not words but a statement's place in the phrasebook.
+"""Every statement of a phrasebook by number: encryption hides a statement's place in the phrasebook, not its words.
 
 The forms follow one another, and within a form its slots count as the digits of a mixed radix (Knuth, The Art of
-Computer Programming, 4.1). Names and teams stand in a sentence's opening and have no part in it: robots that have
-learned of different peers still count alike. Those with other tasks do not, and `digest` tells them apart.
+Computer Programming, 4.1). Names and teams stand in a sentence's opening and are not counted: robots that have
+learned of different peers still count alike. Robots with other tasks do not, and `digest` tells them apart.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from hvcpd.language.marks import NEVER_HIDDEN
 from hvcpd.language.pattern import Bindings, SlotValues, slot_sets
 
 OUTER = frozenset({"addressee", "speaker", "team", "other"})
-"""Slots of the opening, and of who is quoted; they stay plain."""
+"""Slots of the opening and of a quoted speaker; they stay plain."""
 LEFT_OUT = frozenset({"also", "then", "away"})
-"""Slots of a second task, and of the way to one: with them every message would be longer. A team that encrypts says
+"""Slots of a second task, and of the way to one: they would make every message longer. A team that encrypts says
 neither."""
 LEAST_BYTES = 2
-"""65,536 statements: room for some thirty tasks, so that nearly all teams' messages are equally long."""
+"""65,536 statements: room for about thirty tasks, so that nearly all teams' messages are equally long."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class _Entry:
         return math.prod(len(values) for _, values in self.choices)
 
     def number_of(self, bound: Bindings) -> int | None:
-        """Where in this share those values are; None if they have no place in it."""
+        """The place of those values in this share; None if they have no place in it."""
         if bound.keys() != dict(self.choices).keys():
             return None
         number = 0
@@ -61,7 +61,7 @@ class _Entry:
 
 
 class Codebook:
-    """Numbers from 0 to `size` - 1, each of one statement; `digest`: SHA-256 of all that they mean, 32 bytes.
+    """Numbers from 0 to `size` - 1, each of one statement; `digest`: SHA-256 of all their meanings, 32 bytes.
 
     `n_bytes` hold any of the numbers.
     """
@@ -94,7 +94,7 @@ class Codebook:
         return None
 
     def statement_of(self, number: int) -> m.Statement | None:
-        """The statement of a number; None if it is nobody's."""
+        """The statement of a number; None if it has none."""
         return next((e.statement_of(number) for e in self._entries if e.first <= number < e.first + e.size), None)
 
 

@@ -1,6 +1,6 @@
 """Which words and phrases compete: paths of the word graph that part at one node and meet again at another.
 
-Whatever is said before and after is the same for both, so their sounds alone decide which of the two is heard.
+The context before and after is the same for both, so their sounds alone decide which of the two is heard.
 """
 
 from __future__ import annotations

@@ -24,17 +24,17 @@ CALL = "[(hi|hello)] [<addressee> ,]"
 """The opening of a person who gives no name."""
 
 CALL_TO = "[(hi|hello)] <addressee> ,"
-"""A call that means nobody unless it names somebody: one word alone is too easily heard in other talk."""
+"""A call without a name is for nobody in particular: one word alone is too easily heard in other talk."""
 
 PLEASE = "[please]"
-"""Before what is asked for, and after what people ask for in a few words. Robots understand it and never say it."""
+"""Before a request, and after a person's short request. Robots understand it and never say it."""
 
 PASSED_ON = "[, change <count>]"
-"""After a change of a task, or the report of one that was changed: how many there were. Only robots count them."""
+"""After a change of a task, or the report of one that was changed: its number. Only robots count changes."""
 
 CHANGES = 9
-"""A task's changes are counted so far, and then anew: whoever has missed more than four in a row takes the newest for
-an old one."""
+"""Largest number of a task's changes, before the count starts again: a robot that has missed more than four in a row
+takes the newest for an old one."""
 
 SLOT_FIELDS = {
     "addressee": "addressee",
@@ -60,7 +60,7 @@ SLOT_FIELDS = {
     "volts": "battery_v",
     "count": "count",
 }
-"""Field of the utterance or of its statement that each slot binds; `other` is the speaker quoted in a relayed one, and
+"""Field of the utterance or of its statement that each slot binds; `other` is the quoted speaker in a relayed one, and
 `confirmed` the task whose claim is confirmed in passing, `with` the second one of that claim."""
 TWO_TASKS = (" and <also>", " and <then>")
 """A second task in the same sentence, if airtime is scarce; a team that encrypts names one at a time."""
@@ -68,7 +68,7 @@ AND_ALSO, AND_THEN = (f" [{words[1:]}]" for words in TWO_TASKS)
 
 
 class Kind(Enum):
-    """For whom a form is there: each one makes every listener's network larger, so a team can do without some."""
+    """The users of a form: each form makes every listener's network larger, so a team can do without some."""
 
     CORE = "core"
     PEOPLE = "people"
@@ -78,7 +78,7 @@ class Kind(Enum):
     SEALED = "sealed"
     """For teams with a key: sentences may end in a seal or a code."""
     ENCRYPTED = "encrypted"
-    """For teams with a key that hide what they say: code words may stand in a statement's place."""
+    """For teams with a key that encrypt their statements: code words may stand in a statement's place."""
 
 
 OPEN_KINDS = frozenset(Kind) - {Kind.SEALED, Kind.ENCRYPTED}
@@ -92,9 +92,9 @@ class Form:
     """One sentence form: its pattern, the statement it makes, and its meaning in a person's words.
 
     `constants` are fields of the statement that the pattern fixes. A form with `will` reads the statement, a motion,
-    back; a `relayed` one quotes it from somebody else; in a `spelled` one the letters are the speaker's name. A
-    `casual` one is listened for only where it cannot spoil what robots say to each other: in a second look at a sound.
-    One with the slot `confirmed` confirms a claim in passing, or, if it `confirms_complete`, a report.
+    back; a `relayed` one quotes it from another speaker; in a `spelled` one the letters are the speaker's name. A
+    `casual` one is recognised only where it cannot spoil robots' sentences to each other: in a second pass over a
+    sound. One with the slot `confirmed` confirms a claim in passing, or, if it `confirms_complete`, a report.
     """
 
     pattern: str
@@ -293,7 +293,7 @@ RELAYABLE = (
     m.Negative,
     m.SealedMessage,
 )
-"""Statements passed on for somebody else, each in a form of its own."""
+"""Statements passed on for another speaker, each in a form of its own."""
 _SAID_TWICE = ("<next>", "<confirmed>", "<also>", "<away>")
 """Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(

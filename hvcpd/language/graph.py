@@ -1,6 +1,6 @@
 """The word network: every sentence that the phrasebook can make, as a finite-state acceptor over words.
 
-It is what `language` hands to `recognition`; neither needs to know more of the other.
+It is the interface between `language` and `recognition`; neither needs to know more of the other.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ MOST_WORDS = 64
 
 
 def lengths_of(graph: WordGraph) -> tuple[int, ...]:
-    """For each node after how many words more a sentence may end, as bits: bit n for n words, MOST_WORDS at most."""
+    """For each node, the numbers of words after which a sentence may end, as bits: bit n for n words, MOST_WORDS at
+    most."""
     lengths = [1 if node in graph.finals else 0 for node in range(graph.n_nodes)]
     for _ in range(MOST_WORDS):
         before = list(lengths)
@@ -61,7 +62,7 @@ def graph_of(words: Sequence[str], pauses: frozenset[int] = frozenset()) -> Word
 
 
 def with_phrases(graph: WordGraph, phrases: Iterable[tuple[str, Sequence[str]]]) -> WordGraph:
-    """The network in which also each phrase may be said wherever its word may; no longer deterministic."""
+    """The network in which each phrase may also be said in place of its word; no longer deterministic."""
     arcs, n_nodes = list(graph.arcs), graph.n_nodes
     for word, phrase in phrases:
         for arc in graph.arcs:

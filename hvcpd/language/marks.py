@@ -1,8 +1,8 @@
 """Marks of a sentence that prove who said it: a seal of code words, a one-time code, or the sentence encrypted.
 
-Which sentences carry one is decided here alone: those that change what a robot does or believes. Greetings, questions
-and "stop" never do: whoever sees a robot run into something has no time for proofs. Encrypted is all but greetings,
-names that are spelled, "stop", and "I do not trust that".
+This module alone decides which sentences carry one: those that change a robot's actions or beliefs. Greetings,
+questions and "stop" never do: a person who sees a robot about to run into something has no time for proofs. All
+sentences are encrypted except greetings, spelled names, "stop", and "I do not trust that".
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from hvcpd.language.spelling import CODE_WORDS, number_of, words_of
 from hvcpd.language.words import number_words
 
 SEAL_WORDS = 4
-"""24 bits: what a guess is worth then is in docs/security.md; each word more costs half a second of every sentence."""
+"""24 bits: docs/security.md has the value of a guess; each further word costs half a second of every sentence."""
 CODE_DIGITS = 6
 CIPHER_TAG_BYTES = 4
 """Of an encrypted statement: the shortest tag that AES-CCM has (NIST SP 800-38C, 5.4). A guess is worth 2^8 times less
@@ -55,11 +55,11 @@ SEALED = (
     m.TurnBy,
     m.SayAgain,
 )
-"""Statements that are sealed where a key is set, themselves or passed on. Of these only SayAgain is heeded without: its
-seal is a challenge to whoever says something again."""
+"""Statements that are sealed where a key is set, themselves or passed on. Of these only SayAgain is accepted without a
+seal: its seal is a challenge to the robot that repeats its sentence."""
 
 NEVER_HIDDEN = (m.Stop, m.Spelled, m.Distrusted, m.SealedMessage)
-"""Statements that are said plainly even where all else is encrypted; so are greetings."""
+"""Statements that stay plain even where all others are encrypted; so do greetings."""
 
 ANY_SEAL, ANY_CODE, ANY_CIPHER = "SEAL", "CODE", "CIPHER"
 """Stand in a network for a seal, a code and a cipher: `with_marks` puts them there. No word is in capitals."""
@@ -105,7 +105,7 @@ def without_mark(utterance: m.Utterance) -> m.Utterance:
 
 
 def hidden(utterance: m.Utterance) -> m.Utterance:
-    """Return the utterance as those without a key hear it: "sealed message" in place of what a cipher hides."""
+    """Return the utterance as listeners without a key hear it: "sealed message" in place of the encrypted statement."""
     if not isinstance(utterance.mark, m.Cipher):
         return utterance
     return with_statement(utterance, m.SealedMessage())
@@ -119,7 +119,7 @@ def with_statement(utterance: m.Utterance, statement: m.Statement) -> m.Utteranc
 
 
 def markable(form: Form, node: Node, encrypts: bool = False) -> Node:
-    """The pattern `node` of a form with the marks that may follow it; who gives no name can have no seal.
+    """The pattern `node` of a form with the marks that may follow it; a speaker without a name can have no seal.
 
     Where a team `encrypts`, code words must follow "sealed message".
     """

@@ -40,12 +40,12 @@ from hvcpd.language.task_messages import Working as Working
 
 @dataclass(frozen=True)
 class Negative:
-    """What the addressee said last is wrong."""
+    """The addressee's last sentence is wrong."""
 
 
 @dataclass(frozen=True)
 class SayAgain:
-    """The speaker did not understand: the addressee's last sentence once more, more slowly if asked so."""
+    """The speaker did not understand: the addressee's last sentence once more, more slowly if `slowly`."""
 
     slowly: bool = False
 
@@ -57,22 +57,22 @@ class NotUnderstood:
 
 @dataclass(frozen=True)
 class WhatDoing:
-    """What is the addressee doing?"""
+    """A question for the addressee's activity."""
 
 
 @dataclass(frozen=True)
 class WhoHere:
-    """Everybody who hears it shall say its name."""
+    """All listeners are asked for their names."""
 
 
 @dataclass(frozen=True)
 class WhatLeft:
-    """Which tasks are not done yet?"""
+    """A question for the unfinished tasks."""
 
 
 @dataclass(frozen=True)
 class ReportWanted:
-    """Everybody who hears it shall say its team, task, state and battery: a shift changes."""
+    """All listeners are asked for their team, task, state and battery: a shift changes."""
 
 
 class Doing(Enum):
@@ -96,12 +96,12 @@ class Report:
 
 @dataclass(frozen=True)
 class Free:
-    """The speaker is at nothing."""
+    """The speaker has no activity."""
 
 
 @dataclass(frozen=True)
 class Left:
-    """The tasks that are not done yet, as far as the speaker knows: up to three by number, and whether that is all."""
+    """The unfinished tasks, as far as the speaker knows: up to three by number, and whether that is all."""
 
     first: TaskByNumber | None = None
     second: TaskByNumber | None = None
@@ -116,7 +116,7 @@ class Left:
 
 @dataclass(frozen=True)
 class Leaving:
-    """The speaker goes, and gives back what it had claimed."""
+    """The speaker leaves, and gives back its claims."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class NameTaken:
 class Spelled:
     """The speaker's name, letter by letter, in lower case: "zorg". As a greeting it is answered like one.
 
-    `ask`: the speaker does not understand everybody, and asks those whom it may not know to spell their names.
+    `ask`: the speaker does not understand all others, and asks robots that may not know it to spell their names.
     """
 
     letters: str
@@ -137,7 +137,7 @@ class Spelled:
 
 @dataclass(frozen=True)
 class Relayed:
-    """Somebody else's statement, passed on word by word."""
+    """Another speaker's statement, passed on word by word."""
 
     speaker: str
     statement: Statement
@@ -158,7 +158,7 @@ class Stop:
 @dataclass(frozen=True)
 class Stopped:
     """The speaker has halted; `forgot`: because it has lost its memory, and does not know whether it may go on;
-    `waits`: it has stood for a while, and tells how it is released."""
+    `waits`: it has stood for a while, and says how it is released."""
 
     forgot: bool = False
     waits: bool = False
@@ -166,12 +166,12 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Distrusted:
-    """The speaker does not believe that who seemed to say something did say it, and does nothing about it."""
+    """The speaker does not believe that the named speaker said a sentence, and ignores it."""
 
 
 @dataclass(frozen=True)
 class SealedMessage:
-    """The speaker says something that only those understand who have the key; a `Cipher` holds what."""
+    """The speaker's statement is only for listeners with the key; a `Cipher` holds it."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +223,7 @@ Statement = (
 
 
 def parts(utterance: Utterance) -> tuple[Utterance, ...]:
-    """What an utterance says to whom: a confirmation to its addressee, and what was said with it to all."""
+    """The parts of an utterance: a confirmation to its addressee, and the rest of the sentence to all."""
     both = utterance.statement
     if not isinstance(both, ConfirmedAnd):
         return (utterance,)
@@ -234,7 +234,7 @@ def parts(utterance: Utterance) -> tuple[Utterance, ...]:
 
 
 def own_words(statement: Statement | None) -> Statement | None:
-    """The statement itself, or what it passes on of somebody else, or says besides a confirmation."""
+    """The statement itself, or the one that it passes on, or the one that it adds to a confirmation."""
     return statement.statement if isinstance(statement, Relayed | ConfirmedAnd) else statement
 
 
@@ -245,7 +245,7 @@ class Utterance:
     `speaker` is None only for the calls that anybody may make without a name (stop, resume); `addressee` None
     speaks to nobody in particular; `team` is the speaker's, when it says so; `statement` None is a bare greeting.
     `mark` proves who speaks, and is no part of the meaning: two utterances are equal whatever their marks. With a
-    `Cipher`, "sealed message" is said in place of the statement, which whoever has no key does not learn.
+    `Cipher`, "sealed message" is said in place of the statement, which listeners without a key do not learn.
     """
 
     speaker: str | None

@@ -28,10 +28,10 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 """Task numbers up to here can be spoken of even when no such task exists, so that an order for one is refused aloud."""
 
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
-"""Distances that a robot can be told to move in one go: far enough for a room, and few words to be confused."""
+"""Distances that a robot can be ordered to move in one go: far enough for a room, and few words to be confused."""
 
 WAYS_M = {n: f"{n} {'metre' if n == 1 else 'metres'}" for n in range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1)}
-"""Ways to a task, as they are said with a claim: by words that task numbers have too."""
+"""Ways to a task, as stated with a claim: they share their words with task numbers."""
 
 VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
@@ -39,9 +39,9 @@ VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) f
 tells whether it lasts another shift."""
 
 _FREE = {"task": 99, "place": 99, "remark": 99, "reason": 99, "team": 3, "addressee": 3, "speaker": 3}
-"""Slots whose words a team chooses, and in how many forms each value is tried for a second reading. Task names and
-remarks are whole sentences and tried in all, and first, for a name said before one that reads twice is not to blame;
-names and teams stand in the opening, which all forms share."""
+"""Slots whose words a team chooses, and in how many forms each value is tested for a second reading. Task names and
+remarks are whole sentences; they are tested in all forms, and first, because a name before one that reads twice is not
+to blame. Names and teams stand in the opening, which all forms share."""
 
 _KEEP_CASE = {"i": "I"}
 
@@ -95,7 +95,7 @@ class Phrasebook:
     def phrases(self, utterance: m.Utterance) -> tuple[Words, ...]:
         """The spoken words of an utterance, one tuple for each part between commas.
 
-        Raises PhraseError when no form makes it, or when it names somebody or something not in the vocabulary.
+        Raises PhraseError when no form makes it, or when it has a name or a task that is not in the vocabulary.
         """
         tokens = self._tokens(utterance)
         parts: list[list[str]] = [[]]
@@ -167,17 +167,17 @@ class Phrasebook:
 
     @property
     def cipher_words(self) -> int:
-        """Number of code words of an encrypted statement, whichever it is."""
+        """Number of code words of an encrypted statement; all have the same."""
         return words_for(8 * (self.codebook.n_bytes + CIPHER_TAG_BYTES))
 
     @cached_property
     def people_graph(self) -> WordGraph:
-        """The network `graph` and what people say who do not know the phrasebook."""
+        """The network `graph`, plus sentences of people who do not know the phrasebook."""
         return build_graph([c.node for c in self._usable_forms() if not c.form.spelled], self.slots)
 
     @cached_property
     def spelling_graph(self) -> WordGraph:
-        """The network of spelled names; it holds no name, so that it is the same for all who have the same teams."""
+        """The network of spelled names; it holds no name, so it is the same for all robots with the same teams."""
         addressees = {to: words for to, words in self.slots["addressee"].items() if not isinstance(to, m.ToRobot)}
         forms = [c.node for c in _COMPILED if c.form.spelled]
         return build_graph(forms, {**self.slots, "addressee": addressees})
@@ -189,7 +189,7 @@ class Phrasebook:
 
     @cached_property
     def heard_graph(self) -> WordGraph:
-        """The network with its alternatives, as it sounds. What is understood of it is a sentence of `graph`."""
+        """The network with its alternatives, as it sounds. The recognised sentence is one of `graph`."""
         return with_phrases(self.graph, ((word, p) for word, phrases in self.alternatives.items() for p in phrases))
 
     def sample(self, chooser: Chooser) -> m.Utterance:
@@ -234,7 +234,7 @@ class Phrasebook:
         spoken = frozenset(words)
         for compiled, possible in self._forms_with_words:
             if not compiled.words <= spoken or not (possible is None or spoken <= possible):
-                continue  # as most do, and to match a pattern takes long
+                continue  # this is the usual case, and matching a pattern is slow
             for end, bindings in match(compiled.node, words, 0, self.slots):
                 if end == len(words):
                     yield self._as_known(build(compiled.form, bindings))
@@ -249,7 +249,7 @@ class Phrasebook:
         )
 
     def _as_known(self, utterance: m.Utterance) -> m.Utterance:
-        """A spelled name that is known is written as it is known."""
+        """A spelled name, in the known writing if it is known."""
         if isinstance(utterance.statement, m.Spelled) and (known := self.known_name(utterance.statement.letters)):
             return replace(utterance, speaker=known)
         return utterance

@@ -1,4 +1,4 @@
-"""What is said of places that only one robot fits in: who wants one, who may have it, who is in it.
+"""Statements about places with room for only one robot: requests, handovers, and that a robot is inside.
 
 `place` is its name in the task file, in lower case.
 """
@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class PlaceWanted:
-    """The speaker is about to go in, and asks whoever has the place for it."""
+    """The speaker is about to enter, and asks the keeper for the place."""
 
     place: str
 
 
 @dataclass(frozen=True)
 class PlaceGiven:
-    """The place is the addressee's from now on; only who had it last says so."""
+    """The place is the addressee's from now on; only its last keeper says so."""
 
     place: str
 
@@ -32,7 +32,7 @@ class PlaceTaken:
 
 @dataclass(frozen=True)
 class PlaceFree:
-    """The speaker has left the place, and gives it to whoever asks."""
+    """The speaker has left the place, and gives it to whichever robot asks."""
 
     place: str
 
@@ -44,4 +44,4 @@ PLACE_FORMS: tuple[tuple[str, type[PlaceWanted | PlaceGiven | PlaceTaken | Place
     ("i have stopped in <place>", PlaceTaken, "I stand in it: wait until I say that it is free.", {"stands": True}),
     ("<place> is free", PlaceFree, "I have left it.", {}),
 )
-"""How that is said after the opening, and what it means; they exist only where the task file lists places."""
+"""Their wording after the opening, and their meaning; they exist only where the task file lists places."""

@@ -1,4 +1,4 @@
-"""Words that prove who says a sentence, or that encrypt its statement."""
+"""Words that prove the speaker of a sentence, or that encrypt its statement."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Seal:
-    """A robot's seal after a sentence, which proves who said it: a number of four code words."""
+    """A robot's seal after a sentence, which proves its speaker: a number of four code words."""
 
     value: int
 

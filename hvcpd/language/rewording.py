@@ -1,6 +1,6 @@
-"""Advice where two phrases are taken for each other: sentences that show how, and other words for one of them.
+"""Advice for two phrases that sound alike: sentences that contain them, and other words for one of them.
 
-Those are near in meaning, or the same word with one more before it.
+The other words are near in meaning, or the same word with one more before it.
 """
 
 from __future__ import annotations
@@ -78,16 +78,16 @@ def _written(book: Phrasebook, graph: WordGraph, way: _Path) -> str:
 SYNONYMS_PATH = Path(__file__).with_name("synonyms.txt")
 
 BEFORE_DEEDS = (("go", "and"), ("now",), ("always",))
-"""Before the first word of a task, which says what is done. They change nothing of it."""
+"""Before the first word of a task, which is its verb. They do not change its meaning."""
 BEFORE_THINGS = ("big", "little", "old", "new", "good", "usual")
-"""Before any other word of a task. Which of them is true of the thing its owner knows."""
+"""Before any other word of a task. The thing's owner knows which of them is true."""
 BEFORE_TEAMS = ("big", "super", "new")
 AFTER_NAMES = ("2", "7", "9")
 
 
 @cache
 def _lists() -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
-    """The words near in meaning to each word, in the file's order, and the names."""
+    """For each word, words near in meaning, in the file's order; and the names."""
     near: dict[str, list[str]] = {}
     names: tuple[str, ...] = ()
     for line in SYNONYMS_PATH.read_text(encoding="utf-8").splitlines():

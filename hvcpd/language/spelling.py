@@ -1,6 +1,6 @@
-"""Letters and numbers as words that can be told from one another in noise.
+"""Letters and numbers as words that can be distinguished in noise.
 
-Names letter by letter, in the radio alphabet: the way in which robots learn names that nobody told them before.
+Names letter by letter, in the radio alphabet: in this way robots learn names that they were not given in advance.
 Numbers in code words, for seals and keys: 64 words, 6 bits each, the alphabet among them. The alphabet is the
 International Radiotelephony Spelling Alphabet (ICAO Annex 10, volume II), with digits as ordinary numbers.
 """
@@ -26,7 +26,7 @@ ANY_LETTERS = "LETTERS"
 
 
 def letter_words(letters: str) -> tuple[str, ...]:
-    """The words of a name: "zorg" is ("zulu", "oscar", "romeo", "golf"). KeyError for what is no letter or digit."""
+    """The words of a name: "zorg" is ("zulu", "oscar", "romeo", "golf"). KeyError for any other character."""
     return tuple(WORD_OF[letter] for letter in letters.lower())
 
 
@@ -37,7 +37,7 @@ def letters_of(words: Sequence[str]) -> str | None:
 
 
 def written_name(letters: str) -> str:
-    """A name that was spelled, as it is written by all who learn it so: "Zorg"."""
+    """A spelled name, as all robots that learn it write it: "Zorg"."""
     return letters.capitalize()
 
 
@@ -82,7 +82,7 @@ def words_of(value: int, n_words: int) -> tuple[str, ...]:
 
 
 def number_of(words: Sequence[str]) -> int | None:
-    """The number that these words are; None if one of them is no code word."""
+    """The number in these words; None if one of them is no code word."""
     value = 0
     for word in words:
         number = _NUMBER_OF.get(word)

@@ -24,7 +24,7 @@ TaskRef = TaskByNumber | TaskByName
 
 @dataclass(frozen=True)
 class Working:
-    """The speaker is at this task now: it renews the speaker's claim."""
+    """The speaker is at work on this task: it renews the speaker's claim."""
 
     task: TaskRef
 
@@ -33,8 +33,8 @@ class Working:
 class Claim:
     """The speaker will do this task, and then `also` that one; after an order it is the read-back.
 
-    `way_m`: the way there, in metres. Who tells it can be outbid by somebody nearer; said to whom has just claimed that
-    task, it is such a bid.
+    `way_m`: the way there, in metres. A nearer robot can outbid a claim that states it; addressed to a robot that has
+    just claimed the task, it is such a bid.
     """
 
     task: TaskRef
@@ -56,7 +56,7 @@ class Order:
 
 @dataclass(frozen=True)
 class Unable:
-    """The speaker cannot do this task: it lacks what it takes, or has tried and failed."""
+    """The speaker cannot do this task: it lacks the means, or has tried and failed."""
 
     task: TaskRef
 
@@ -70,12 +70,12 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Busy:
-    """The speaker is at something else now."""
+    """The speaker is busy with another task."""
 
 
 @dataclass(frozen=True)
 class Completed:
-    """The speaker has done this task, and `also` that one; with `next` it claims another one in the same breath, and
+    """The speaker has done this task, and `also` that one; with `next` it claims another one in the same turn, and
     with `then` one more.
 
     `count`: of a task that was changed, the last `Change` that the speaker knew of.
@@ -94,7 +94,7 @@ class Completed:
 
     @property
     def claim(self) -> Claim | None:
-        """The tasks claimed in the same breath."""
+        """The tasks claimed in the same turn."""
         return Claim(self.next, self.then) if self.next is not None else None
 
 
@@ -110,8 +110,8 @@ class Failed:
 class Change:
     """The task is to be done once more or, with `skip`, to be left out this time.
 
-    `count` tells whoever has missed it which change of this task it is, 1 to 9 and then anew; None: somebody wants it
-    now.
+    `count` is the number of this change of the task, for robots that have missed it, 1 to 9 and then from 1 again;
+    None: the speaker wants the change now.
     """
 
     task: TaskByNumber
@@ -121,9 +121,9 @@ class Change:
 
 @dataclass(frozen=True)
 class Confirmed:
-    """What the addressee said last is right; of a claim or report the task is named, so that it is read back.
+    """The addressee's last sentence is right; for a claim or report the task is named, so that it is read back.
 
-    `complete`: it was reported that the task is done; whoever missed the report learns it so.
+    `complete`: the task was reported as done; a robot that missed the report learns it in this way.
     """
 
     task: TaskByNumber | None = None
@@ -138,8 +138,8 @@ class Confirmed:
 
 @dataclass(frozen=True)
 class ConfirmedAnd:
-    """What the addressee said last of a task is right; and in the same breath the speaker's own claim or report, to
-    all."""
+    """The addressee's last sentence about a task is right; in the same turn follows the speaker's own claim or report,
+    to all."""
 
     confirmed: Confirmed
     statement: Claim | Completed

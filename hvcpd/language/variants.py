@@ -1,7 +1,7 @@
-"""Other words for those of the phrasebook, which count when they are read or heard, and are never said.
+"""Other words for those of the phrasebook, which are understood when read or heard, and are never said.
 
-In typed sentences: contractions, American spellings, one and many, decimals. By ear: the phrases that a team names.
-What robots say and hear has one form of each word, and a word that can stand where it stands is never replaced.
+In typed sentences: contractions, American spellings, singular and plural, decimals. By ear: the phrases that a team
+lists. Robots' own sentences have one form of each word; a word that fits in its place is never replaced.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _ENDINGS = {
     "'s": ("is",),
     "'d": ("would",),
 }
-"""Of contractions, and the words that they stand for."""
+"""Contractions and their full words."""
 _SPELLINGS = (
     (re.compile(r"er(s?)$"), r"re\1"),
     (re.compile(r"re(s?)$"), r"er\1"),
@@ -92,7 +92,7 @@ def _number(text: str) -> Words:
 def as_spoken(graph: WordGraph, words: Words) -> Words:
     """The words, each that cannot stand in its place in the network replaced by a variant that can.
 
-    From a word on that has no such variant the rest stays as it is.
+    From the first word without such a variant on, the rest stays as it is.
     """
     following: dict[int, dict[str, int]] = {}
     for arc in graph.arcs:

@@ -41,13 +41,13 @@ def spoken_words(text: str) -> tuple[str, ...]:
 def strict_words(text: str) -> tuple[str, ...]:
     """Like `spoken_words`, but nothing is left out: a word with other signs stays, for its reader to refuse.
 
-    What is left out could change what is said: "task -1" is not task one.
+    Omitting a sign could change the meaning: "task -1" is not task one.
     """
     return _with_numbers(_STRICT_TOKEN.findall(_plain(text)))
 
 
 def spoken_as(text: str | None, choices: Iterable[str]) -> str | None:
-    """The one of the choices that is spoken as the text is; None if there is none."""
+    """The one of the choices that is spoken like the text; None if there is none."""
     words = spoken_words(text or "")
     return next((choice for choice in choices if words and spoken_words(choice) == words), None)
 

@@ -1,4 +1,4 @@
-"""Writes what a robot reports into its own store; with this and the store's `tasks` a robot survives a restart."""
+"""Writes a robot's reports into its own store; with this and the store's `tasks` a robot survives a restart."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from hvcpd.security.codes import LOST
 from hvcpd.security.guard import DOUBTED, LOST_BITS, SKIPPED
 
 DUE = "due "
-"""Before a task's number: the counter of when it was due that it was done for last, s since 1970."""
+"""Before a task's number: the counter of the due time of its last completed occurrence, s since 1970."""
 CHANGE = "change "
-"""Before a task's number: the counter of its last change, twice, and one more if it is left out since."""
+"""Before a task's number: the counter of its last change, doubled, plus one if it is left out since."""
 STOPPED = "stopped"
 """The flag of a stopped robot in its store."""
 
@@ -35,8 +35,8 @@ STOPPED = "stopped"
 class Journal:
     """One robot's store, fed with its records.
 
-    `seals` is where counters of seals and codes are kept: apart, since who deletes the tasks to begin anew must not
-    make old recordings good again.
+    `seals` keeps the counters of seals and codes: apart, because deleting the tasks for a fresh start must not make old
+    recordings valid again.
     """
 
     def __init__(self, store: Store, tasks: TaskRepository, own_name: str, seals: Store | None = None) -> None:
@@ -46,7 +46,7 @@ class Journal:
         self._own_name = own_name
 
     def know(self, tasks: TaskRepository) -> None:
-        """There are these tasks from now on; what is still to be written of others is kept, too."""
+        """Use these tasks from now on; records of others that are still to be written are kept, too."""
         self._names = {**self._names, **{task.number: task.name for task in tasks.tasks}}
 
     def remembered(self) -> dict[int, tuple[str, str | None]]:
@@ -55,7 +55,7 @@ class Journal:
 
     @property
     def dues(self) -> dict[int, float]:
-        """For which time each task that recurs was done last, s since 1970, by number."""
+        """The due time of the last completed occurrence of each recurring task, s since 1970, by number."""
         return {number: float(due_s) for number, due_s in self._counted(DUE).items()}
 
     @property
@@ -69,12 +69,12 @@ class Journal:
 
     @property
     def counters(self) -> dict[str, int]:
-        """The counters of seals and codes as they were last."""
+        """The last known counters of seals and codes."""
         return self._seals.counters() if self._seals is not None else {}
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names that the robot has heard, who was heard last at the end."""
+        """All names that the robot has heard, the last heard at the end."""
         return self._store.names_heard()
 
     def doubt_counters(self, fingerprints: Iterable[str], are_lost: bool) -> None:
@@ -92,7 +92,7 @@ class Journal:
                 self._seals.raise_counter(own, known[own] + SKIPPED)
 
     def write_together(self, told: Iterable[tuple[Record, float]], now: float) -> None:
-        """Keep what was told at those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
+        """Keep the records of those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
         with self._store.together():
             for record, told_s in told:
                 self.write((record,), told_s, now - told_s)

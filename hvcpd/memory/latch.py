@@ -1,9 +1,9 @@
 """The stop latch: a small file beside the robot's memory that says whether the next start may go on.
 
-It is apart from the memory because it must outlive it: a lost memory must not set wheels in motion. So it is written
-as a permission. A start goes on only where the whole line says "free" and names the very memory that was found; a line
-that is missing, cut short or of another memory leaves the robot stopped. To take a permission away needs no space and
-no new file: a file that is cut to nothing, or deleted, permits nothing.
+It is separate from the memory because it must outlive it: a lost memory must not set wheels in motion. So it is written
+as a permission. A start goes on only if the whole line says "free" and names the very memory that was found; a line
+that is missing, cut short or of another memory leaves the robot stopped. Revoking a permission needs no space and no
+new file: a file that is truncated to nothing, or deleted, permits nothing.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Permit(Enum):
     FREE = "free"
     STOPPED = "stopped"
     UNSURE = "unsure"
-    """Not all that the robot knew could be written down, or the line cannot be read: the next start is stopped, too."""
+    """Not all of the robot's knowledge could be written, or the line cannot be read: the next start is stopped, too."""
     NEW = "new"
     """A first memory is being made: there is nothing yet that could be lost."""
 
@@ -49,7 +49,7 @@ class Latched:
 
     @property
     def line(self) -> bytes:
-        """As it is written; the end of the line tells that nothing is missing."""
+        """As it is written; the end of the line shows that nothing is missing."""
         names = ("-" if number is None else f"{number:016x}" for number in (self.memory, self.seals))
         return " ".join((self.permit.value, *names)).encode("ascii") + b"\n"
 
@@ -69,8 +69,8 @@ def latched_of(line: bytes) -> Latched:
 
 
 def spare_places(latch: Path, runtime: Path) -> tuple[Path, ...]:
-    """Where a stop is kept if the latch's own disk takes nothing: beside the control socket `runtime`, and in the
-    folder for temporary files. The first outlives the daemon, the second may outlive a boot; neither need."""
+    """Spare places for a stop if the latch's own disk accepts no writes: beside the control socket `runtime`, and in
+    the folder for temporary files. The first outlives the daemon, the second may outlive a boot; neither need."""
     digest = hashlib.sha256(os.fsencode(latch.absolute())).hexdigest()[:16]
     return (
         runtime.with_suffix(".stopped"),
@@ -103,13 +103,13 @@ class StopLatch:
             os.close(descriptor)
 
     def spare(self) -> Path | None:
-        """A spare place that says "stopped", if one does; what others have put there does not count."""
+        """A spare place that says "stopped", if one does; other users' files there do not count."""
         return next((path for path in self._spares if _is_own_file(path)), None)
 
     def write(self, latched: Latched) -> None:
         """Keep this over kill -9 and power cuts; it is on the disk when this returns.
 
-        Raises StoreError if the next start may do what this does not permit, or may not do what it permits.
+        Raises StoreError if the next start may do more than this permits, or less.
         """
         if latched.permit in (Permit.FREE, Permit.NEW):
             with _told(self.path):
@@ -157,7 +157,7 @@ class StopLatch:
         return found.permit not in (Permit.FREE, Permit.NEW)
 
     def _cut_if_moved(self) -> None:
-        """Somebody who has moved the folder away may move it back."""
+        """A user who has moved the folder away may move it back."""
         if self._held is not None:
             with suppress(OSError):
                 if not self.path.exists() or not os.path.samestat(self.path.stat(), os.fstat(self._held)):
@@ -186,7 +186,7 @@ class StopLatch:
         """Cut the file short: neither a full disk nor the folder's permissions are in the way."""
         flags = (
             os.O_WRONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
-        )  # not what a link names; a pipe has no reader
+        )  # not the target of a link; a pipe has no reader
         descriptor = self._held if self._held is not None else os.open(self.path, flags)
         try:
             os.ftruncate(descriptor, 0)
@@ -203,7 +203,7 @@ class StopLatch:
 
 
 def _made(path: Path) -> bool:
-    """Whether an empty file could be made there, or is there: that takes no space."""
+    """Whether an empty file could be made there, or exists: that takes no space."""
     try:
         flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
         descriptor = os.open(path, flags, 0o600)
@@ -233,7 +233,7 @@ def _sync_folder(folder: Path) -> None:
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """An OSError as a StoreError that tells what follows from it."""
+    """An OSError as a StoreError that names its consequence."""
     try:
         yield
     except OSError as error:

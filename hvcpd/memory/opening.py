@@ -17,14 +17,14 @@ from hvcpd.memory.store_file import make_directory
 
 @dataclass(frozen=True)
 class MemoryFiles:
-    """Where a robot's memory lies; `seals` is written only by robots with a key."""
+    """The paths of a robot's memory; only robots with a key write `seals`."""
 
     tasks: Path
     seals: Path
     latch: Path
 
     def are_new(self) -> bool:
-        """Whether nothing in the folder tells of an earlier life, not even a damaged file or a journal."""
+        """Whether the folder holds no trace of an earlier life, not even a damaged file or a journal."""
         try:
             names = [file.name for file in self.tasks.parent.iterdir()]
         except FileNotFoundError:
@@ -39,9 +39,9 @@ class MemoryFiles:
 class Memory:
     """The result of `open_memory`.
 
-    `latched` is what the latch says now; `loss`: why what the robot knew is gone or cannot be trusted, None if nothing
-    is amiss; `fault`: why a file cannot be used at all, so that its store is in memory only; `failing`: why nothing
-    could be written just now. `seals_lost`: the counters of seals are gone; `seals_stale`: they may lag behind.
+    `latched` is the present content of the latch; `loss`: why the robot's knowledge is gone or cannot be trusted, None
+    if it is intact; `fault`: why a file cannot be used at all, so that its store is in memory only; `failing`: why
+    nothing could be written just now. `seals_lost`: the counters of seals are gone; `seals_stale`: they may lag behind.
     """
 
     store: Store
@@ -60,7 +60,7 @@ class Memory:
 
 
 def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
-    """Open the memory, and leave it ready for this life: what is found is marked, and the latch is set.
+    """Open the memory, and prepare it for this life: mark its state, and set the latch.
 
     Raises StoreError if its folder cannot be made, and NewerStoreError if a newer version wrote it. Any other fault
     only makes the robot start stopped.
@@ -94,7 +94,7 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
         failing = str(error)
         losses.append(failing)
         after = replace(after, permit=Permit.STOPPED)
-        with suppress(StoreError):  # whoever writes it next is told
+        with suppress(StoreError):  # the next writer gets the error
             latch.write(after)
     loss = "; ".join(losses) or None
     is_stale = failing is not None or (before is not None and before.permit is Permit.UNSURE)
@@ -102,7 +102,7 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
 
 
 def _opened(path: Path, durable: bool = False) -> tuple[Store, str | None]:
-    """The store, or one in memory and what is wrong with the file. Raises NewerStoreError."""
+    """The store, or one in memory and the fault of the file. Raises NewerStoreError."""
     try:
         return Store(path, durable=durable), None
     except NewerStoreError:
@@ -134,7 +134,7 @@ def _losses(files: MemoryFiles, store: Store, before: Latched | None, is_first: 
 
 
 def _are_seals_lost(seals: Store, before: Latched | None, is_first: bool) -> bool:
-    """Whether there were counters of seals that are not there any more."""
+    """Whether counters of seals existed that are now missing."""
     if seals.damage is not None:
         return True
     if before is None or before.memory is None:  # nobody knows whether there were any

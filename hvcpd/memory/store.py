@@ -26,10 +26,10 @@ FORGET_EVERY = 1000
 """Number of utterances beyond the limit that may be kept until the oldest are deleted at once."""
 
 IDENTITY = "identity"
-"""The counter that is none: the number of this memory."""
+"""Not a counter: the number of this memory."""
 
 _WALL_CLOCK_S = "(julianday('now') - 2440587.5) * 86400.0"
-"""SQLite's clock in seconds since 1970: for people who ask what was said this morning; the robot itself never does."""
+"""SQLite's clock in seconds since 1970: for people who ask about this morning's talk; the robot itself never does."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class TranscriptRecord:
 
 @dataclass(frozen=True)
 class PeerRecord:
-    """Another robot that was heard, and when last."""
+    """Another robot that was heard, and when it was last heard."""
 
     name: str
     team: str | None
@@ -70,8 +70,8 @@ class Store:
 
     A file that is damaged is set aside as NAME.corrupt-N with a warning in the log, and a new one is begun; one of a
     newer version raises NewerStoreError. Every method raises StoreError when the disk is full, read-only or failing,
-    and those that write also when the file was replaced, cut short or deleted meanwhile. What is `durable` is on the
-    disk as soon as it is written; other writes a loss of power may take back.
+    and those that write also when the file was replaced, cut short or deleted meanwhile. A `durable` write is on the
+    disk as soon as it is made; a loss of power may undo other writes.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Store:
                 self._db.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
     def save_task(self, task: TaskRecord) -> None:
-        """Keep what is known of a task, in place of what was known of that number before."""
+        """Keep a task's state, in place of the earlier one under that number."""
         self._write("INSERT OR REPLACE INTO tasks VALUES (?, ?, ?, ?, ?)", astuple(task))
 
     def tasks(self) -> tuple[TaskRecord, ...]:
@@ -117,7 +117,7 @@ class Store:
 
     @contextmanager
     def together(self) -> Iterator[None]:
-        """Write what is written in here at once, and each page of the file once; nothing of it if any of it fails."""
+        """Commit the writes in here at once, each page of the file once; none of them if any fails."""
         with failures(self._path):
             self._db.execute("BEGIN IMMEDIATE")
         try:
@@ -146,7 +146,7 @@ class Store:
         return tuple(TranscriptRecord(*row) for row in self._read(query, (since_s,)))
 
     def save_peer(self, peer: PeerRecord) -> None:
-        """Keep what is known of a robot, in place of what was known before; names are the same in any case."""
+        """Keep the record of a robot, in place of the earlier one; names are the same in any case."""
         self._write("INSERT OR REPLACE INTO peers VALUES (?, ?, ?)", astuple(peer))
 
     def peers(self) -> tuple[PeerRecord, ...]:
@@ -154,7 +154,7 @@ class Store:
         return tuple(PeerRecord(*row) for row in self._read("SELECT * FROM peers ORDER BY name"))
 
     def names_heard(self) -> tuple[str, ...]:
-        """The names of all robots that were ever heard, who was heard last at the end."""
+        """The names of all robots that were ever heard, the last heard at the end."""
         return tuple(name for (name,) in self._read("SELECT name FROM peers ORDER BY rowid"))
 
     def count(self, name: str, by: int = 1) -> None:
@@ -168,12 +168,12 @@ class Store:
         self._write(query, (name, value))
 
     def set_flag(self, name: str, on: bool) -> None:
-        """Remember that something is so, or no longer; it is on the disk when this returns."""
+        """Set or clear a flag; it is on the disk when this returns."""
         with self._lasting():
             self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))
 
     def flags(self) -> frozenset[str]:
-        """All that is so."""
+        """All flags that are set."""
         return frozenset(name for (name,) in self._read("SELECT name FROM flags"))
 
     def counters(self) -> dict[str, int]:
@@ -192,7 +192,7 @@ class Store:
 
     @contextmanager
     def _lasting(self) -> Iterator[None]:
-        """Have what is written in here on the disk before it returns."""
+        """Make the writes in here durable before it returns."""
         with failures(self._path):
             self._db.execute("PRAGMA synchronous = FULL")
         try:
@@ -207,7 +207,7 @@ class Store:
 
 
 class _FileWatch:
-    """Sees that the file under an open database is no longer the one that was opened: SQLite itself goes on."""
+    """Detects that the file under an open database is no longer the one that was opened: SQLite itself goes on."""
 
     def __init__(self, path: Path) -> None:
         self._path = path if path != IN_MEMORY else None

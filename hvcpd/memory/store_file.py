@@ -27,7 +27,7 @@ PAGE_BYTES = 1024
 more on the card."""
 
 MAX_SET_ASIDE = 100
-"""Damaged files kept beside the store; beyond, something is wrong that a new file does not mend."""
+"""Number of damaged files kept beside the store; with more, the cause is one that a new file does not remove."""
 
 IN_MEMORY = Path(":memory:")
 """A store that is gone when it is closed, for simulations."""
@@ -75,7 +75,7 @@ def connect(path: Path) -> sqlite3.Connection:
 
 @contextmanager
 def failures(path: Path) -> Iterator[None]:
-    """SQLite's complaints about the disk as StoreError; those about our own queries are left as they are."""
+    """SQLite's errors about the disk as StoreError; errors in our own queries are left as they are."""
     try:
         yield
     except sqlite3.DatabaseError as error:
@@ -163,7 +163,7 @@ def _checked(db: sqlite3.Connection, path: Path) -> Opened:
         db.execute("PRAGMA journal_mode = WAL")
         # A power cut may lose the last writes but never the file (sqlite.org/pragma.html#pragma_synchronous).
         db.execute("PRAGMA synchronous = NORMAL")
-        db.execute("DROP INDEX IF EXISTS transcript_at")  # of older versions: a page more a write
+        db.execute("DROP INDEX IF EXISTS transcript_at")  # of older versions: one more page for each write
         if is_new:
             db.executescript(f"BEGIN; {_SCHEMA} PRAGMA user_version = {SCHEMA_VERSION}; COMMIT;")
         (verdict,) = db.execute("PRAGMA quick_check(1)").fetchone()
@@ -198,7 +198,7 @@ def _damage(text: str) -> sqlite3.DatabaseError:
 
 
 def _set_aside(path: Path, reason: str) -> None:
-    """Rename a damaged store, with its journals, so that a person can look at it and the robot can begin anew."""
+    """Rename a damaged store, with its journals, so that a person can inspect it and the robot can start afresh."""
     for number in range(1, MAX_SET_ASIDE + 1):
         aside = path.with_name(f"{path.name}.corrupt-{number}")
         if not aside.exists():

@@ -11,9 +11,9 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 NEAR_S = 0.012
-"""Delays that differ by less are taken for the same: half a block, and twice what a measurement may be wrong by."""
+"""Delays that differ by less count as the same: half a block, and twice the error of a measurement."""
 ECHO_S = 1.0
-"""What ends no later than this after the own sentence should have, in its words, is its echo."""
+"""A sentence that ends no later than this after the robot's own, in the same words, is its echo."""
 
 
 class MeasuresDelay(Protocol):
@@ -33,19 +33,19 @@ class Acoustics:
     """Delays of the robot's own sound, s."""
 
     latency_s: float = 0.0
-    """From handing a block out until it is heard in the own microphone, as the sound system tells it; the bench has
+    """From handing a block out until the robot's microphone hears it, as reported by the sound system; the bench has
     none beyond the block."""
     tail_s: float = 0.12
-    """Time for which the own voice rings on in the room."""
+    """Time for which the robot's voice rings on in the room."""
     collision_s: float = 0.4
-    """Speech that was garbled and began no later than this after the own speech ended overlapped it."""
+    """Garbled speech that began no later than this after the robot's own speech ended overlapped it."""
 
 
 class OwnVoice:
     """`begin` a sentence, `hear` and `take` each block, and ask at each whether it is `finished`. Times are seconds."""
 
     def __init__(self, acoustics: Acoustics, delay: MeasuresDelay | None = None) -> None:
-        """`delay` measures how late the voice is heard; without it the latency is what it is told to be."""
+        """`delay` measures how late the voice is heard; without it the reported latency is used."""
         self._acoustics = acoustics
         self._delay = delay
         self._told_s = acoustics.latency_s
@@ -57,7 +57,7 @@ class OwnVoice:
         self._position = 0
         self._masked_until_s = -np.inf
         self.latency_s = acoustics.latency_s
-        """From handing a block out until it is heard, by what was told and by what was measured."""
+        """From handing a block out until it is heard: the reported and the measured latency together."""
         self.until_s = -np.inf
         """When the last of the sentence is, or was, heard."""
         self.speaking = False
@@ -66,12 +66,12 @@ class OwnVoice:
     def is_latency_known(self) -> bool:
         """Whether the last sentence came back when it should have, or the latency cannot be measured.
 
-        Not so before the first sentence, after sound was lost, and when the card has told anew.
+        False before the first sentence, after sound was lost, and when the card has reported a new latency.
         """
         return self._confirmed
 
     def tell_latency(self, told_s: float) -> None:
-        """The sound system's word for the latency, which may change as it goes; what was measured beyond it stays."""
+        """Set the latency that the sound system reports, which may change at any time; the measured excess stays."""
         if told_s != self._told_s:
             by_s, self._told_s = told_s - self._told_s, told_s
             self._doubt()
@@ -99,7 +99,7 @@ class OwnVoice:
         return out
 
     def hear(self, heard: Samples) -> None:
-        """Take what the microphone heard, shape (n,), float32, of which n samples were played."""
+        """Take sound from the microphone, shape (n,), float32, heard while n samples were played."""
         if self.speaking and self._delay is not None:
             self._delay.hear(heard)
 
@@ -117,7 +117,7 @@ class OwnVoice:
         return True
 
     def break_off(self, now: float) -> None:
-        """There is no sound any more: nothing else of the sentence is heard."""
+        """There is no sound any longer: nothing else of the sentence is heard."""
         self._doubt()
         if self.speaking:
             self._speech, self.speaking, self.until_s = self._speech[:0], False, now
@@ -131,15 +131,15 @@ class OwnVoice:
             self._measured = True
 
     def masks(self, now: float) -> bool:
-        """Whether what is heard may be the own voice."""
+        """Whether the robot may be hearing its own voice."""
         return self.speaking or now < self._masked_until_s
 
     def overlapped(self, start_s: float, end_s: float) -> bool:
-        """Whether speech that was garbled may have been so by the own."""
+        """Whether the robot's own voice may have garbled this speech."""
         return start_s <= self.until_s + self._acoustics.collision_s <= end_s
 
     def returns(self, words: Sequence[str], end_s: float) -> bool:
-        """Whether words that were heard are the end of what was just said, come back later than was known.
+        """Whether the words are the end of this robot's last sentence, heard later than its known delay.
 
         Another robot's same words are not: it would have begun to say them while this one still spoke.
         """
@@ -147,7 +147,8 @@ class OwnVoice:
         return is_end and self.until_s < end_s <= self.until_s + ECHO_S
 
     def _believe(self, measured_s: float | None) -> None:
-        """A longer delay at once, for then the own voice goes on; a shorter one when it is seen twice in a row."""
+        """Take a longer delay at once, because then the robot still hears itself; a shorter one when it is seen twice
+        in a row."""
         sooner, self._shorter_s = self._shorter_s, None
         if measured_s is None:
             return

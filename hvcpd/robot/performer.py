@@ -41,8 +41,8 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Progress:
-    """One step's result: wheel speeds, the outcome, a remark to be made, if an action asks for one, and why it failed,
-    if a skill said so."""
+    """One step's result: wheel speeds, the outcome, a remark if an action asks for one, and the reason of a failure if
+    a skill gave one."""
 
     wheels: WheelCommand
     outcome: Outcome
@@ -51,8 +51,8 @@ class Progress:
 
 
 class Performer:
-    """Owns the navigator, and the skill that is being used. `begin`, then `step` at every block until the outcome is
-    not GOING_ON; `take_orders` are for whoever offers skills, who answers with `tell`."""
+    """Owns the navigator and the skill in use. Call `begin`, then `step` at every block until the outcome is not
+    GOING_ON; `take_orders` returns orders for the clients that offer skills, and `tell` takes their answers."""
 
     def __init__(self, driver: Navigator, home: Pose | None = None) -> None:
         """`home` is where it docks; None: where it was at its first step."""
@@ -78,7 +78,7 @@ class Performer:
 
     @property
     def way(self) -> tuple[Place, ...]:
-        """Where it is about to drive, straight from one place to the next, as far as that is known now."""
+        """The places to which it will drive, straight from one to the next, as far as they are known now."""
         way: list[Place] = []
         for n, action in enumerate(self._actions[self._index :]):
             match action:
@@ -101,13 +101,13 @@ class Performer:
         self._actions, self._task = actions, task
 
     def cancel(self) -> None:
-        """Stand still, let go of a skill, and forget what was left to do."""
+        """Stand still, let go of a skill, and forget the remaining actions."""
         self._actions, self._index, self._started = (), 0, False
         self._motion.cancel()
         self._let_go(CANCELLED)
 
     def offer(self, skills: frozenset[str]) -> None:
-        """These skills can be used from now on; one that is being used and is none of them has failed."""
+        """Only these skills can be used from now on; a skill in use that is not among them has failed."""
         self._skills = skills
         if self._life is not None and self._life.call.skill not in skills:
             self.tell(Report(self._life.call.number, SkillState.FAILED, text=NOBODY))
@@ -128,7 +128,7 @@ class Performer:
         return news
 
     def rest(self, now: float) -> None:
-        """Instead of `step`, while the wheels must stand: the plan stays, and for all its times this does not count."""
+        """Instead of `step`, while the wheels must stand: the plan stays, and none of its times count this block."""
         self._rested_s += now - self._last_s
         self._last_s = now
         self._motion.rest()
@@ -138,7 +138,7 @@ class Performer:
             self.tell(Report(life.call.number, SkillState.PAUSED, life.last.share))
 
     def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
-        """Go on with the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
+        """Continue the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
         self._home = self._home or pose
         self._last_s = now
         now -= self._rested_s
@@ -193,7 +193,7 @@ class Performer:
         return Call(self._calls, self._task, action.skill, action.arguments, action.limit_s)
 
     def _let_go(self, reason: str) -> None:
-        """Nothing more is to come of the call that is under way."""
+        """The present call will not report any longer."""
         life, self._life = self._life, None
         if life is not None and not life.is_over:
             self._orders.append(Cancel(life.call.number))

@@ -51,7 +51,7 @@ class GarbledRecord:
 
 @dataclass(frozen=True)
 class EchoRecord:
-    """The robot heard its own words come back later than it knew of, and took no notice."""
+    """The robot heard its own words come back later than the known delay, and ignored them."""
 
     at_s: float
     start_s: float
@@ -60,7 +60,8 @@ class EchoRecord:
 
 @dataclass(frozen=True)
 class HoldRecord:
-    """The robot stood still from `at_s` to `until_s` for what sounded like "stop" and turned out to be other talk."""
+    """The robot stood still from `at_s` to `until_s` for speech that sounded like "stop" and turned out to be other
+    talk."""
 
     at_s: float
     until_s: float
@@ -68,7 +69,7 @@ class HoldRecord:
 
 @dataclass(frozen=True)
 class DoubtRecord:
-    """The robot did not believe what it heard of `speaker`: why not, and for how long it will not listen to it (s)."""
+    """The robot did not believe a sentence of `speaker`: the reason, and for how long it will not listen to it (s)."""
 
     at_s: float
     speaker: str | None
@@ -78,13 +79,13 @@ class DoubtRecord:
 
     @property
     def note(self) -> str:
-        """As the transcript has it."""
+        """As in the transcript."""
         return f"not believed: {self.why}"
 
 
 @dataclass(frozen=True)
 class VoiceRecord:
-    """Who called itself `speaker` did not have that one's voice, `expected`, but `voice`."""
+    """A speaker that called itself `speaker` did not have that one's voice, `expected`, but `voice`."""
 
     at_s: float
     speaker: str
@@ -93,13 +94,13 @@ class VoiceRecord:
 
     @property
     def note(self) -> str:
-        """As the transcript has it."""
+        """As in the transcript."""
         return f"another voice than {self.speaker}'s: {self.voice}, not {self.expected}"
 
 
 @dataclass(frozen=True)
 class SaveCounter:
-    """Remember that this counter of seals or codes has come so far."""
+    """Remember the value that this counter of seals or codes has reached."""
 
     name: str
     value: int
@@ -107,7 +108,7 @@ class SaveCounter:
 
 @dataclass(frozen=True)
 class PerformedRecord:
-    """The robot carried out what there is to do at a task's place."""
+    """The robot carried out the actions at a task's place."""
 
     at_s: float
     task: int
@@ -115,14 +116,14 @@ class PerformedRecord:
 
 @dataclass(frozen=True)
 class SkillRecord:
-    """A skill that the robot uses has come to another state, or tells how far it is."""
+    """A skill that the robot uses has changed its state, or reports its progress."""
 
     at_s: float
     call: Call
     report: Report
 
     def shown(self) -> dict[str, Any]:
-        """As JSON has it, and as the fields of the event."""
+        """As in JSON, and as the fields of the event."""
         call, report = self.call, self.report
         return {
             "call": call.number,
@@ -137,7 +138,7 @@ class SkillRecord:
 
     @property
     def note(self) -> str | None:
-        """As the transcript has it, if it went wrong."""
+        """As in the transcript, if it went wrong."""
         if self.report.state is not SkillState.FAILED:
             return None
         return f"{self.call.skill} failed: {self.report.text or 'no reason given'}"
@@ -145,7 +146,7 @@ class SkillRecord:
 
 @dataclass(frozen=True)
 class LearnName:
-    """Somebody has spelled a name that is new here: whoever owns the robot is to answer with `Robot.adopt`."""
+    """A speaker has spelled a name that is new here: the robot's owner is to answer with `Robot.adopt`."""
 
     name: str
 
@@ -172,8 +173,8 @@ Record = (
 
 @dataclass(frozen=True)
 class RobotOutput:
-    """One step's output: sound to be played next (as long as what was heard), wheel speeds, what happened, and what
-    whoever offers skills is to do."""
+    """One step's output: sound to be played next (as long as the sound that was heard), wheel speeds, events, and
+    orders for the clients that offer skills."""
 
     sound: Samples
     wheels: WheelCommand

@@ -58,7 +58,7 @@ class Robot:
         own_delay: MeasuresDelay | None = None,
         voices: Mapping[str, str] | None = None,
     ) -> None:
-        """`voices`: what the recogniser calls each speaker's voice, by name in lower case."""
+        """`voices`: the recogniser's name for each speaker's voice, by the speaker's name in lower case."""
         self.coordination = coordination
         self.phrasebook = phrasebook
         self.odometry = odometry
@@ -75,7 +75,7 @@ class Robot:
         self._held_s: float | None = None
         self._disturbed_until_s = 0.0
         self.is_silent = False
-        """It listens and obeys, and waits with what it has to say, as if somebody else were speaking."""
+        """It listens and obeys, and holds its own sentences back, as if another speaker were talking."""
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
@@ -93,24 +93,24 @@ class Robot:
 
     @property
     def latency_s(self) -> float:
-        """How late the robot hears itself, as far as it knows."""
+        """The delay with which the robot hears itself, as far as it knows."""
         return self._voice.latency_s
 
     def tell_latency(self, latency_s: float) -> None:
-        """The sound system's word for `Acoustics.latency_s`, which may change while the robot lives."""
+        """The sound system's report of `Acoustics.latency_s`, which may change while the robot lives."""
         self._voice.tell_latency(latency_s)
 
     def disturb(self) -> None:
-        """Sound was lost or late until now, and does not show who has whose voice or name."""
+        """Sound was lost or late until now, so it does not show which voice or name belongs to whom."""
         self._disturbed_until_s = self.now
 
     def set_clock(self, wall_s: float | None) -> None:
-        """Tell the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
+        """Set the time, seconds since 1970, for people's codes that depend on it; None if nobody knows it."""
         if self._sealing is not None:
             self._sealing.guard.set_clock(None if wall_s is None else wall_s - self.now)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what it listens for, while `go_on`. Takes seconds; another thread may do it."""
+        """Prepare recognition, while `go_on`. Takes seconds; another thread may do it."""
         self._ears.prepare(go_on)
 
     def expect(self, voices: Mapping[str, str]) -> None:
@@ -118,17 +118,17 @@ class Robot:
         self._voices = voices
 
     def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:
-        """Understand other words, and do this `then`, as soon as nobody is in the middle of a sentence."""
+        """Understand other words, and then call `then`, as soon as no speaker is in the middle of a sentence."""
         self._lesson = (phrasebook, ears)
         self._on_adopted += [then] if then is not None else []
 
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
         """Live for one block.
 
-        `heard`: shape (n,), float32, what the microphone gave; `reading`: of the wheels, None if they were not
-        read; `lost`: so many samples before this block never came, 0 if it is unknown how many, None if all came. The
-        sound that comes back has the same shape and is to be played over the next block. A block of no samples, after
-        `lost` ones, tells that there is no sound at all: the robot then stands still and waits to hear again.
+        `heard`: shape (n,), float32, the sound from the microphone; `reading`: of the wheels, None if they were not
+        read; `lost`: number of samples lost before this block, 0 if it is unknown, None if none was lost. The returned
+        sound has the same shape and is to be played over the next block. An empty block, after `lost` samples, means
+        that there is no sound at all: the robot then stands still and waits to hear again.
         """
         if len(heard) == 0:
             return self._endure(lost or 0, reading)
@@ -160,7 +160,7 @@ class Robot:
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
         """Time goes on without sound. A robot that hears nobody must not speak: for the floor the channel is in use.
 
-        What was being said is said again later, and coordination waits: nobody could have answered meanwhile.
+        The interrupted sentence is said again later, and coordination waits: nobody could have answered meanwhile.
         """
         self._n_heard += lost
         self.disturb()
@@ -184,7 +184,7 @@ class Robot:
             self.coordination.sensed(Place(pose.x_m, pose.y_m), reading.voltage_v)
 
     def _skip(self, lost: int) -> list[HearingEvent]:
-        """Time goes on; the own words wait, for nothing is played in place of sound that was not handed out."""
+        """Time goes on; the robot's own words wait, because nothing is played for blocks that were not handed out."""
         self._n_heard += lost
         self.disturb()
         if self._overhearing is not None:
@@ -194,7 +194,7 @@ class Robot:
 
     def _take_lesson(self) -> None:
         if self._lesson is None or self._ears.busy or self._held_s is not None:
-            return  # what is held for, these ears alone can tell
+            return  # only these ears can tell the reason for the halt
         (self.phrasebook, ears), self._lesson = self._lesson, None
         ears.succeed(self._ears)
         self._ears = ears
@@ -207,7 +207,7 @@ class Robot:
                 self.coordination.heard(judged.utterance, self.now, event.confidence, event.snr_db, judged.trust)
 
     def _is_stranger(self, utterance: Utterance, event: Recognised) -> bool:
-        """Whether a name was spelled that is still to be learned; its owner is answered then."""
+        """Whether a spelled name is still to be learned; its owner is answered then."""
         spelled = utterance.statement
         if not isinstance(spelled, Spelled) or self.phrasebook.known_name(spelled.letters) is not None:
             return False
@@ -254,8 +254,8 @@ class Robot:
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
-        """Stand still at once for what may be "stop" over talk, whoever it was meant for; go on where it was not, stay
-        where it was. A halt too many does no harm."""
+        """Stand still at once for a possible "stop" over talk, whoever its addressee; go on after a false alarm,
+        otherwise stay. A needless halt does no harm."""
         if isinstance(event, Held):
             self._held_s = now if self._held_s is None else self._held_s
             return
@@ -303,7 +303,7 @@ class Robot:
         self.coordination.performed(now)
 
     def _act(self, now: float) -> bool:
-        """Do what coordination asks for; whether it asked for a halt."""
+        """Carry out coordination's actions. Returns whether it asked for a halt."""
         halted = False
         pending = list(self.coordination.actions(now))
         while pending:
@@ -321,7 +321,7 @@ class Robot:
                     self.performer.cancel()
                     halted = True
                     if self._voice.speaking and self.coordination.state is State.STOPPED:
-                        self._voice.break_off(now)  # for what is more urgent
+                        self._voice.break_off(now)  # for a more urgent sentence
                         self.coordination.spoken(now)
                 case _:
                     self._records.append(action)
@@ -336,7 +336,7 @@ class Robot:
         speech = spoken(self._slow_mouth if say.slowly else self._mouth, utterance, self.phrasebook, say.times)
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
-        # Stopped, it need not stop again; and a filter that is out of step would take the own voice for anything.
+        # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.
         may_stop = not isinstance(utterance.statement, Stop | Stopped)
         if self._overhearing is not None and may_stop and self._voice.is_latency_known:
             self._overhearing.begin(self._n_heard, self._voice.latency_s)

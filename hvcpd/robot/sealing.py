@@ -1,4 +1,4 @@
-"""The way between utterances and their seals: what a robot says is sealed or encrypted, and what it hears is judged.
+"""Conversion between utterances and their seals: outgoing ones are sealed or encrypted, incoming ones are judged.
 
 Where no key is set there is no such object, and nothing is sealed, judged or derived.
 """
@@ -19,9 +19,9 @@ from hvcpd.security.trust import Trust
 
 
 def sentence_of(utterance: m.Utterance, book: Phrasebook) -> Sentence:
-    """What is sealed of an utterance: its canonical words, whatever was said for them ("hello" is "hi").
+    """The sealed words of an utterance: its canonical form, whichever variant was said ("hello" is "hi").
 
-    Of an encrypted one it is what everybody hears, and what the numbers of statements mean.
+    Of an encrypted one they are the words that everybody hears, and the meaning of the statements' numbers.
     """
     match utterance.addressee:
         case m.ToRobot(name):
@@ -38,14 +38,14 @@ def sentence_of(utterance: m.Utterance, book: Phrasebook) -> Sentence:
 
 
 def written(utterance: m.Utterance, book: Phrasebook) -> str:
-    """An utterance as it is shown and kept: without a person's code, which others may still take, and an encrypted one
-    as it was meant, if that is known."""
+    """An utterance as it is shown and kept: without a person's code, which others may still take; an encrypted one is
+    decrypted, if its meaning is known."""
     return book.write(without_mark(utterance) if isinstance(utterance.mark, m.Code | m.Cipher) else utterance)
 
 
 def seal_shown(utterance: m.Utterance, trust: Trust | None = None) -> str:
-    """What people are shown of an utterance's seal: "sealed", "encrypted", "code", or, of one that was heard with a
-    `trust` that proves nothing, "not trusted"; empty without any."""
+    """The text that people see about an utterance's seal: "sealed", "encrypted", "code" or, if it was heard with a
+    `trust` that proves nothing, "not trusted"; empty without a seal."""
     match utterance.mark:
         case None:
             return ""
@@ -61,7 +61,7 @@ def seal_shown(utterance: m.Utterance, trust: Trust | None = None) -> str:
 
 @dataclass(frozen=True)
 class Judged:
-    """A sentence with what was encrypted in it, how far it is to be trusted, and what is to be remembered of it."""
+    """A sentence with its decrypted content, its trust, and the counters to remember."""
 
     utterance: m.Utterance
     trust: Trust
@@ -69,7 +69,7 @@ class Judged:
 
 
 class Sealing:
-    """One robot's. Where it `encrypts`, what it says to those who have the key is hidden from all others: to groups,
+    """One robot's. Where it `encrypts`, it hides its sentences to listeners with the key from all others: to groups,
     and to the robots of the `roster`, if there is one; people are answered plainly."""
 
     def __init__(self, guard: Guard, encrypts: bool = False, roster: Iterable[str] = ()) -> None:
@@ -94,7 +94,7 @@ class Sealing:
         return [SaveCounter(name, value) for name, value in self.guard.saves().items()]
 
     def marked(self, utterance: m.Utterance, book: Phrasebook, now: float) -> m.Utterance:
-        """The sentence to say instead: encrypted, or else with its seal, if it is of those that have one."""
+        """The sentence to say instead: encrypted, or else with its seal, if it is of a kind that has one."""
         number = (
             book.codebook.number_of(m.own_words(utterance.statement)) if self._hides_from_others(utterance) else None
         )
@@ -114,7 +114,7 @@ class Sealing:
         return self._encrypts and utterance.speaker is not None and not alone
 
     def judge(self, utterance: m.Utterance, book: Phrasebook, now: float) -> tuple[m.Utterance, Verdict]:
-        """The utterance with what was encrypted in it, if the key fits, and what to think of it. One of a kind that is
+        """The utterance with its decrypted content, if the key fits, and its trust. An utterance of a kind that is
         never sealed is no worse without a seal."""
         mark = utterance.mark
         if mark is None:

@@ -1,4 +1,4 @@
-"""How a robot's sentence becomes sound."""
+"""Turns a robot's sentence into sound."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 CIPHER_PAUSE_S = 0.4
-"""Longer than the rest that ends a sentence, 0.25 s, and shorter than what no speaker pauses inside one, 0.6 s."""
+"""Longer than the rest that ends a sentence, 0.25 s, and shorter than the longest pause inside one, 0.6 s."""
 
 
 class Mouth(Protocol):

@@ -1,1 +1,1 @@
-"""Trust: keys, spoken seals, one-time codes; no clock, no files, no chance."""
+"""Trust: keys, spoken seals, one-time codes; no clock, no files, no random source."""

@@ -1,8 +1,8 @@
 """Statements that are encrypted and authenticated: AES-128 in counter mode with CBC-MAC (NIST SP 800-38C, RFC 3610).
 
-The tag has 32 bits, the least that CCM allows, since each more is airtime. Of the common modes CCM is the one that
-bears it: its tag is a cut of a block cipher's output, and a forgery is worth 2^-32 whatever is changed, whereas short
-tags of GCM leak its key (Ferguson 2005), and Poly1305's, cut short, can be guessed.
+The tag has 32 bits, the least that CCM allows, because each further bit costs airtime. Of the common modes only CCM
+permits this safely: its tag is a truncated output of a block cipher, and a forgery succeeds with probability 2^-32
+whatever is changed, whereas short tags of GCM leak its key (Ferguson 2005), and Poly1305's, cut short, can be guessed.
 
 The nonce is the speaker's counter, which is not spoken: as with seals, a listener tries those that may come next.
 """
@@ -30,8 +30,8 @@ class Aead(Protocol):
 
 @dataclass(frozen=True)
 class Message:
-    """What stands in a statement's place on the air: the `sentence` around it, and the `packet` of `n_bytes`, tag and
-    all, as a number."""
+    """The content of an encrypted statement on the air: the `sentence` around it, and the `packet` of `n_bytes`,
+    including the tag, as a number."""
 
     sentence: Sentence
     packet: int
@@ -72,7 +72,7 @@ def _nonce(counter: int) -> bytes:
 
 
 def _aead(key: bytes) -> Aead:
-    """Loaded where it is used: 8 MB that a robot without encryption does not need."""
+    """Loaded only when needed: 8 MB that a robot without encryption does not need."""
     from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 
     return AESCCM(key, tag_length=TAG_BYTES)

@@ -1,4 +1,4 @@
-"""People's one-time codes, of the sheet and of the clock: each is taken once, and none before the last one."""
+"""People's one-time codes, of the sheet and of the clock: each is accepted once, and none before the last one."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ CLOCK_DRIFT = 1
 
 
 LOST = "lost/"
-"""A counter that is none, of a key: nobody knows which codes of its sheet were used. None of them is taken."""
+"""Marks a key without a counter: nobody knows which codes of its sheet were used. None of them is accepted."""
 
 
 class Codes:
     """The codes of one team key. `wall_s`: seconds since 1970 when the sample clock was 0, None without a clock.
 
-    `counters`: the last code taken of each kind, from a former life; `counters` as a property is what to remember.
+    `counters`: the last code accepted of each kind, from a former life; the property `counters` is the part to
+    remember.
     """
 
     def __init__(self, key: TeamKey, counters: Mapping[str, int], wall_s: float | None) -> None:

@@ -1,10 +1,10 @@
-"""Seals or encrypts what one robot says, and judges what it hears.
+"""Seals or encrypts one robot's sentences, and judges those that it hears.
 
-Counters as in HOTP (RFC 4226): a speaker's seals are numbered, and a listener takes none that is not after the last one
-that it took, within a look-ahead window (section 7.2). Farther ahead it takes the second of two that follow each other
-(section 7.4). What the counter cannot tell is whether a seal that was never heard is old: a robot that was away, or
-whose ears were covered, would believe a recording of what it missed. So presence is proved apart: by answering a
-challenge, which is the sealed "say again" of whoever doubts, and by every seal soon after that.
+Counters as in HOTP (RFC 4226): a speaker's seals are numbered, and a listener accepts none that is not after the last
+one that it accepted, within a look-ahead window (section 7.2). Farther ahead it accepts the second of two that follow
+each other (section 7.4). The counter cannot tell whether a seal that was never heard is old: a robot that was away, or
+whose microphone was covered, would believe a recording of a sentence that it missed. So presence is proved separately:
+by answering a challenge, which is the sealed "say again" of a robot in doubt, and by every seal soon after that.
 """
 
 from __future__ import annotations
@@ -30,35 +30,35 @@ hashes); only wrong seals need it."""
 RESERVED = 4
 """Step in which counters are kept on the disk, ahead of use: a power cut skips some numbers and repeats none."""
 PRESENT_S = 300.0
-"""Time after each right seal for which a speaker that has proved to be here is taken to be here."""
+"""Time after each right seal for which a speaker that has proved its presence counts as present."""
 PROVED_S = 1800.0
-"""Longest time after the proof for which a speaker is taken to be here. Without it an attacker that holds back many
-orders and plays one every few minutes would keep their speaker here for ever. The proof costs two sentences each half
-an hour."""
+"""Longest time after the proof for which a speaker counts as present. Without it an attacker that holds back many
+orders and plays one every few minutes would keep their speaker present for ever. The proof costs two sentences each
+half an hour."""
 CHALLENGE_S = 30.0
 """Time for which a challenge holds: two sentences, said slowly, and their turns."""
 KEPT = 512
-"""Seals that were taken lately, kept word by word to tell a recording from a mistake."""
+"""Recently accepted seals, kept word by word to tell a recording from a mistake."""
 DOUBTED, SURE = "doubted/", "sure/"
-"""Counters that are none. DOUBTED, of a key: those under it may lag behind, or are LOST; so a speaker is believed only
-once it has answered a challenge. SURE, of a speaker: it has, since the doubt of the same number."""
+"""Marks instead of counters. DOUBTED, of a key: those under it may lag behind, or are LOST; so a speaker is believed
+only once it has answered a challenge. SURE, of a speaker: it has, since the doubt of the same number."""
 NO_SPEAKER = ("sheet/", "clock/", DOUBTED, SURE, LOST)
-"""Counters of other things than a speaker's seals begin so."""
+"""Prefix of the counters of everything but a speaker's seals."""
 SKIPPED = FAR - 2 * NEAR
-"""Numbers that a robot whose own counter may lag behind passes over: it repeats none, unless nothing could be kept for
+"""Numbers that a robot whose own counter may lag behind skips: it repeats none, unless nothing could be kept for
 a day of talk, and is believed again from its second seal on."""
 LOST_BITS = 48
-"""Bits of the random number at which a robot that lost its counter begins: it is not believed under that key any more,
+"""Bits of the random number at which a robot that lost its counter begins: it is no longer believed under that key,
 but no number is used twice."""
 CODE = "code"
-"""Codes are counted together, whoever says to be speaking; no robot is called so."""
+"""Codes are counted together, whoever claims to be speaking; no robot has this name."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is to be thought of a sentence; `silence_s`: its speaker will not be looked at for so long from now.
+    """The verdict on a sentence; `silence_s`: its speaker is ignored for this long from now.
 
-    `plain`: what was encrypted, if it was and the key fits.
+    `plain`: the decrypted statement, if there was one and the key fits.
     """
 
     trust: Trust
@@ -96,7 +96,7 @@ class _Encrypted:
         return self.message.packet
 
     def find(self, key: TeamKey, challenge: int | None, counters: range) -> tuple[int, bytes] | None:
-        """Which of `counters` it fits, and what was encrypted."""
+        """The one of `counters` that it fits, and the decrypted statement."""
         ciphers = Ciphers(key.cipher_key(self.sentence.speaker), self.sentence, challenge)
         return ciphers.find(self.message, counters)
 
@@ -125,8 +125,7 @@ class Guard:
         patience: Patience | None = None,
         far_cipher: int = FAR,
     ) -> None:
-        """`bits` of a seal, and how far ahead encrypted statements are looked for, are others in tests and for who
-        only listens."""
+        """`bits` of a seal, and the look-ahead for encrypted statements, differ in tests and for passive listeners."""
         kept = dict(counters or {})
         self._own = own_name.casefold()
         self._ring = ring
@@ -147,7 +146,7 @@ class Guard:
         self._saves: dict[str, int] = {}
 
     def seal(self, sentence: Sentence, now: float, challenges: bool = False) -> int:
-        """The seal of what this robot is about to say. `challenges`: it asks its addressee to say something again."""
+        """The seal of this robot's next sentence. `challenges`: it asks its addressee to say something again."""
         challenge = self._answered_by(sentence, now)
         seals = Seals(self._ring.spoken.voice_key(self._own), sentence, challenge, self._bits)
         return self._sent(seals.at(self._count()), sentence, now, challenges)
@@ -165,7 +164,7 @@ class Guard:
         return _valid(self._asked_by.pop(latest if sentence.is_for_many else to, None), now)
 
     def _count(self) -> int:
-        """The own next number, used up by this."""
+        """This robot's next number, used up by this."""
         number, self._next = self._next, self._next + 1
         if self._next > self._reserved:
             self._reserved = self._next + RESERVED - 1
@@ -194,7 +193,7 @@ class Guard:
         return self._judge(_Encrypted(message), now)
 
     def challenged(self, sentence: Sentence, seal: int, verdict: Verdict, now: float) -> None:
-        """Note that what was just judged asks somebody to say something again."""
+        """Note that the sentence judged last asks its addressee to repeat a sentence."""
         if verdict.trust.proves_speaker:
             name, to = sentence.speaker.casefold(), sentence.addressee.casefold()
             (self._asked_by if to == self._own else self._overheard)[name if to == self._own else to] = (seal, now)
@@ -216,7 +215,7 @@ class Guard:
         return verdict
 
     def set_clock(self, wall_s: float | None) -> None:
-        """When the sample clock was 0, seconds since 1970: the two clocks part by some seconds a day."""
+        """When the sample clock was 0, seconds since 1970: the two clocks drift apart by some seconds a day."""
         for codes in self._codes:
             codes.wall_s = wall_s
 
@@ -279,7 +278,7 @@ class Guard:
         return found
 
     def _elsewhere(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> Verdict:
-        """Why a seal was not taken: it is old, or far ahead, which is remembered."""
+        """Why a seal was not accepted: it is old, or far ahead, which is remembered."""
         heard = self._heard_of(key, name)
         if found := proof.find(key, None, range(max(heard.last + 1 - KEPT, 0), heard.last + 1)):
             return Verdict(Trust.USED, plain=found[1])
@@ -294,7 +293,7 @@ class Guard:
         return Verdict(Trust.AHEAD, plain=found[1])
 
     def _doubts_counter(self, key: TeamKey, name: str) -> bool:
-        """Whether the counter of who speaks was lost, and it has not answered a challenge since."""
+        """Whether the speaker's counter was lost, and it has not answered a challenge since."""
         doubted = self._doubts.get(DOUBTED + key.fingerprint)
         return doubted is not None and self._doubts.get(SURE + _name(key, name)) != doubted
 
@@ -305,7 +304,7 @@ class Guard:
             self._saves |= sure
 
     def _doubtful(self, key: TeamKey, name: str, proof: _Proof, challenge: int | None) -> Verdict:
-        """A seal that may come next may as well be one that was heard before: its speaker is asked again."""
+        """A seal that may come next may also be one that was heard before: its speaker is asked again."""
         heard = self._heard_of(key, name)
         found = proof.find(key, None, range(heard.last + 1, heard.last + 1 + NEAR))
         if found is None:

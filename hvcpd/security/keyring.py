@@ -1,12 +1,12 @@
-"""The file of a team's keys: read, checked, written, and kept from other eyes.
+"""The file of a team's keys: read, checked, written, and protected from other users.
 
-One key a line, the oldest first, each with the days between which it counts:
+One key a line, the oldest first, each with the days for which it is valid:
 
     key 000102030405060708090a0b0c0d0e0f made 2026-11-21 from 2026-11-21 until 2026-12-21
     revoked Zoe
 
 A robot speaks with the newest key whose `from` has come, and accepts all whose `until` has not passed. So while robots
-are apart, those that have the new key already understand those that have not, and the other way round once all have it.
+are apart, robots with the new key already understand those without it, and the other way round once all have it.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class KeyFile:
-    """All entries, the oldest first, and the names whose voices are trusted no more."""
+    """All entries, the oldest first, and the names whose voices are no longer trusted."""
 
     entries: tuple[Entry, ...] = field(repr=False)
     revoked: tuple[str, ...] = ()
@@ -61,8 +61,8 @@ class KeyFile:
         return max(entry.made for entry in self.entries)
 
     def ring(self, today: date | None) -> KeyRing:
-        """The keys that count on a day. None, or a day before the newest key was made, is the day when it was made: a
-        Raspberry Pi has no clock that outlives a power cut. Raises KeyFileError if none does."""
+        """The keys that are valid on a day. None, or a day before the newest key was made, counts as the day when it
+        was made: a Raspberry Pi has no clock that outlives a power cut. Raises KeyFileError if no key is valid."""
         day = self.newest if today is None else max(today, self.newest)
         valid = [entry for entry in self.entries if entry.until is None or entry.until >= day]
         if not valid:
@@ -101,7 +101,7 @@ def find_key_file(named: Path | None, environment: Mapping[str, str] = os.enviro
 
 
 def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> KeyFile:
-    """Raises KeyFileError when it is missing, readable by others, or not understood; never with what stands in it."""
+    """Raises KeyFileError if it is missing, readable by others, or malformed; the error never shows its content."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError as error:
@@ -114,7 +114,7 @@ def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> Ke
         raise KeyFileError(f"{path}: this is not a regular file; name the team's key file")
     with os.fdopen(handle, "rb") as file:
         handed = environment.get("CREDENTIALS_DIRECTORY")
-        if not (handed and path.parent == Path(handed)):  # systemd keeps those from others by itself
+        if not (handed and path.parent == Path(handed)):  # systemd protects those itself
             _refuse_open_doors(path, state)
         content = file.read(MAX_BYTES + 1)
     if len(content) > MAX_BYTES:
@@ -194,7 +194,7 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
 
 @contextmanager
 def changing(path: Path) -> Iterator[None]:
-    """Let nobody else change the file between its reading and its writing: two who revoke at once would lose one."""
+    """Lock the file between its reading and its writing: of two who revoke at once one change would be lost."""
     try:
         folder = os.open(Path(os.path.realpath(path)).parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError as error:
@@ -207,7 +207,7 @@ def changing(path: Path) -> Iterator[None]:
 
 
 def keep_out_of_dumps() -> None:
-    """Let no core dump and no other process of the same user see this one's memory."""
+    """Keep this process's memory out of core dumps and from other processes of the same user."""
     import ctypes
     import resource
 

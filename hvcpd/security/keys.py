@@ -1,4 +1,4 @@
-"""The team's key and what is derived from it. Nothing here shows a secret when it is printed."""
+"""The team's key and keys derived from it. No object here shows a secret when it is printed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ KEY_BYTES = 16
 """128 bits: beyond guessing, and 24 words on a recovery sheet."""
 SALT = b"hvcpd team key, version 1"
 CODE_KEY_BYTES = 20
-"""What RFC 4226 (section 4, R6) recommends, and authenticators take."""
+"""The length that RFC 4226 (section 4, R6) recommends, and authenticators accept."""
 FINGERPRINT_BYTES = 4
 """Enough to see by eye that two robots have the same key."""
 
@@ -28,25 +28,25 @@ class TeamKey:
 
     @cached_property
     def fingerprint(self) -> str:
-        """Tells keys apart and gives nothing away: hexadecimal."""
+        """Identifies a key without revealing it: hexadecimal."""
         return self._derived(b"fingerprint", FINGERPRINT_BYTES).hex()
 
     def voice_key(self, name: str) -> bytes:
-        """With which the robot of that name seals what it says; upper and lower case are the same."""
+        """The key with which the robot of that name seals its sentences; upper and lower case are the same."""
         return self._derived(b"voice/" + name.casefold().encode(), HASH_BYTES)
 
     def cipher_key(self, name: str) -> bytes:
-        """With which it encrypts; AES-128."""
+        """The key with which it encrypts; AES-128."""
         return self._derived(b"cipher/" + name.casefold().encode(), KEY_BYTES)
 
     @cached_property
     def sheet_key(self) -> bytes:
-        """Of the codes on the printed sheet."""
+        """The key of the codes on the printed sheet."""
         return self._derived(b"sheet", CODE_KEY_BYTES)
 
     @cached_property
     def clock_key(self) -> bytes:
-        """Of the codes that an authenticator shows."""
+        """The key of the codes that an authenticator shows."""
         return self._derived(b"clock", CODE_KEY_BYTES)
 
     def _derived(self, purpose: bytes, length: int) -> bytes:
@@ -55,7 +55,7 @@ class TeamKey:
 
 @dataclass(frozen=True)
 class KeyRing:
-    """A robot's keys: the key that it speaks with, others that it accepts, and whose voice it trusts no more."""
+    """A robot's keys: the key that it speaks with, others that it accepts, and the names that it no longer trusts."""
 
     spoken: TeamKey
     others: tuple[TeamKey, ...] = ()

@@ -6,7 +6,7 @@ import base64
 import hmac
 
 DIGITS = 6
-"""What authenticators on telephones show, and a person can say in three seconds."""
+"""The length that authenticators on telephones show, and a person can say in three seconds."""
 STEP_S = 30
 """Validity of a code of the clock (RFC 6238, section 5.2)."""
 
@@ -25,6 +25,6 @@ def step_of(wall_s: float) -> int:
 
 
 def authenticator_uri(key: bytes, team: str) -> str:
-    """What an authenticator is given, as in its "Key URI Format": issuer hvcpd, SHA-1, six digits, 30 s."""
+    """The text for an authenticator, as in its "Key URI Format": issuer hvcpd, SHA-1, six digits, 30 s."""
     secret = base64.b32encode(key).decode().rstrip("=")
     return f"otpauth://totp/hvcpd:{team}?secret={secret}&issuer=hvcpd&digits={DIGITS}&period={STEP_S}"

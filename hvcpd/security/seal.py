@@ -1,7 +1,7 @@
-"""The seal of a sentence: a truncated HMAC over its words, who says them to whom, and a counter.
+"""The seal of a sentence: a truncated HMAC over its words, its speaker and addressee, and a counter.
 
 HMAC-SHA-256 (RFC 2104) cut to its first bits, as RFC 4226 does it with its own. With the counter no two seals of a
-speaker are alike; with a challenge the seal also proves that its speaker has just heard whoever asked.
+speaker are alike; with a challenge the seal also proves that its speaker has just heard the asking robot.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from hvcpd.security.hkdf import HASH
 
 SEAL_BITS = 24
-"""Four words of 64. See docs/security.md for what a guess is worth."""
+"""Four words of 64. See docs/security.md for the value of a guess."""
 COUNTER_BYTES = 8
 _VERSION = b"hvcpd seal 1"
 
 
 @dataclass(frozen=True)
 class Sentence:
-    """The sealed text: the canonical words, as the phrasebook says the meaning, and who speaks to whom."""
+    """The sealed text: the canonical words, as the phrasebook says the meaning, with speaker and addressee."""
 
     speaker: str
     addressee: str
@@ -27,7 +27,7 @@ class Sentence:
 
     @property
     def is_for_many(self) -> bool:
-        """Whether it is said to all, to a team or to nobody in particular; no robot is called so."""
+        """Whether it is said to all, to a team or to nobody in particular; no robot has this name."""
         return self.addressee in ("", "all") or self.addressee.startswith("team ")
 
     def encoded(self) -> bytes:

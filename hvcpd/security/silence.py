@@ -1,4 +1,4 @@
-"""Growing silence after wrong seals: who guesses is heard less and less often."""
+"""Growing silence after wrong seals: a speaker that guesses is heard less and less often."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Patience:
     forgive_s: float = 300.0
     """Time after which one wrong seal is forgotten."""
     per_right: float = 0.5
-    """Number of wrong seals forgotten for each right one: a robot that is well heard is not silenced for a few."""
+    """Number of wrong seals forgotten for each right one: a well-heard robot is not silenced for a few."""
     first_s: float = 10.0
     """Length of the first silence; each further wrong seal doubles it."""
     longest_s: float = 3600.0
@@ -35,18 +35,18 @@ class _Record:
 
 @dataclass
 class GrowingSilence:
-    """Keeps the score of everybody who is named as a speaker, by name in lower case."""
+    """Keeps the score of every named speaker, by name in lower case."""
 
     patience: Patience = field(default_factory=Patience)
     _records: dict[str, _Record] = field(default_factory=dict)
 
     def is_silent(self, name: str, now: float) -> bool:
-        """Whether nothing of that name is looked at now."""
+        """Whether sentences under that name are ignored now."""
         record = self._records.get(name)
         return record is not None and now < record.silent_until_s
 
     def wrong(self, name: str, now: float) -> float | None:
-        """Note a wrong seal; for how long nothing more is looked at, s, or None."""
+        """Note a wrong seal; returns for how long the speaker is now ignored, s, or None."""
         p, record = self.patience, self._records.setdefault(name, _Record(0.0, now))
         self._forgive(record, now)
         record.level += 1.0
@@ -73,5 +73,5 @@ class GrowingSilence:
 
     @property
     def levels(self) -> Mapping[str, float]:
-        """How many wrong seals are remembered, by name."""
+        """Number of remembered wrong seals, by name."""
         return {name: record.level for name, record in self._records.items()}

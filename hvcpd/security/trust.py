@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class People(Enum):
-    """What people may command without a key. "Stop" is always obeyed."""
+    """Statements that people may command without a key. "Stop" is always obeyed."""
 
     EVERYTHING = "everything"
     QUESTIONS = "questions"
@@ -30,12 +30,12 @@ class Trust(Enum):
 
     @property
     def proves_speaker(self) -> bool:
-        """Whether somebody with a key, or with a code, said it."""
+        """Whether the speaker has a key or a code."""
         return self in (Trust.OPEN, Trust.FRESH, Trust.SEALED, Trust.CODE)
 
     @property
     def proves_presence(self) -> bool:
-        """Whether it also cannot be a recording of something that this robot never heard."""
+        """Whether it also cannot be a recording of a sentence that this robot never heard."""
         return self in (Trust.OPEN, Trust.FRESH, Trust.CODE)
 
     @property
@@ -45,5 +45,5 @@ class Trust(Enum):
 
     @property
     def may_be_misheard(self) -> bool:
-        """Whether the same sentence, said again, may fare better."""
+        """Whether the same sentence, said again, may get a better verdict."""
         return self in (Trust.WRONG, Trust.AHEAD, Trust.SEALED)

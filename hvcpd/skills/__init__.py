@@ -1,1 +1,1 @@
-"""What an action of a task can be: one life cycle for programs, Python objects, other processes and pins."""
+"""Skills as actions of a task: one life cycle for programs, Python objects, other processes and pins."""

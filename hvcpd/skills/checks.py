@@ -1,4 +1,4 @@
-"""Whether a robot can do its skills as its settings say: looked at before any device opens."""
+"""Whether a robot can do its skills as its settings say: checked before any device opens."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hvcpd.errors import did_you_mean
 from hvcpd.skills.runners import places
 
 _SECONDS = {"seconds": Parameter()}
-"""What watering is told where the task file declares nothing else."""
+"""Default argument of watering, if the task file declares no other."""
 
 
 def faults(
@@ -25,8 +25,8 @@ def faults(
     programs_too: bool = True,
     skill_places: Mapping[str, str] | None = None,
 ) -> Iterator[str]:
-    """One message with its remedy for each thing that is wrong; `programs_too`: with programs that are not there, for
-    who runs them and may see other folders than the robot does. `skill_places` has the line of each skill."""
+    """One message with its remedy for each fault; `programs_too`: report missing programs too, for a caller that runs
+    them and may see other folders than the robot does. `skill_places` has the line of each skill."""
     for name, text in _faults(settings.skills, tasks, settings, programs_too):
         place = (skill_places or {}).get(name)
         yield f"{place}: {text}" if place else text
@@ -60,7 +60,7 @@ def _faults(
 def _faults_of(
     name: str, skill: SkillSettings, tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
 ) -> Iterator[tuple[str, str]]:
-    """What is wrong with one skill by itself, each with the part of it."""
+    """The faults of one skill by itself, each with its part of the skill."""
     declared = {WATER: _SECONDS} | {each.name: dict(each.entry.parameters) for each in tasks.skills}
     if name not in declared:
         yield "", f"the task file declares no such skill; {did_you_mean(name, declared)}"

@@ -1,12 +1,12 @@
-"""What leaves all safe when the host of the skills itself is killed: a second process that waits for its end.
+"""A second process that makes all skills safe when their host itself is killed; it waits for the host's end.
 
-The host tells it, line by line over a pipe, what there is to be made safe just now; when the pipe breaks, it does that.
-A host that is frozen (Ctrl-Z) can make nothing safe and keeps its pins from others: once its beat is missing, it is
-killed.
+Over a pipe the host reports, line by line, everything that must be made safe at present; when the pipe breaks, the
+guard does so. A frozen host (Ctrl-Z) can make nothing safe and keeps its pins from others: once its beat is missing,
+the guard kills it.
 
     python -m hvcpd.skills.guard
 
-is started by the host; its devices are open beforehand, so that it needs no time then.
+is started by the host; its devices are open in advance, so that it needs no time then.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from functools import partial
 from typing import Any
 
 LET_GO_S = 5.0
-"""Longest time for which pins that are still in use are tried, and joints that do not confirm that they let go: a
-process that was killed may hold them for a moment more."""
+"""Longest time for which the guard retries pins still in use, and joints that do not confirm that they let go: a
+killed process may hold them for a moment longer."""
 AGAIN_S = 0.01
 """Between two tries."""
 REPLY_S = 0.034
@@ -37,12 +37,13 @@ REPLY_S = 0.034
 BEAT_S = 0.1
 """Between two beats of a host, each an empty line."""
 SILENT_S = 0.5
-"""A host without a beat for so long twice in a row is frozen. Twice: if both were frozen, it has time to beat first."""
+"""A host without a beat for this long twice in a row is frozen. Twice: if both were frozen, it has time to beat
+first."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A serial line with Dynamixel joints that are to let go: its port, its speed in baud, the motors' identifiers."""
+    """A serial line with Dynamixel joints that must let go: its port, its speed in baud, the motors' identifiers."""
 
     port: str
     baud_rate: int
@@ -65,7 +66,7 @@ class GuardLine:
         return self._process.pid
 
     async def beat(self) -> None:
-        """Tell for ever that the event loop runs; from the first beat on it must not stop before `close`."""
+        """Report for ever that the event loop runs; from the first beat on it must not stop before `close`."""
         assert self._process.stdin is not None
         os.set_blocking(self._process.stdin.fileno(), False)
         while True:
@@ -74,11 +75,11 @@ class GuardLine:
             await asyncio.sleep(BEAT_S)
 
     def arm(self, group: int, safe: tuple[str, ...] = ()) -> None:
-        """Should this process die, kill that process group and run that program."""
+        """If this process dies, kill that process group and run that program."""
         self._tell({"group": group, "safe": list(safe)})
 
     def clear(self) -> None:
-        """Nothing but pins is to be made safe any more."""
+        """Only pins must be made safe from now on."""
         self._tell({"group": None, "safe": []})
 
     def close(self) -> None:
@@ -96,7 +97,7 @@ class GuardLine:
 
 
 def watch(pipe: int) -> None:
-    """Wait for the end of the file descriptor `pipe`, and then make safe what was told last."""
+    """Wait for the end of the file descriptor `pipe`, and then make safe everything in the last report."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.SIG_IGN)
     group, safe, pins = None, [], []
@@ -105,7 +106,7 @@ def watch(pipe: int) -> None:
         try:
             value = json.loads(line)
         except ValueError:
-            continue  # a beat, or cut off in the middle
+            continue  # a beat, or a line cut off in the middle
         if value.get("bye"):
             return
         if "pins" in value:
@@ -126,7 +127,7 @@ def watch(pipe: int) -> None:
 
 
 def _lines(pipe: int) -> Iterator[bytes]:
-    """What the host tells until it is dead, killed if it has begun to beat and does so no more."""
+    """The host's reports until it is dead; it is killed if its beat has begun and then stops."""
     host, rest, beats, silences = os.getppid(), b"", False, 0
     while True:
         if not select.select([pipe], [], [], SILENT_S if beats else None)[0]:
@@ -145,7 +146,7 @@ def _lines(pipe: int) -> Iterator[bytes]:
 
 
 def _load(pins: Iterable[object], joints: Line | None) -> None:
-    """Import what pins and joints need, which is what takes long, before it is needed."""
+    """Import the modules for pins and joints in advance, because that takes long."""
     if pins:
         import gpiozero  # noqa: F401
 
@@ -161,7 +162,7 @@ def _started(words: list[str]) -> subprocess.Popen[bytes] | None:
 
 
 def _make_safe(pins: Iterable[tuple[int, bool]], joints: Line | None) -> None:
-    """Switch all pins off and let all joints go, over and over until all are, or LET_GO_S are over."""
+    """Switch all pins off and release all joints, repeatedly until all are safe, or LET_GO_S are over."""
     waiting: list[Callable[[], bool]] = [partial(_is_off, pin, high) for pin, high in pins]
     if joints is not None:
         waiting += [partial(_has_let_go, joints, motor_id) for motor_id in joints.ids]

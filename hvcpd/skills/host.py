@@ -1,4 +1,4 @@
-"""The process beside a robot that carries its skills out: it offers them over the control socket and does what comes.
+"""The process beside a robot that carries out its skills: it offers them over the control socket and executes calls.
 
 Whatever breaks, all is left safe: the connection, the robot's beat, this process (`guard`).
 """
@@ -17,7 +17,7 @@ from hvcpd.skills.life import CANCELLED, Call
 from hvcpd.skills.runners import FailedError, Runner
 
 BEATS_MISSED_S = 0.35
-"""Three beats and a half: a robot that says nothing for so long hangs, and what it asked for is left, safe."""
+"""Three beats and a half: a robot silent for this long hangs, and its calls are ended safely."""
 ENDING_S = 1.0
 """Longest time that calls may take to leave all safe once the connection is broken."""
 
@@ -33,10 +33,10 @@ class Host:
         self._writer: asyncio.StreamWriter | None = None
         self._lease: asyncio.TimerHandle | None = None
         self.refusal = ""
-        """Why the robot does not want what is offered."""
+        """Why the robot refuses the offered skills."""
 
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Offer the skills, and carry calls out until the connection ends; then nothing is under way any more."""
+        """Offer the skills, and carry calls out until the connection ends; then no call is active any longer."""
         self._writer = writer
         self._send({"command": "offer", "skills": sorted(self._runners)})
         try:

@@ -1,4 +1,4 @@
-"""A joint on the wheels' bus as a skill: it turns to an angle, and tells whether it came there or met something."""
+"""A joint on the wheels' bus as a skill: it turns to an angle, and reports whether it arrived or met an obstacle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError, Tell
 
 LOOK_S = 0.02
-"""Between two looks at what the bus's thread has found; it reads the motor every 0.05 to 0.1 s."""
+"""Between two checks of the bus thread's readings; it reads the motor every 0.05 to 0.1 s."""
 BLOCKED = "something is in the way"
 
 

@@ -1,7 +1,7 @@
-"""The life of one call of a skill, whoever carries it out; its states are those of VDA 5050's actions. Pure.
+"""The life of one call of a skill, whichever runner carries it out; its states are those of VDA 5050's actions. Pure.
 
-Orders go out to whoever offers the skill, reports come back. What is late, out of turn or of another call changes
-nothing.
+Orders go to the client that offers the skill, and its reports come back. Reports that are late, out of turn or of
+another call change nothing.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from hvcpd.config.skills import Value
 
 
 class SkillState(Enum):
-    """Where a call stands."""
+    """The state of a call."""
 
     WAITING = "waits for whoever offers the skill"
     INITIALIZING = "is being made ready"
@@ -34,7 +34,7 @@ FOLLOWING: dict[SkillState, frozenset[SkillState]] = {
     S.FINISHED: frozenset(),
     S.FAILED: frozenset(),
 }
-"""Which states may come next. From RUNNING to RUNNING: it tells how far it is."""
+"""The states that may come next. From RUNNING to RUNNING: it reports progress."""
 
 TOO_LONG = "it took too long"
 CANCELLED = "it was cancelled"
@@ -75,7 +75,7 @@ class Pause:
 
 @dataclass(frozen=True)
 class Resume:
-    """Go on with it."""
+    """Continue it."""
 
     number: int
 
@@ -85,7 +85,7 @@ Order = Begin | Cancel | Pause | Resume
 
 @dataclass(frozen=True)
 class Report:
-    """What became of a call: `share` of 1 done, if that is known; in words; what came of it, by name."""
+    """A report about a call: `share` of 1 done, if known; a text; results by name."""
 
     number: int
     state: SkillState
@@ -105,7 +105,7 @@ class Life:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more will come of it."""
+        """Whether the call has ended."""
         return self.state in OVER
 
     def is_late(self, now: float) -> bool:
@@ -113,7 +113,7 @@ class Life:
         return now >= self._until_s
 
     def take(self, report: Report) -> bool:
-        """What was told of it; whether that is news."""
+        """Take a report. Returns whether that is news."""
         if report.number != self.call.number or report.state not in FOLLOWING[self.state]:
             return False
         self.state, self.last = report.state, report

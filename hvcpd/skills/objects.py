@@ -3,12 +3,12 @@
     class Wave:
         async def perform(self, call: SkillCall) -> Result: ...
 
-Each object lives in a process of its own, made once (without arguments) and called again and again. One that hangs is
-killed, and nothing else with it. Cancelled, `perform` gets asyncio.CancelledError and has a quarter of a second.
+Each object lives in a process of its own, made once (without arguments) and called repeatedly. One that hangs is
+killed, and nothing else with it. When cancelled, `perform` gets asyncio.CancelledError and has a quarter of a second.
 
     python -m hvcpd.skills.objects NAME
 
-is that process: calls come in as lines of JSON, and what becomes of them goes out so.
+is that process: calls come in as lines of JSON, and their reports go out in the same way.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ GROUP = "hvcpd.skills"
 PR_SET_PDEATHSIG = 1
 """prctl(2)."""
 MAKE_S = 30.0
-"""What large libraries, such as one for arms or cameras, may take to load on a Raspberry Pi."""
+"""Time for large libraries, such as those for arms or cameras, to load on a Raspberry Pi."""
 
 
 @dataclass(frozen=True)
 class SkillCall:
-    """What an object is asked to do. `progress(0.5, "half way")` tells how far it is."""
+    """A request to an object. `progress(0.5, "half way")` reports progress."""
 
     skill: str
     task: int
@@ -49,25 +49,25 @@ class SkillCall:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a call: done, unless there is a `reason` why not; with results by name, numbers or texts."""
+    """The outcome of a call: done, unless there is a `reason` why not; with results by name, numbers or texts."""
 
     reason: str | None = None
     results: Mapping[str, Value] = field(default_factory=dict)
 
 
 class PythonSkill(Protocol):
-    """What the entry point's class has."""
+    """The interface of the entry point's class."""
 
     def perform(self, call: SkillCall) -> Awaitable[Result]: ...
 
 
 def installed() -> tuple[str, ...]:
-    """The names of all skills that Python packages here have."""
+    """The names of all skills in the installed Python packages."""
     return tuple(sorted({point.name for point in entry_points(group=GROUP)}))
 
 
 def unusable(name: str) -> str | None:
-    """Why no object of the entry point `name` can be made, as its process tells; None if one can."""
+    """Why the object of the entry point `name` cannot be made, as its process reports; None if it can."""
     words = (sys.executable, "-m", "hvcpd.skills.objects", name)
     try:
         tried = subprocess.run(words, input=b"", capture_output=True, check=False, timeout=MAKE_S)
@@ -85,7 +85,7 @@ class Object:
         self._process: asyncio.subprocess.Process | None = None
 
     async def open(self) -> None:
-        """Have it made ready, so that a call begins at once. Raises FailedError."""
+        """Prepare it, so that a call begins at once. Raises FailedError."""
         if self._process is None or self._process.returncode is not None:
             try:
                 self._process = await start(self._words, asks=True)
@@ -93,7 +93,7 @@ class Object:
                 raise FailedError(f"{self._words[0]}: {error.strerror}") from None
 
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
-        """One call; whoever does not answer that it was cancelled is killed."""
+        """One call; an object that does not confirm that it was cancelled is killed."""
         await self.open()
         process, said = self._process, Said()
         assert process is not None
@@ -133,7 +133,7 @@ class Object:
                 return value
 
     def hold(self, on: bool) -> None:
-        """A Python object is not held: it may be in the middle of anything, and a stop cancels it soon enough."""
+        """A Python object is not held: it may be in the middle of an operation, and a stop cancels it soon enough."""
 
     async def close(self) -> None:
         """End its process."""
@@ -155,7 +155,7 @@ class _Worker:
         self._task: asyncio.Task[Result] | None = None
 
     def take(self, line: bytes) -> None:
-        """A call, or that the one under way is cancelled."""
+        """A call, or that the present one is cancelled."""
         value = json.loads(line)
         if value.get("cancel"):
             if self._task is not None:
@@ -172,7 +172,7 @@ class _Worker:
         return await self._skill.perform(call)
 
     def _tell_end(self, task: asyncio.Task[Result]) -> None:
-        """A mistake of the object's costs that call, and no other."""
+        """A mistake in the object fails that call, and no other."""
         if task.cancelled():
             self._out({"reason": CANCELLED})
         elif (error := task.exception()) is not None:
@@ -184,14 +184,14 @@ class _Worker:
 
 
 def _die_with_parent() -> None:
-    """Have the kernel end this process as soon as the one that started it is dead, whatever the object is at."""
+    """Have the kernel end this process as soon as its parent is dead, whatever the object is doing."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 async def _work(name: str) -> None:
     _die_with_parent()
     out = os.fdopen(os.dup(1), "wb", buffering=0)
-    os.dup2(2, 1)  # what the object prints is no answer
+    os.dup2(2, 1)  # an object's output is no answer
     point = next(iter(entry_points(group=GROUP, name=name)))
     worker = _Worker(point.load()(), lambda value: _write(out.fileno(), value))
     loop, reader = asyncio.get_running_loop(), asyncio.StreamReader()

@@ -13,15 +13,15 @@ from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError, Tell
 
 TOLD_EVERY_S = 0.5
-"""How far it is, for people to see."""
+"""Progress, for people to see."""
 SLACK_S = 1e-6
 """Tolerance for the arithmetic of the clock; no relay is so quick."""
 LOOK_S = 0.05
-"""Between two looks at the switch that says that a tank is empty: a small pump stands dry for longer without harm."""
+"""Between two checks of the switch that shows that a tank is empty: a small pump runs dry for longer without harm."""
 
 
 class Pin:
-    """Owns the pin while it lives; off but in a call. Raises DeviceError if there is none, or somebody else has it.
+    """Owns the pin while it lives; off except during a call. Raises DeviceError if it is missing or in use.
 
     `pins` is the factory of gpiozero's that makes them; None: the one that suits the computer.
     """
@@ -35,7 +35,7 @@ class Pin:
         self._goes_on.set()
 
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
-        """On for as long as the call says, off at its end, however it ends."""
+        """On for the call's time, off at its end, however it ends."""
         amount = dict(call.arguments).get(self._settings.amount)
         if not isinstance(amount, float):
             raise FailedError(f"it is not told `{self._settings.amount}`")
@@ -65,7 +65,7 @@ class Pin:
             raise FailedError(self._settings.empty_reason)
 
     def hold(self, on: bool) -> None:
-        """Off until it is told to go on; the rest of its time is kept."""
+        """Off until Resume; the rest of its time is kept."""
         before, after = (self._goes_on, self._held) if on else (self._held, self._goes_on)
         before.clear()
         after.set()

@@ -1,7 +1,7 @@
-"""What carries calls out: a program, a pin, a Python object. Each runs in the host's event loop and never blocks it.
+"""Runners carry calls out: a program, a pin, a Python object. Each runs in the host's event loop and never blocks it.
 
-`perform` returns what came of the call and raises FailedError with the reason; cancelled, it leaves all safe before
-it ends.
+`perform` returns the result of the call and raises FailedError with the reason; when cancelled, it leaves all safe
+before it ends.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import Call
 
 TERM_S = 0.25
-"""After SIGTERM a program has so long to leave all safe, before SIGKILL; a stop is to be safe within half a second."""
+"""Time for a program to leave all safe after SIGTERM, before SIGKILL; a stop is to be safe within half a second."""
 SAFE_S = 5.0
 """Longest time for the program that leaves all safe, before it is ended too."""
 MAX_LINE_BYTES = 8192
-"""Of what a program says; longer lines are passed over."""
+"""Longest line of a program's output; longer lines are skipped."""
 MAX_REASON_LENGTH = 200
 
 _PLACE = re.compile(r"\{([a-z][a-z0-9_]*)\}")
@@ -41,14 +41,14 @@ class FailedError(Exception):
 
 @dataclass
 class Said:
-    """What a program or an object has told of its call."""
+    """The reports of a program or an object about its call."""
 
     results: dict[str, Any] = field(default_factory=dict)
     reason: str = ""
 
 
 Tell = Callable[[float | None, str], None]
-"""How far a call is, as a share of 1 if that is known, and in words."""
+"""Progress of a call: as a share of 1 if that is known, and in words."""
 
 
 class Runner(Protocol):
@@ -57,7 +57,7 @@ class Runner(Protocol):
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]: ...
 
     def hold(self, on: bool) -> None:
-        """Stand still, safe, until it is told to go on."""
+        """Stand still, safe, until Resume."""
 
     async def close(self) -> None: ...
 
@@ -77,8 +77,8 @@ def _written(value: Value) -> str:
 
 
 class Program:
-    """A program in a process group of its own, never by a shell. Lines of JSON on its standard output tell of it:
-    {"progress": 0.5, "text": "…"}, {"results": {…}}, {"reason": "the tank is empty"}. Exit status 0 is done."""
+    """A program in a process group of its own, never run by a shell. It reports as lines of JSON on its standard
+    output: {"progress": 0.5, "text": "…"}, {"results": {…}}, {"reason": "the tank is empty"}. Exit status 0 is done."""
 
     def __init__(self, run: tuple[str, ...], safe: tuple[str, ...] = (), guard: GuardLine | None = None) -> None:
         self._run = run
@@ -92,7 +92,7 @@ class Program:
         safe = filled(self._safe, arguments)
         starting, said = asyncio.ensure_future(start(filled(self._run, arguments))), Said()
         try:
-            try:  # a cancel may come when it runs already, and is not yet known to
+            try:  # a cancel may come when it already runs, and is not yet known to
                 process = self._process = await asyncio.shield(starting)
             except OSError as error:
                 raise FailedError(f"{self._run[0]}: {error.strerror}") from None
@@ -108,7 +108,7 @@ class Program:
         raise FailedError(said.reason or _told(status))
 
     async def _end(self, starting: asyncio.Future[asyncio.subprocess.Process], safe: tuple[str, ...]) -> None:
-        """Nothing of it is left, and all is safe, unless it came to a good end, or never began."""
+        """End every process of it and make all safe, unless it ended well, or never began."""
         try:
             process = await starting
         except OSError:
@@ -133,7 +133,7 @@ class Program:
 
 
 async def shielded(last: Any) -> None:
-    """Do this to its end, whatever is cancelled meanwhile."""
+    """Run this to its end, even if the caller is cancelled."""
     task = asyncio.ensure_future(last)
     while not task.done():
         with suppress(asyncio.CancelledError):
@@ -144,8 +144,8 @@ async def shielded(last: Any) -> None:
 async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subprocess.Process:
     """A program in a group of its own. Raises OSError.
 
-    Nothing is done between fork and exec: for that Python copies its own process, which takes the longer the larger
-    it is. That nothing outlives this process is the guard's work.
+    No code runs between fork and exec: for that Python would copy its own process, which takes longer the larger it
+    is. The guard ensures that nothing outlives this process.
     """
     return await asyncio.create_subprocess_exec(
         *words,
@@ -157,7 +157,7 @@ async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subproces
 
 
 async def listen(process: asyncio.subprocess.Process, said: Said, tell: Tell) -> None:
-    """Take what a program tells, line by line, until it ends."""
+    """Take a program's reports, line by line, until it ends."""
     assert process.stdout is not None
     while True:
         try:
@@ -173,7 +173,7 @@ async def listen(process: asyncio.subprocess.Process, said: Said, tell: Tell) ->
 
 
 def take_line(line: bytes, said: Said, tell: Tell) -> dict[str, Any]:
-    """What a line of JSON tells; anything else is somebody's print."""
+    """The report in a line of JSON; any other line is ordinary output."""
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):
@@ -203,7 +203,7 @@ async def end_group(process: asyncio.subprocess.Process) -> None:
 
 
 def signal_group(group: int, number: signal.Signals) -> None:
-    """Send a signal to whatever is left of a process group."""
+    """Send a signal to the remaining processes of a group."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(group, number)
 
