@@ -72,7 +72,10 @@ def test_it_can_be_neither_written_nor_said() -> None:
         (("indgo", "in the go"), "alternatives: 'indgo' is not a word of the phrasebook; did you mean 'indigo'?"),
         (("zzz", "in the go"), "alternatives: 'zzz' is not a word of the phrasebook; leave it out"),
         (("indigo", "green"), "alternatives: 'green' cannot count as 'indigo', because it can be said there itself"),
-        (("indigo", "indigo rose"), "alternatives: 'indigo rose' cannot count as 'indigo', because it can be said there itself"),
+        (
+            ("indigo", "indigo rose"),
+            "alternatives: 'indigo rose' cannot count as 'indigo', because it can be said there itself",
+        ),
     ],
 )
 def test_alternatives_that_make_no_sense_are_refused(pair: tuple[str, str], message: str) -> None:

@@ -133,7 +133,9 @@ def test_a_goal_is_reached_with_feedback_and_another_one_cancelled_by_stop(tmp_p
         assert scene.seen("pose")[-1][0] == pytest.approx(0.15, abs=0.03)
         far = STANDING | {"goal": {"number": 2, "x_m": 5.0, "y_m": 0.0}}
         scene.keep_telling(far, lambda: scene.seen("pose")[-1][0] > 0.3, "it is under way")
-        scene.keep_telling(far, lambda: "distance to the goal" in str(scene.seen("/diagnostics")[-1]), "its feedback is diagnosed")
+        scene.keep_telling(
+            far, lambda: "distance to the goal" in str(scene.seen("/diagnostics")[-1]), "its feedback is diagnosed"
+        )
         scene.keep_telling(STOPPED, lambda: scene.speed < MOVES, "stop cancels it")
         assert [each[0] for each in scene.seen("move_base")] == ["goal", "goal", "cancel"]
         assert scene.base_told("goal") == [1], "a goal that was withdrawn matters no more"
