@@ -22,13 +22,13 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
 from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.own_delay import OwnDelay
-from hvcpd.recognition.protocols import Ears
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.second_look import SecondEars, Worker

@@ -10,8 +10,8 @@ import structlog
 
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
-from hvcpd.people.adaptation import ConfirmedTakes
 from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
+from hvcpd.people.takes import ConfirmedTakes
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_look import Piece
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord

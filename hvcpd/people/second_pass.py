@@ -8,10 +8,9 @@ from dataclasses import replace
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import EnrolledListener
+from hvcpd.people.enrolled_listener import SHARED, EnrolledListener, FeatureCache
 from hvcpd.people.fusion import Fused, Hypotheses, fuse
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
-from hvcpd.people.take_features import SHARED, FeatureCache
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.second_look import Piece

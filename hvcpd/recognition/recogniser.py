@@ -14,18 +14,17 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
+from hvcpd.recognition.activity import Segment, SegmentTracker
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import sentence_features, word_features
-from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import GREETING, Coherent
-from hvcpd.recognition.segments import Segment, SegmentTracker
 from hvcpd.recognition.settings import RecogniserSettings
-from hvcpd.recognition.spotter import Sentence, Spotter
+from hvcpd.recognition.spotter import PATIENCE_FRAMES, QUIET_FRAMES, Sentence, Spotter
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch

@@ -17,11 +17,9 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.history import History
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.long_talk import LongTalk, Stretch
-from hvcpd.recognition.protocols import Ears
-from hvcpd.recognition.stream import cleaned
+from hvcpd.recognition.stream import History, cleaned
 
 LEAD_S = 3.0
 """Sound kept before the speech, for its noise: the noise tracker's memory."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from hvcpd.recognition.activity import ActivitySettings
+from hvcpd.recognition.activity import ActivitySettings, SegmentSettings
 from hvcpd.recognition.confidence import ConfidenceCurve
-from hvcpd.recognition.segments import SegmentSettings
 from hvcpd.recognition.spotter import SpotterSettings
 
 

@@ -12,9 +12,8 @@ import pytest
 from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
-from hvcpd.people.adaptation import ASKED_S, CONFIRMED_S, ConfirmedTakes, words_in
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
-from hvcpd.people.takes import distance, features
+from hvcpd.people.takes import ASKED_S, CONFIRMED_S, ConfirmedTakes, distance, features, words_in
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.second_look import Piece

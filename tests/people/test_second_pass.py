@@ -18,9 +18,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import probability
+from hvcpd.people.enrolled_listener import FeatureCache, features_of_take, probability
 from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
-from hvcpd.people.take_features import FeatureCache, features_of_take
 from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.dtw import LEAP, SKIP, STAY, OnePassDtw
-from hvcpd.people.take_features import ComposedTakes
+from hvcpd.people.enrolled_listener import ComposedTakes
 from hvcpd.people.template_decoder import VOTE_COST, Hearing, Match, TemplateDecoder
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.network import Network

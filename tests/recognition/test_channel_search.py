@@ -18,9 +18,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.graph import Arc, lengths_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch
+from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch, least_fit
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.verification import least_fit
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.paths import Voicebook, may_have, thirds_of
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch
-from hvcpd.recognition.channel.response import response, responses
+from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch, is_preceded, least_fit
 from hvcpd.recognition.channel.search import ChannelSearch, Path
-from hvcpd.recognition.channel.verification import is_preceded, least_fit
-from hvcpd.recognition.channel.weighting import WeightedSound
+from hvcpd.recognition.channel.weighting import WeightedSound, response, responses
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))

@@ -12,8 +12,7 @@ from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
-from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.protocols import Ears
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_look import LaterEars, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
