@@ -32,7 +32,7 @@ from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
 from hvcpd.recognition.scorer import Scorer, norms_of
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, Template, TemplateBank, noise_features
 
 SILENCE_FRAMES = 30
@@ -61,7 +61,7 @@ def directions_of(activations: Features) -> Features:
 
 
 def features_of(output: NetOutput) -> Features:
-    """Of what the net makes of a piece, shape (frames, width)."""
+    """Of what the net makes of a segment, shape (frames, width)."""
     directions = directions_of(output.activations) @ _axes()
     return np.concatenate([ACTIVATIONS * directions, POSTERIORS * np.exp(output.log_posteriors / 2.0)], axis=1)
 
@@ -126,7 +126,7 @@ class TandemTakes:
         self._rows: Features = np.concatenate(rows)
 
     def hear(self, logs: Bands, output: NetOutput) -> Heard:
-        """A piece of sound beside the takes: its `logs`, shape (frames, N_BANDS), and what the net makes of them."""
+        """A segment of sound beside the takes: its `logs`, shape (frames, N_BANDS), and what the net makes of them."""
         features = features_of(output)
         level = logs.mean(axis=1)[::2]
         quiet = np.argsort(level)[: max(len(level) // QUIET_SHARE, LEAST_QUIET)]
@@ -147,7 +147,7 @@ class ComposedTakes:
         self.templates = self._bank.templates
 
     def hear(self, energies: Energies, noise: Noise) -> Heard:
-        """A piece of sound, of whose noise the mean energies, shape (N_BANDS,), are known, beside the takes.
+        """A segment of sound, of whose noise the mean energies, shape (N_BANDS,), are known, beside the takes.
 
         `energies`, shape (n, N_BANDS), begin and end with a little noise.
         """
@@ -216,15 +216,15 @@ class EnrolledListener:
         tandem = TandemTakes(self._takes, self._features)
         return tandem, TemplateDecoder(self._graph, tandem.templates)
 
-    def nearest(self, piece: Piece) -> Recognised | None:
+    def nearest(self, segment: Segment) -> Recognised | None:
         """The sentence nearest to the segment, in samples of the segment's own clock, and its confidence; None where
         only noise is nearer."""
-        hearing, origin = self._heard(piece)
+        hearing, origin = self._heard(segment)
         return _recognised(hearing, origin)
 
-    def known(self, piece: Piece, logs: Bands, output: NetOutput) -> Known:
+    def known(self, segment: Segment, logs: Bands, output: NetOutput) -> Known:
         """Likewise, together with the tandem result for the segment's `logs`, shape (frames, N_BANDS)."""
-        hearing, origin = self._heard(piece)
+        hearing, origin = self._heard(segment)
         tandem, matcher = self._tandem
         by_net = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
 
@@ -236,13 +236,13 @@ class EnrolledListener:
 
         return Known(_recognised(hearing, origin), by_net.best if by_net is not None else None, votes)
 
-    def _heard(self, piece: Piece) -> tuple[Hearing | None, int]:
+    def _heard(self, segment: Segment) -> tuple[Hearing | None, int]:
         """The segment's cepstra, and the sample at which they begin; None if it is too short."""
-        energies = energies_of(np.asarray(piece.sound, np.float32))
-        start = piece.lead // HOP_SAMPLES
-        end = start + (piece.end - piece.start) // HOP_SAMPLES
+        energies = energies_of(np.asarray(segment.sound, np.float32))
+        start = segment.lead // HOP_SAMPLES
+        end = start + (segment.end - segment.start) // HOP_SAMPLES
         begin = max(start - AROUND_FRAMES, 0)
-        origin = piece.origin + begin * HOP_SAMPLES
+        origin = segment.origin + begin * HOP_SAMPLES
         if len(energies) <= begin:
             return None, origin
         heard = self._composed.hear(energies[begin : end + AROUND_FRAMES], _noise(energies, start))

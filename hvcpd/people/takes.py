@@ -29,7 +29,7 @@ from hvcpd.recognition.frontend import (
     smoothed,
 )
 from hvcpd.recognition.scorer import MASK_DB
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 
 FULL_SCALE = 0.985
 """A converter that is overdriven stays at one value, near its end."""
@@ -203,7 +203,7 @@ class ConfirmedTakes:
     def __init__(self, own_name: str) -> None:
         self._own_name = own_name.lower()
         self._asked_s = float("-inf")
-        self._found: tuple[Piece, Recognised] | None = None
+        self._found: tuple[Segment, Recognised] | None = None
         self._candidate: _Candidate | None = None
 
     def said(self, utterance: Utterance, now: float) -> None:
@@ -211,9 +211,9 @@ class ConfirmedTakes:
         if isinstance(utterance.statement, SayAgain):
             self._asked_s = now
 
-    def found(self, piece: Piece, sentence: Recognised) -> None:
+    def found(self, segment: Segment, sentence: Recognised) -> None:
         """Take a second-pass result for a segment of sound."""
-        self._found = (piece, sentence)
+        self._found = (segment, sentence)
 
     def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, Takes] | None:
         """Take a recognised sentence that began at `start_s`; return the speaker's name and takes if it confirms
@@ -230,22 +230,22 @@ class ConfirmedTakes:
         self._candidate = None
         if found is None or now - self._asked_s > ASKED_S:
             return None
-        piece, sentence = found
+        segment, sentence = found
         if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
-            takes = words_in(piece, sentence)
+            takes = words_in(segment, sentence)
             self._candidate = _Candidate(speaker, now, takes)
         return None
 
 
-def words_in(piece: Piece, sentence: Recognised) -> dict[str, list[Energies]]:
+def words_in(segment: Segment, sentence: Recognised) -> dict[str, list[Energies]]:
     """Each word of a sentence, cut out of its segment, with the noise before it removed."""
     edge = round(MARGIN_S * SAMPLE_RATE_HZ)
-    noise = piece.sound[: min(piece.lead, SAMPLE_RATE_HZ // 5)]
+    noise = segment.sound[: min(segment.lead, SAMPLE_RATE_HZ // 5)]
     found: dict[str, list[Energies]] = {}
     for span in sentence.spans:
-        begin, end = span.start_sample - piece.origin - edge, span.end_sample - piece.origin + edge
+        begin, end = span.start_sample - segment.origin - edge, span.end_sample - segment.origin + edge
         # The room's noise at both ends separates the word from its surroundings.
-        sound = np.concatenate([noise, piece.sound[max(begin, 0) : end], noise])
+        sound = np.concatenate([noise, segment.sound[max(begin, 0) : end], noise])
         check = check_take(sound)
         if check.energies is not None and len(check.energies) >= MIN_FRAMES:
             found.setdefault(span.word, []).append(check.energies)

@@ -14,7 +14,7 @@ class Source(StrEnum):
     """The listener that found a sentence: see docs/recognition.md."""
 
     TEMPLATES = "templates"
-    """Robots' words as spectra, composed with the noise (`spotter`)."""
+    """Robots' words as spectra, composed with the noise (`decoder_session`)."""
     WAVEFORM = "waveform"
     """Robots' words as they are rendered, by matched filters (`coherent`)."""
     CHANNEL = "channel"

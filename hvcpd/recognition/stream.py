@@ -100,8 +100,8 @@ class FrameStream:
 
 
 class History:
-    """The last seconds of the microphone signal without the robot's own speech, in blocks; positions in samples since the
-    beginning."""
+    """The last seconds of the microphone signal without the robot's own speech, in blocks; positions in samples since
+    the beginning."""
 
     def __init__(self, n: int) -> None:
         """Keep at least the last `n` samples."""

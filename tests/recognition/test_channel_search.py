@@ -67,7 +67,7 @@ def test_of_a_sentence_cut_off_in_the_middle_nothing_is_told(team: Team, units: 
     book, books = team
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) // 2 + 12_000, (AT, heard[: len(heard) // 2]), noise=0.5)
-    look = ChannelListener(book.marked_graph, books).look(Stretch(sound, 0, AT, (AT,)))
+    look = ChannelListener(book.marked_graph, books).search(Stretch(sound, 0, AT, (AT,)))
     assert (look.sentences, look.robot) == ((), True)
     assert len(words) > 4
 

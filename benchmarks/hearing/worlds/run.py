@@ -22,7 +22,7 @@ from hvcpd.evaluation.statistics import wilson
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.second_look import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, SecondEars
 
 MODES = ("first", "acquainted")
 NOISE_DBFS = -50.0

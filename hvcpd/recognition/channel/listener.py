@@ -19,7 +19,7 @@ from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.paths import GREETING, Said, Signal, Voicebook
-from hvcpd.recognition.second_look import snr_db
+from hvcpd.recognition.second_pass import snr_db
 
 EXPECTED = 60.0
 """Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
@@ -164,7 +164,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Look:
+class SearchResult:
     """The sentences in a stretch; whether a robot said something else there; and the sample from which on speech seemed
     to go on at its end."""
 
@@ -198,12 +198,12 @@ class ChannelListener:
         for book in self._books:
             book.forget()
 
-    def look(self, stretch: Stretch) -> Look:
+    def search(self, stretch: Stretch) -> SearchResult:
         """Return the robots' sentences in a stretch."""
         begin = max(stretch.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
         heard = stretch.sound[begin:].copy()
         if len(heard) < FRAME:
-            return Look()
+            return SearchResult()
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
         told: list[Path] = []
         sentences: list[Recognised] = []
@@ -219,11 +219,11 @@ class ChannelListener:
                 last = next(near, None)
                 begun = last is not None and last.score >= (BEGUN if stretch.cut else LEAST_SCORE)
                 since = last.starts[0] + stretch.origin + begin if last is not None and begun else None
-                return Look(tuple(sentences), path.score >= LEAST_SCORE, since)
+                return SearchResult(tuple(sentences), path.score >= LEAST_SCORE, since)
             told.append(best)
             sentences.append(_told(evidence, stretch.origin + begin, heard, noise))
             heard -= best.sound(len(heard))
-        return Look(tuple(sentences))
+        return SearchResult(tuple(sentences))
 
     def _found(
         self, sound: WeightedSound, stretch: Stretch, begin: int, told: Sequence[Path]

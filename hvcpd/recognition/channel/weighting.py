@@ -1,4 +1,4 @@
-"""A segment of sound, whitened by its noise, and least-squares estimates of the response between it and known signals."""
+"""A segment of sound, whitened by its noise; least-squares responses between it and known signals."""
 
 from __future__ import annotations
 

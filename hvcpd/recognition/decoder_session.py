@@ -36,39 +36,39 @@ class DeferredBuffer:
     """
 
     def __init__(self) -> None:
-        self._pieces: list[Energies] = []
+        self._blocks: list[Energies] = []
         self._before = np.zeros((0, N_BANDS), np.float32)
         self.n_frames = 0
         """Number of frames in all segments but the first."""
 
     def __bool__(self) -> bool:
-        return bool(self._pieces)
+        return bool(self._blocks)
 
     def clear(self) -> None:
         """Drop all segments: nobody needs them any more."""
-        self._pieces, self.n_frames = [], 0
+        self._blocks, self.n_frames = [], 0
 
     def add(self, energies: Energies, recent: Energies) -> None:
         """Add the next segment, shape (n, N_BANDS); `recent`: the last frames, which end with this segment."""
-        if self._pieces:
+        if self._blocks:
             self.n_frames += len(energies)
         else:
             self._before = recent[: len(recent) - len(energies)]
-        self._pieces.append(energies)
+        self._blocks.append(energies)
 
     def taken(self, most_recent: int) -> Iterator[tuple[Energies, Energies, int]]:
         """Yield each segment, its recent frames (at most this many), and the number of frames after it."""
-        heard = np.concatenate([self._before, *self._pieces])
+        heard = np.concatenate([self._before, *self._blocks])
         at = len(self._before)
-        pieces = self._pieces
+        segments = self._blocks
         self.clear()
-        for piece in pieces:
-            at += len(piece)
-            yield piece, heard[max(at - most_recent, 0) : at], len(heard) - at
+        for segment in segments:
+            at += len(segment)
+            yield segment, heard[max(at - most_recent, 0) : at], len(heard) - at
 
 
 @dataclass(frozen=True)
-class SpotterSettings:
+class SessionSettings:
     """Thresholds that separate sentences from other sound. Costs are in units of the features' distance."""
 
     filler_cost: float = 1.2
@@ -133,10 +133,10 @@ class Sentence:
     unfinished: bool
 
 
-class Spotter:
+class DecoderSession:
     """Feeds frames to scorer and decoder from `wake` until `sleep`."""
 
-    def __init__(self, network: Network, bank: TemplateBank, settings: SpotterSettings) -> None:
+    def __init__(self, network: Network, bank: TemplateBank, settings: SessionSettings) -> None:
         self._settings = settings
         self._net = network
         gains_db = (-settings.gain_step_db, 0.0, settings.gain_step_db)
