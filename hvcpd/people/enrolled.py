@@ -27,7 +27,7 @@ MAX_FILE_BYTES = 32_000_000
 """The phrasebook's 100 words in MAX_TAKES takes have 6 MB unpacked; a file that is larger is none of ours."""
 MAX_WORDS = 1000
 MAX_TAKES = 6
-"""Of one word that are kept, the newest: each is one more path for the recogniser wherever its word may come."""
+"""Maximum number of takes of one word, the newest: each is one more path wherever its word may come."""
 MAX_FRAMES = 250
 """2.5 s: nobody takes as long for one word."""
 MIN_FRAMES = 5

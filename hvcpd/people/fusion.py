@@ -21,11 +21,11 @@ from hvcpd.recognition.fitted import fitted
 Words = tuple[str, ...]
 
 MOST_LOSS = 60.0
-"""A sentence that loses this much more than another is none; beyond that, the amount carries no information."""
+"""Largest extra loss of a sentence; more carries no information."""
 MOST_FARTHER = 100.0
-"""Likewise, for the distance from enrolled people's words."""
+"""Largest extra distance from enrolled people's words; more carries no information."""
 MOST_LOGIT = 9.2
-"""Beyond this, the listeners' own measure carries no information either."""
+"""Largest log odds of a listener's own confidence; more carries no information."""
 MOST_RIVAL = 12.0
 """Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
 MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0

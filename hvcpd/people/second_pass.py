@@ -8,7 +8,7 @@ from dataclasses import replace
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import SHARED, EnrolledListener, FeatureCache
+from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.fusion import Fused, Hypotheses, fuse
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -21,35 +21,27 @@ STRANGER = "stranger"
 MIN_PROBABILITY = 0.8
 """Least confidence, as in the robots' own recogniser."""
 MIN_STRANGERS_PROBABILITY = 0.75
-"""Asked of what anybody may have said. In rooms and noises down to 0 dB, each voice judged by a curve fitted to the
-others, 225 of 336 sentences and calls are so sure and right, and 12 of 1,169 other cases so sure and wrong; with 0.7 it
-is 230 and 21, with 0.8 209 and 6."""
+"""Least confidence of a stranger's sentence. In rooms and noises down to 0 dB, each voice judged by a curve fitted to
+the others, 225 of 336 sentences and calls are so sure and right, and 12 of 1,169 other cases so sure and wrong; with
+0.7 it is 230 and 21, with 0.8 209 and 6."""
 MIN_WITHIN_TALK = 0.9
-"""Asked where others speak before it and after it: there is much more of such speech, and hardly any of it is for a
-robot."""
+"""Least confidence where others speak before and after it: there is much more of such speech, and hardly any of it is
+for a robot."""
 MOST_SURE = 0.94
-"""Told of what a stranger says: less than coordination asks for to move wheels without a confirmed read-back, since
-words of no sentence at all, clearly spoken, have fitted as well as some that were right."""
+"""Highest confidence of a stranger's sentence, below what coordination needs to move wheels without a confirmed
+read-back: clearly spoken words that form no sentence have fitted as well as some right sentences."""
 
 
 class SecondPassRecogniser:
     """Searches segments of sound; its listeners are made when first needed, in the thread that searches."""
 
-    def __init__(
-        self,
-        graph: WordGraph,
-        lexicon: Lexicon,
-        people: Mapping[str, Person],
-        strangers: bool,
-        features: FeatureCache = SHARED,
-    ) -> None:
+    def __init__(self, graph: WordGraph, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool) -> None:
         """`people`: the enrolled people, read again for each segment, so that newly learned words count; with
         `strangers`, sentences of all other people count too."""
         self._graph = graph
         self._lexicon = lexicon
         self._people = people
         self._strangers = strangers
-        self._features = features
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
         self._search: CtcSearch | None = None
@@ -71,14 +63,14 @@ class SecondPassRecogniser:
         hypotheses, fused = self._fused(segment)
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
-            return _told(fused, hypotheses, segment, segment.snr_db)
+            return _recognised(fused, hypotheses, segment, segment.snr_db)
         agreed = fused is not None and hypotheses.nearest is not None and fused.words == hypotheses.nearest.words
         return _surely(hypotheses.nearest, segment.snr_db) if agreed else None
 
     def likeliest(self, segment: Segment) -> Recognised | None:
         """The most likely sentence in a segment, however unlikely."""
         hypotheses, fused = self._fused(segment)
-        return _told(fused, hypotheses, segment, segment.snr_db) if fused is not None else None
+        return _recognised(fused, hypotheses, segment, segment.snr_db) if fused is not None else None
 
     def _fused(self, segment: Segment) -> tuple[Hypotheses, Fused | None]:
         hypotheses = self.hypotheses(segment)
@@ -104,7 +96,7 @@ class SecondPassRecogniser:
             return None
         known = self._enrolled
         if known is None or [*map(id, people)] != [*map(id, known[0])]:
-            known = self._enrolled = people, EnrolledListener(self._graph, people, self._features)
+            known = self._enrolled = people, EnrolledListener(self._graph, people)
         return known[1]
 
 
@@ -112,7 +104,7 @@ def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
     return replace(nearest, snr_db=snr_db) if nearest is not None and nearest.confidence >= MIN_PROBABILITY else None
 
 
-def _told(fused: Fused, hypotheses: Hypotheses, segment: Segment, snr_db: float) -> Recognised:
+def _recognised(fused: Fused, hypotheses: Hypotheses, segment: Segment, snr_db: float) -> Recognised:
     """The sentence, in the voice of an enrolled person if that fits by itself."""
     words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.nearest
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:

@@ -32,21 +32,21 @@ from hvcpd.recognition.scorer import MASK_DB
 from hvcpd.recognition.second_pass import Segment
 
 FULL_SCALE = 0.985
-"""A converter that is overdriven stays at one value, near its end."""
+"""Share of full scale from which a sample counts as clipped."""
 MOST_CLIPPED = 0.002
-"""Of the word's samples: a few peaks do no harm, flat vowels do."""
+"""Largest share of the word's samples at full scale: a few peaks do no harm, flat vowels do."""
 LEAST_SNR_DB = 15.0
 """A word's loud frames over the noise around it: below, faint consonants are lost for good."""
 EDGE_S = 0.1
-"""At both ends of a recording, where the speaker does not speak yet."""
+"""Ends of a recording in which nobody speaks yet."""
 EDGE_DB = 12.0
-"""Ends that are so far below the word's loudest frame are noise; else the recording was cut at the word."""
+"""Level below the word's loudest frame at which an end is noise; otherwise the recording was cut at the word."""
 BEGIN_DB = 6.0
-"""The word begins and ends where it is so far above the noise."""
+"""Level above the noise at which the word begins and ends."""
 RANGE_DB = 35.0
-"""The word begins and ends no further below its loudest frame."""
+"""Largest range below the loudest frame within which the word begins and ends."""
 LONGEST_GAP_S = 0.2
-"""Within a word, as before a T; longer, and two words were said."""
+"""Longest closure within a word, as before a T; a longer gap separates two words."""
 SHORTEST_S, LONGEST_S = 0.1, 1.6
 INCONSISTENT = 3.2
 """Mean distance a frame of two takes of one word. Of people's digits (takes 0 to 4, four speakers) 95 % of the pairs of
@@ -139,7 +139,7 @@ def distance(one: Features, other: Features) -> float:
 
 
 def _cost(heard: Features, template: Features) -> float:
-    """Of hearing one take as the other, a frame of the one."""
+    """DTW cost of one take against the other, per frame of the first."""
     squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
     distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ((0, 0), (2, 0)), constant_values=_FAR).astype(np.float32)
     costs = np.full(distances.shape[1], _FAR, np.float32)

@@ -21,7 +21,7 @@ MEMORY_FRAMES = 300
 WARM_UP_FRAMES = 12
 """Fewer frames than this give no estimate (0.12 s)."""
 STEP_FRAMES = 48
-"""After a step the noise is known again when it was steady for 0.48 s: no sound of speech lasts that long unchanged."""
+"""Frames (0.48 s) of steady sound that count as new noise after a step: no speech sound lasts that long unchanged."""
 STEP_NEPER = 0.7
 """Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is searched for."""
 STEADY_DRIFT_NEPER = 0.22
@@ -32,7 +32,7 @@ Speech 3 dB above a noise has 1.3 and more, in quiet 3 and more (both measured o
 RISE_DB_PER_S = 2.0
 """While somebody speaks the estimate rises by no more, and falls at once: slow speech leaves too few gaps in 3 s."""
 TONE_FRAMES = 24
-"""A band's noise is known again when it was a steady tone, or lower than before, for 0.24 s: a motor changes its speed
+"""Frames (0.24 s) of a steady tone, or of lower energy, that count as a band's new noise: a motor changes its speed
 faster than the memory forgets, and hardly any vowel stays that long unchanged."""
 TONE_EVERY_FRAMES = 8
 """Interval at which tones are searched for: 80 ms."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import rfft
 from hvcpd.recognition.matched_filter import (
     BINS,
     PART,
@@ -47,9 +48,10 @@ APART = SAMPLE_RATE_HZ // 50
 BATCH = 4
 """Sounds that are correlated at once."""
 MOST_OF_SOUND = 8
-"""OnsetSearch of one sound in one step, the strongest ones."""
+"""Maximum number of onsets of one sound in one step."""
 MOST_SCRUTINIZED = 48
-"""Of all onsets in one step, the strongest ones: in babble, hisses of other voices come before a word's beginning."""
+"""Maximum number of onsets of all sounds in one step that are compared with the residual: in babble, hisses of other
+voices come before a word's beginning."""
 LEAST_THERE = 4.5
 """Least strength of an onset relative to the residual at its place."""
 LEAST_OF_BEST = 0.25
@@ -117,7 +119,7 @@ class OnsetSearch:
         self, places: Sequence[tuple[int, Samples]], whitening: WhiteningFilter
     ) -> Iterator[tuple[int, Onset]]:
         """Return all candidates that stand out from the usual noise, each with the number of its place."""
-        spectra = [np.fft.rfft(whitened, SIZE) for _, whitened in places]
+        spectra = [rfft(whitened, SIZE) for _, whitened in places]
         for start in range(0, len(self._sounds), BATCH):
             batch = slice(start, start + BATCH)
             known, usual = self._known(batch), self._expected(batch, whitening)
@@ -148,7 +150,7 @@ class OnsetSearch:
 
 
 def _conjugates(sounds: Quantised) -> Spectra:
-    return np.asarray(np.fft.rfft(restored(sounds), SIZE).conj(), np.complex64)
+    return np.asarray(rfft(restored(sounds), SIZE).conj(), np.complex64)
 
 
 def _loudest(sound: Samples) -> int:
@@ -219,7 +221,7 @@ class OnsetSchedule:
         self._waiting: list[int] = []
         """First samples of the steps that were searched only for greetings."""
         self._sign: int | None = None
-        """Where the signs of speech were seen first."""
+        """Sample at which signs of speech were noticed first."""
 
     @property
     def due(self) -> int:

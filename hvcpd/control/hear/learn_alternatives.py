@@ -34,7 +34,7 @@ from hvcpd.synthesis.voices import Voice
 
 ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
 """A sentence counts however badly it fits."""
-FREELY = replace(ANYTHING, session=SessionSettings(beam=Beam(max_pairs=2000)))
+FREELY = replace(ANYTHING, session=SessionSettings(beam=Beam(max_instances=2000)))
 """About 1,400 words compete in one place: with the usual 100 the right one is often not followed to its end."""
 DOUBTFUL = 0.5
 """Words whose own confidence is less are looked at: words that were said have 0.95 and more, others 0.02."""
