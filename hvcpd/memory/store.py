@@ -180,6 +180,10 @@ class Store:
         """All counters by name."""
         return dict(self._read("SELECT name, value FROM counters WHERE name != ? ORDER BY name", (IDENTITY,)))
 
+    def check(self) -> None:
+        """Raises StoreError if the file was replaced, cut short or deleted since it was opened."""
+        self._file.check()
+
     def close(self) -> None:
         """Let go of the file; twice is harmless."""
         self._db.close()
