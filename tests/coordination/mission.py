@@ -56,7 +56,7 @@ class Mission(WordMission):
 
     @property
     def exactly_once(self) -> bool:
-        return all(self.performed[t.number] == 1 for t in self.plan.tasks)
+        return all(self.watered[t.number] == 1 for t in self.plan.tasks)
 
 
 def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:
