@@ -15,7 +15,7 @@ from hil_fakes.word_mission import WordMission
 from hil_fakes.word_plans import random_plan
 from hil_fakes.word_setup import WordPlan
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Water
+from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Tend
 
 STEP_S = 0.25
 """Between two looks at where a robot is: it drives 5 cm meanwhile."""
@@ -188,7 +188,7 @@ def corridor_plan(seed: int, *, loss: tuple[float, float] = (0.0, 0.3), outages_
 
     def task(number: int) -> TaskDefinition:
         there = somewhere(rng.choice((-1, 1)))
-        return TaskDefinition(number, f"task {number}", there, (GoTo(there), Water(rng.uniform(2.0, 8.0))))
+        return TaskDefinition(number, f"task {number}", there, (GoTo(there), Tend(rng.uniform(2.0, 8.0))))
 
     tasks = tuple(task(each.number) for each in plan.tasks)
     starts = {name: somewhere(rng.choice((-1, 1))) for name in plan.names}

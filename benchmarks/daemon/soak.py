@@ -253,7 +253,7 @@ def soak(hours: float, seed: int, talk_every_s: float) -> list[Line]:
         given: dict[str, object] = {"name": "Rob", "state_dir": directory, "seed": seed}
         settings = load_settings(None, given, system_path=Path(directory) / "none.yaml")
         wiring = wire_up(settings)
-        robot = VirtualRobot("xl430", seed)
+        robot = VirtualRobot("dynamixel", seed)
         talker = Talker(wiring, talk_every_s, random.Random(seed))
         stream = SoakStream(robot, talker, hours * 3600.0, seed)
 

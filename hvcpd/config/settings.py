@@ -85,7 +85,7 @@ class WaitSettings:
 class WheelSettings:
     """The wheels' motors; identifiers and dimensions are those of a TurtleBot3 Burger (ROBOTIS e-Manual)."""
 
-    driver: Literal["auto", "opencr", "xl430", "ros", "none"] = "auto"
+    driver: Literal["auto", "opencr", "dynamixel", "xl430", "ros", "none"] = "auto"
     ros_mode: Literal["cmd_vel", "goal"] = "cmd_vel"
     port: str = "auto"
     baud_rate: Literal[9600, 57600, 115200, 1000000, 2000000, 3000000, 4000000, 4500000] = 1_000_000
@@ -94,6 +94,10 @@ class WheelSettings:
     wheel_radius_m: float = field(default=0.033, metadata=between(0.01, 0.2))
     radius_ratio: float = field(default=1.0, metadata=between(0.8, 1.25))
     separation_m: float = field(default=0.160, metadata=between(0.05, 1.0))
+
+    def __post_init__(self) -> None:
+        if self.driver == "xl430":  # its name in version 0.2
+            object.__setattr__(self, "driver", "dynamixel")
 
     @property
     def ids(self) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 from hil_fakes.word_mission import WordMission, WordPlan
-from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Water
+from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Tend
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
@@ -14,9 +14,7 @@ COLOURS = "green violet indigo orange yellow white purple silver".split()
 
 def plants(n: int) -> tuple[TaskDefinition, ...]:
     return tuple(
-        TaskDefinition(
-            i + 1, f"water the {COLOURS[i]} rose", Place(float(i), 1.0), (Forward(2.0 + 3.0 * i), Water(5.0))
-        )
+        TaskDefinition(i + 1, f"water the {COLOURS[i]} rose", Place(float(i), 1.0), (Forward(2.0 + 3.0 * i), Tend(5.0)))
         for i in range(n)
     )
 

@@ -52,7 +52,7 @@ DRIVER: Recipe = {
     ),
 }
 MOTOR: Recipe = {
-    "hardware/xl430.py": ('Model("XL430-W250", 38)}', 'Model("XL430-W250", 38), 1070: Model("Sister", 40)}')
+    "hardware/motors.py": ('Model("XL430-W250", 38)}', 'Model("XL430-W250", 38), 1070: Model("Sister", 40)}')
 }
 
 IS_FROM_THE_COPY = "import hvcpd\nassert hvcpd.__file__.startswith({copy!r}), hvcpd.__file__\n"

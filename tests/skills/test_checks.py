@@ -63,7 +63,7 @@ def test_each_fault_has_its_line_and_its_remedy(tmp_path: Path, skill: str, text
 
 def test_joints_need_the_wheels_bus(tmp_path: Path) -> None:
     (found,) = told(tmp_path, "grip: {joint: {id: 3}}", more="wheels: {driver: none}\n")
-    assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to xl430 or auto")
+    assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to dynamixel or auto")
 
 
 def test_joints_need_the_control_socket(tmp_path: Path) -> None:

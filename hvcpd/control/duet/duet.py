@@ -53,12 +53,12 @@ _WELCOME = """\
 {page}They prepare their words; the first time takes longest.
 """
 _READY = """\
-Ready: they greet in a moment.
+Ready: one of them begins in a moment.
 Say, or type and press Enter:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 _READY_ALONE = """\
-Ready: {one} greets in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
+Ready: {one} begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
 Say, or type and press Enter:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
