@@ -52,7 +52,7 @@ from hil_fakes.word_plans import (
     recurring_plan,
 )
 from hvcpd.assembly.sound import make_sound
-from hvcpd.config.tasks import Water
+from hvcpd.config.tasks import Tend
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m
 from hvcpd.reporting.events import Said, Summary
@@ -234,7 +234,7 @@ def _mean(values: Sequence[float]) -> float:
 
 def _timed_mission(n: int, seed: int, o: argparse.Namespace) -> tuple[float, ...]:
     drawn = random_tasks(o.tasks, random.Random(seed))
-    tasks = tuple(replace(t, actions=(*t.actions[:-1], Water(o.work_s))) for t in drawn)
+    tasks = tuple(replace(t, actions=(*t.actions[:-1], Tend(o.work_s))) for t in drawn)
     mission = WordMission(WordPlan(NAMES[:n], tasks, seed, nearest_first=o.pick == "nearest"), keep=True)
     result = mission.run()
     claims = [at_s for at_s, _, u in mission.said if isinstance(m.own_words(u.statement), m.Claim)]

@@ -9,7 +9,6 @@ lasts. So the speaker's and the listener's sound buffers count, as they do betwe
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import tempfile
 from itertools import permutations
@@ -58,9 +57,8 @@ def _print_latency(stage: Stage[RosRobot]) -> None:
 def _latencies_s(listener: RosRobot, speaker: RosRobot) -> list[float]:
     """From the end of each sentence to the moment when ROS was told that it was heard."""
     ends = []
-    for told_s, text in speaker.seen("said/json"):
-        said = json.loads(text)
-        ends.append((said["text"], told_s + said["end_s"] - said["at_s"]))
+    for told_s, (_, text, duration_s, _) in speaker.seen("said/sentence"):
+        ends.append((text, told_s + duration_s))
     found = []
     for heard_s, text in listener.seen("heard"):
         before = [end_s for sentence, end_s in ends if sentence == text and end_s < heard_s + 1.0]

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from benchmarks.skills_killed import kill_rows
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import JOINT, FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
 from hvcpd.config.skill_settings import JointSettings, PinSettings
 from hvcpd.daemon.wheel_service import WheelService
@@ -127,9 +127,9 @@ def tell(name: str, times: Times) -> None:
 
 
 @contextmanager
-def joint_bus(**settings: object) -> Iterator[tuple[FakeXL430, Joint, WheelService]]:
+def joint_bus(**settings: object) -> Iterator[tuple[FakeMotor, Joint, WheelService]]:
     """A joint with its wheels on a pseudo-terminal, served as a daemon serves a robot that stands."""
-    motor = FakeXL430(3, start_ticks=2048, shaft=JOINT)
+    motor = FakeMotor(3, start_ticks=2048, shaft=JOINT)
     joint = Joint(JointSettings(3, **settings), time.monotonic)  # type: ignore[arg-type]
     with FakeBus((*turtlebot3_pair(), motor)) as bus, RealTimePump(bus.advance):
         yield motor, joint, WheelService(DynamixelWheels(bus.path, settings=PATIENT, joints=(joint,)))

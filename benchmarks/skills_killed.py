@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import JOINT, FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
 from hil_fakes.pins import edges, is_on
 
@@ -116,7 +116,7 @@ def pin_killed(which: str, number: int, chance: random.Random, pins: Path) -> tu
 
 def joint_killed(stopped: str, chance: random.Random) -> float:
     """From the kill of the process that has the bus until the joint stands, with its torque as declared, s."""
-    motor = FakeXL430(3, start_ticks=1100, shaft=JOINT)
+    motor = FakeMotor(3, start_ticks=1100, shaft=JOINT)
     with FakeBus((*turtlebot3_pair(), motor)) as bus, RealTimePump(bus.advance):
         with child(JOINT_DAEMON, bus.path, stopped) as process:
             until(lambda: abs(motor.true_speed_rad_s) > STANDS_RAD_S, process)

@@ -1,6 +1,6 @@
 """The wheels' figures: processor time of a cycle, courses, fault schedules, kill -9. On fakes; nothing here is a robot.
 
-    python -m benchmarks.wheels [--trials 1000] [--cycles 2000] [--kills 5] [--kinds xl430,opencr]
+    python -m benchmarks.wheels [--trials 1000] [--cycles 2000] [--kills 5] [--kinds dynamixel,opencr]
 
 Exit status 1 if a limit is missed; the limits stand beside the figures.
 """
@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
 from hil_fakes.fault_schedule import Fault
@@ -54,7 +54,7 @@ class Score:
         print(f"{what:<64}{figure}{mark}", flush=True)
 
 
-def devices(kind: Kind) -> list[FakeXL430 | FakeOpenCR]:
+def devices(kind: Kind) -> list[FakeMotor | FakeOpenCR]:
     return [FakeOpenCR()] if kind == "opencr" else list(turtlebot3_pair())
 
 
@@ -218,7 +218,7 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=1000)
     parser.add_argument("--cycles", type=int, default=2000)
     parser.add_argument("--kills", type=int, default=5)
-    parser.add_argument("--kinds", default="xl430,opencr")
+    parser.add_argument("--kinds", default="dynamixel,opencr")
     options = parser.parse_args()
     score = Score()
     for kind in options.kinds.split(","):

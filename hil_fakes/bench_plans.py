@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hil_fakes.bench import BenchPlan
 from hil_fakes.room import Air
-from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, Water
+from hvcpd.config.tasks import TaskDefinition, TaskRepository, Tend, Wait
 from hvcpd.ports import Pose
 
 SPACING_M = 12.0
@@ -18,7 +18,7 @@ NOISE_DB = 35.0
 def relay_plan(seed: int) -> BenchPlan:
     """Three robots in a row. When they have met, a wall is drawn between the ends; Rob at one end orders what only
     Zoe at the other can do, on the spot, so that nobody comes nearer."""
-    here = TaskRepository((TaskDefinition(1, "water the green rose", None, (Wait(1.0), Water(2.0))),))
+    here = TaskRepository((TaskDefinition(1, "water the green rose", None, (Wait(1.0), Tend(2.0))),))
     return BenchPlan(
         ("Rob", "Max", "Zoe"),
         here,

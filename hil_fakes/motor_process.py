@@ -1,4 +1,4 @@
-"""Two fake XL430-W250 on a pseudo-terminal of a stable name, in real time, as a process of its own.
+"""Two fake wheel motors on a pseudo-terminal of a stable name, in real time, as a process of its own.
 
 python -m hil_fakes.motor_process --port PATH --trail FILE --pose X_M,Y_M,HEADING_DEG
 
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
 from hil_fakes.true_pose import TruePose, TrueWheels
 from hvcpd.ports import Pose
@@ -71,7 +71,7 @@ def _point(fields: dict[str, Any]) -> TrailPoint:
 class _Trail:
     """Writes where the motors have brought the robot."""
 
-    def __init__(self, bus: FakeBus, motors: tuple[FakeXL430, FakeXL430], start: Pose, file: TextIO) -> None:
+    def __init__(self, bus: FakeBus, motors: tuple[FakeMotor, FakeMotor], start: Pose, file: TextIO) -> None:
         self._bus = bus
         self._motors = motors
         self._file = file

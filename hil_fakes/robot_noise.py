@@ -16,7 +16,7 @@ FAN_TONE_DB = -6.0
 """Its tones together, relative to the broad-band noise."""
 
 MOTOR_HZ = 258.0
-"""An XL430-W250's motor turns 258.5 times (ROBOTIS e-Manual) as fast as the wheel, which turns about once a second."""
+"""A Burger's wheel motor turns 258.5 times (ROBOTIS e-Manual) as fast as the wheel, which turns about once a second."""
 MESH = (1.0, 3.0, 6.0, 10.0, 20.0)
 """Orders of that rotation which sound: the shaft, the commutator (three poles, both brushes) and the first pinion."""
 MOTOR_HISS_DB = -10.0

@@ -1,4 +1,4 @@
-"""Keeps the score of a mission from outside: each sentence's speaker and listeners, and the plants truly watered."""
+"""Keeps the score of a mission from outside: each sentence's speaker and listeners, and the tasks truly done."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
+from hil_fakes.word_occurrences import times
 from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
 from hvcpd.ports import Pose
-from hvcpd.reporting.events import Event, Garbled, Heard, Held, Said, Skill, Summary, TaskChanged, Watered
+from hvcpd.reporting.events import Event, Garbled, Heard, Held, Performed, Said, Skill, Summary, TaskChanged
 from hvcpd.robot.records import GarbledRecord, HeardRecord, HoldRecord, PerformedRecord, SaidRecord, SkillRecord
 from hvcpd.robot.sealing import seal_shown
 
-WATERING_REACH_M = 0.3
+REACH_M = 0.3
 """A robot truly stands at a place only if it is this near: a burger's half length and a short arm."""
 STILL_M = 0.01
 """Largest movement within `STANDS_S` of a robot that stands."""
@@ -39,7 +40,7 @@ class Scorekeeper:
         self._sink = sink
         self._sentences: list[_Sentence] = []
         self._pending: list[int] = []
-        self._watered: dict[int, list[str]] = {}
+        self._done: dict[int, list[str]] = {}
         self._stood: dict[str, list[Pose]] = {name: [] for name in names}
         """Where each robot truly stood since it last finished a task;"""
         self._rests: dict[str, tuple[Pose, float]] = {}
@@ -105,11 +106,11 @@ class Scorekeeper:
     def _performed(self, robot: str, number: int, pose: Pose, now: float) -> None:
         task = self._tasks.by_number(number)
         stood, self._stood[robot] = [*self._stood[robot], pose], []
-        if task is None or all(min(_away_m(p, place) for p in stood) <= WATERING_REACH_M for place in task.places):
+        if task is None or all(min(_away_m(p, place) for p in stood) <= REACH_M for place in task.places):
             own = task.place if task is not None and task.place in task.places else None
             there = min(stood, key=lambda p: _away_m(p, own)) if own is not None else pose
-            self._watered.setdefault(number, []).append(robot)
-            self.emit(Watered(now, robot, number, there.x_m, there.y_m))
+            self._done.setdefault(number, []).append(robot)
+            self.emit(Performed(now, robot, number, there.x_m, there.y_m))
 
     def _watch(self, robot: str, pose: Pose, now: float) -> None:
         """Note where the robot stands."""
@@ -130,15 +131,15 @@ class Scorekeeper:
         for index in self._pending:
             self._announce(index)
         self._pending.clear()
-        counts = {task.number: self._watered.get(task.number, []) for task in self._tasks.tasks}
+        counts = {task.number: self._done.get(task.number, []) for task in self._tasks.tasks}
         wanted = [task for task in self._tasks.tasks if not task.on_demand]
-        times = [max(len(counts[task.number]) - task.robots + 1, 0) for task in wanted]
+        done = [times(task, len(counts[task.number])) for task in wanted]
         said = [s.said for s in self._sentences]
         return Summary(
             tasks=len(wanted),
             done={t.name: " and ".join(counts[t.number][: t.robots]) for t in self._tasks.tasks if counts[t.number]},
-            duplicates=sum(max(n - 1, 0) for n in times),
-            lost=times.count(0),
+            duplicates=sum(max(n - 1, 0) for n in done),
+            lost=done.count(0),
             utterances_sent=len(said),
             utterances_understood=sum(self._understood(s) for s in self._sentences),
             collisions=_collisions(said),

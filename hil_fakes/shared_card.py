@@ -51,7 +51,7 @@ class SharedCard:
             raise DeviceError("the sound card is gone")
         try:
             if self._is_started:
-                said = np.sum([*played, self._visitor.take(len(played[0]))], axis=0)
+                said = np.sum([*played, self._visitor.take(played)], axis=0)
                 self._card.write(np.clip(said, -1.0, 1.0).astype(np.float32))
             else:
                 await self._card.start()
@@ -62,9 +62,9 @@ class SharedCard:
             raise
         return [heard for _ in played]
 
-    def say(self, sound: Samples) -> None:
-        """Have a visitor say it through the loudspeaker."""
-        self._visitor.say(sound)
+    def say(self, sound: Samples) -> Callable[[], bool]:
+        """Have a visitor say it through the loudspeaker in the next pause; tells whether it is said."""
+        return self._visitor.say(sound)
 
     async def close(self) -> None:
         """Let go of the card."""

@@ -7,6 +7,7 @@ that all robots share.
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
@@ -63,32 +64,55 @@ class SimulatedAir:
     async def exchange(self, played: Sequence[Samples], places: Sequence[Point]) -> list[Samples]:
         """Let a block pass at once, or when its time has come."""
         heard = self._room.advance(played, places)[:-1]
-        said = self._visitor.take(len(heard[0])) * np.float32(self._room.air.source_gain)
+        said = self._visitor.take(played) * np.float32(self._room.air.source_gain)
         self._now_s += len(heard[0]) / SAMPLE_RATE_HZ
         if self._pace is not None:
             await self._pace(self._now_s)
         return [(each + said).astype(np.float32) for each in heard]
 
-    def say(self, sound: Samples) -> None:
-        """Have a visitor say it, 1 m from every robot."""
-        self._visitor.say(sound)
+    def say(self, sound: Samples) -> Callable[[], bool]:
+        """Have a visitor say it, 1 m from every robot, in the next pause; tells whether it is said."""
+        return self._visitor.say(sound)
+
+
+PAUSE_S = 0.2
+"""A visitor waits for so much quiet: within a sentence robots pause for less, between two of them for 0.3 s or more."""
+PATIENCE_S = 6.0
+"""A visitor interrupts after this time; a robot's longest sentence takes about 5 s."""
 
 
 class Voice:
-    """Sound that waits to be said, one sentence after the other."""
+    """A visitor's sentences, each said as a whole in the next pause of the robots."""
 
     def __init__(self) -> None:
-        self._waiting: Samples = np.zeros(0, np.float32)
+        self._waiting: deque[Samples] = deque()
+        self._begun = False
+        self._quiet = self._waited = 0  # samples
+        self._said = 0
 
-    def say(self, sound: Samples) -> None:
-        """Say it after the waiting sounds; shape (n,), float32."""
-        self._waiting = np.concatenate([self._waiting, sound])
+    def say(self, sound: Samples) -> Callable[[], bool]:
+        """Say it after the sentences that wait; shape (n,), float32. Returns what tells whether it is said."""
+        self._waiting.append(sound)
+        last = len(self._waiting) + self._said
+        return lambda: self._said >= last
 
-    def take(self, n: int) -> Samples:
-        """The next `n` samples, silence where nothing waits."""
+    def take(self, played: Sequence[Samples]) -> Samples:
+        """The next block, as long as those that the robots play; silence while there is nothing to say, or no pause."""
+        n = len(played[0])
         taken = np.zeros(n, np.float32)
-        ready, self._waiting = self._waiting[:n], self._waiting[n:]
-        taken[: len(ready)] = ready
+        self._quiet = 0 if any(np.any(each) for each in played) else self._quiet + n
+        if not self._waiting:
+            return taken
+        self._waited += n
+        if self._begun or self._quiet >= PAUSE_S * SAMPLE_RATE_HZ or self._waited >= PATIENCE_S * SAMPLE_RATE_HZ:
+            self._begun = True
+            sound = self._waiting[0]
+            taken[: len(sound)] = sound[:n]
+            self._waiting[0] = sound[n:]
+            if len(sound) <= n:
+                self._waiting.popleft()
+                self._said += 1
+                self._begun, self._waited = False, 0
         return taken
 
 

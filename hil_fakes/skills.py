@@ -12,7 +12,7 @@ from typing import Protocol
 
 from hvcpd.config.skill_settings import JointSettings, SkillSettings
 from hvcpd.config.skills import Value
-from hvcpd.config.tasks import WATER, TaskRepository
+from hvcpd.config.tasks import TENDING, TaskRepository
 from hvcpd.skills.joints import BLOCKED
 from hvcpd.skills.life import Begin, Call, Cancel, Order, Pause, Report, Resume, SkillState
 
@@ -236,7 +236,7 @@ def usual_devices(
     tank = Tank(litres if litres is not None else math.inf)
     devices: dict[str, FakeDevice] = {skill.name: FakeTimed() for skill in tasks.skills}
     if litres is not None:
-        devices[WATER] = FakePump(Pump(tank))
+        devices |= {name: FakePump(Pump(tank)) for name in TENDING}
     for name, skill in skills.items():
         if skill.gpio is not None:
             amount, per_s = skill.gpio.amount, skill.gpio.per_s

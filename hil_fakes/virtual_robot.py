@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Literal
 
 from hil_fakes.dynamixel.line import Line
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hil_fakes.true_pose import TruePose, TrueWheels
@@ -22,7 +22,7 @@ from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_opencr import OpenCRWheels
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
-Kind = Literal["xl430", "opencr"]
+Kind = Literal["dynamixel", "opencr"]
 PERIOD_S = 0.05
 """Interval of exchanges with a moving robot's wheels: that of ROBOTIS's own node."""
 
@@ -34,9 +34,9 @@ class VirtualRobot:
     """
 
     def __init__(
-        self, kind: Kind = "xl430", seed: int = 0, drive: Drive = BURGER, truth: TrueWheels | None = None
+        self, kind: Kind = "dynamixel", seed: int = 0, drive: Drive = BURGER, truth: TrueWheels | None = None
     ) -> None:
-        self.motors: tuple[FakeXL430, FakeXL430] = turtlebot3_pair()
+        self.motors: tuple[FakeMotor, FakeMotor] = turtlebot3_pair()
         self.controller = FakeOpenCR(self.motors) if kind == "opencr" else None
         self.line = Line([self.controller] if self.controller is not None else self.motors, seed)
         self.time = VirtualTime()

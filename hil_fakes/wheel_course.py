@@ -48,7 +48,7 @@ class CourseResult:
 
 
 def drive_course(
-    course: tuple[Journey, ...], drive: Drive, truth: TrueWheels, seed: int, kind: Kind = "xl430"
+    course: tuple[Journey, ...], drive: Drive, truth: TrueWheels, seed: int, kind: Kind = "dynamixel"
 ) -> CourseResult:
     """Drive it once. Raises CalibrationError if a journey fails."""
     robot = VirtualRobot(kind, seed, drive, truth)
@@ -69,7 +69,7 @@ def drive_course(
     return CourseResult(math.hypot(robot.pose.x_m, robot.pose.y_m), way_m, heading_deg)
 
 
-def calibrate_by_tape(drive: Drive, truth: TrueWheels, seed: int, kind: Kind = "xl430") -> Drive:
+def calibrate_by_tape(drive: Drive, truth: TrueWheels, seed: int, kind: Kind = "dynamixel") -> Drive:
     """The result of `hvcpctl drive calibrate`, with the true pose read off to the millimetre as the tape measure."""
     robot = VirtualRobot(kind, seed, drive, truth)
     robot.wheels.open()

@@ -33,7 +33,7 @@ SLOW_LIMIT_S = 1.25
 """OpenCR with a dead motor: its loop then takes half a second and one packet from us; the second one is our stop."""
 STANDING_RAD_S = 0.05
 """1.7 mm/s at the rim; encoder and gear play are no more."""
-MEMORY_S = {"xl430": 0.6, "opencr": 1.35}
+MEMORY_S = {"dynamixel": 0.6, "opencr": 1.35}
 """Largest age of a command that can explain a speed: the longest stop limit and two control periods."""
 LIMIT_S = 120.0
 ODOMETRY_M = 0.05
@@ -67,7 +67,7 @@ class Verdict:
 class Trial:
     """Runs one journey; see the module."""
 
-    def __init__(self, seed: int, kind: Kind = "xl430") -> None:
+    def __init__(self, seed: int, kind: Kind = "dynamixel") -> None:
         self.verdict = Verdict(seed, kind, schedule(seed))
         self.robot = VirtualRobot(kind, seed)
         self.robot.time.follow(self._watch)
@@ -236,6 +236,6 @@ class Trial:
             self.verdict.broken.append(f"arrived, but {off_m:.3f} m from where it believes to be")
 
 
-def run_trial(seed: int, kind: Kind = "xl430") -> Verdict:
+def run_trial(seed: int, kind: Kind = "dynamixel") -> Verdict:
     """Run one trial; see the module. The same seed gives the same verdict."""
     return Trial(seed, kind).run()

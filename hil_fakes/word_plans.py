@@ -10,7 +10,7 @@ from hil_fakes.word_channel import WORD_S, Conditions
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mission import Outage, WordPlan
 from hvcpd.config.recurrence import Recurrence
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Water
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Tend
 from hvcpd.language import messages as m
 
 NAMES = tuple("Rob Bot Max Zoe Ada Kim Leo Mia Tom Eva Sam Ida Ben Joy Pip Gus Ned Una Vic Wil".split())
@@ -43,7 +43,7 @@ def random_tasks(n: int, rng: random.Random) -> tuple[TaskDefinition, ...]:
 
     def task(number: int) -> TaskDefinition:
         place = Place(rng.uniform(-ROOM_M, ROOM_M), rng.uniform(-ROOM_M, ROOM_M))
-        return TaskDefinition(number, f"task {number}", place, (GoTo(place), Water(rng.uniform(2.0, 8.0))))
+        return TaskDefinition(number, f"task {number}", place, (GoTo(place), Tend(rng.uniform(2.0, 8.0))))
 
     return tuple(task(number) for number in range(1, n + 1))
 

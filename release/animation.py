@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from hvcpd.reporting.events import Heard, Plant, Said, TaskChanged, Trail, Watered
+from hvcpd.reporting.events import Heard, Performed, Plant, Said, TaskChanged, Trail
 from hvcpd.reporting.icons import drawn
 from hvcpd.reporting.map_svg import Frame, fit
 from hvcpd.reporting.markup import joined, tag
@@ -251,7 +251,7 @@ def _understood(mission: ShownMission, said: Said) -> list[Heard]:
 
 
 def _done_s(mission: ShownMission, task: int) -> float | None:
-    return next((e.at_s for e in mission.events if isinstance(e, Watered) and e.task == task), None)
+    return next((e.at_s for e in mission.events if isinstance(e, Performed) and e.task == task), None)
 
 
 def _robot_colours() -> str:

@@ -17,7 +17,7 @@ from hvcpd import __version__
 from hvcpd.control.live.bid import told
 from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.states import State
-from hvcpd.reporting.events import Event, Heard, Said, Started, TaskChanged, Trail, Watered
+from hvcpd.reporting.events import Event, Heard, Performed, Said, Started, TaskChanged, Trail
 from hvcpd.reporting.story import task_names
 from hvcpd.reporting.transcript import read_trails, read_transcript
 
@@ -156,7 +156,7 @@ class ShownMission:
             for event in self.past()
             if (isinstance(event, Said) and event.speaker == self.robot)
             or (isinstance(event, Heard) and event.listener == self.robot)
-            or (isinstance(event, Watered | TaskChanged) and event.robot == self.robot)
+            or (isinstance(event, Performed | TaskChanged) and event.robot == self.robot)
         ]
         return [as_json(event) for event in sorted(own, key=lambda event: event.at_s)]
 

@@ -90,7 +90,7 @@ def daemon(directory: Path) -> Iterator[tuple[subprocess.Popen[bytes], float]]:
         notified.bind(str(path))
         notified.settimeout(LOOK_EVERY_S)
         fake = subprocess.Popen(
-            [sys.executable, "-m", "hil_fakes.dynamixel", "xl430"], stdout=subprocess.PIPE, text=True
+            [sys.executable, "-m", "hil_fakes.dynamixel", "dynamixel"], stdout=subprocess.PIPE, text=True
         )
         assert fake.stdout is not None
         config = directory / "hvcpd.yaml"

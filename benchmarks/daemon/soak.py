@@ -29,7 +29,8 @@ import structlog
 from hil_fakes.room import Air, PinkNoise
 from hil_fakes.virtual_robot import VirtualRobot
 from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.settings import AudioSettings, load_settings
+from hvcpd.config.settings import AudioSettings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.main_loop import Daemon
@@ -252,7 +253,7 @@ def soak(hours: float, seed: int, talk_every_s: float) -> list[Line]:
         given: dict[str, object] = {"name": "Rob", "state_dir": directory, "seed": seed}
         settings = load_settings(None, given, system_path=Path(directory) / "none.yaml")
         wiring = wire_up(settings)
-        robot = VirtualRobot("xl430", seed)
+        robot = VirtualRobot("dynamixel", seed)
         talker = Talker(wiring, talk_every_s, random.Random(seed))
         stream = SoakStream(robot, talker, hours * 3600.0, seed)
 

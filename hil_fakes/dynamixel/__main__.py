@@ -1,6 +1,6 @@
 """A fake robot's wheels on a serial port, in real time, for programs in other processes.
 
-python -m hil_fakes.dynamixel xl430      # or opencr; prints the port to open, runs until Ctrl-C
+python -m hil_fakes.dynamixel dynamixel      # or opencr; prints the port to open, runs until Ctrl-C
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
 
@@ -21,12 +21,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m hil_fakes.dynamixel", description="Fake wheels on a serial port, until Ctrl-C."
     )
-    parser.add_argument("kind", choices=("xl430", "opencr"), help="two motors by themselves, or behind a controller")
+    parser.add_argument("kind", choices=("dynamixel", "opencr"), help="motors by themselves, or behind a controller")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="of encoder noise and faults (default 1)")
     options = parser.parse_args(arguments)
     signals = {signal.SIGINT, signal.SIGTERM}
     signal.pthread_sigmask(signal.SIG_BLOCK, signals)  # before any thread starts, so that none of them takes one
-    devices: Sequence[FakeXL430 | FakeOpenCR] = [FakeOpenCR()] if options.kind == "opencr" else turtlebot3_pair()
+    devices: Sequence[FakeMotor | FakeOpenCR] = [FakeOpenCR()] if options.kind == "opencr" else turtlebot3_pair()
     with FakeBus(devices, seed=options.seed) as bus, RealTimePump(bus.advance):
         sys.stdout.write(f"{bus.path}\n")
         sys.stdout.flush()

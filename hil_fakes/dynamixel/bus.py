@@ -25,7 +25,7 @@ from types import TracebackType
 
 from hil_fakes.dynamixel.faults import ReplyFaults
 from hil_fakes.dynamixel.line import Line
-from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.motor import FakeMotor
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.protocol import PacketReader
 
@@ -43,7 +43,7 @@ class FakeBus:
     Without a `path` of its own the port gets one in a directory for it alone.
     """
 
-    def __init__(self, devices: Sequence[FakeXL430 | FakeOpenCR], seed: int = 0, path: Path | None = None) -> None:
+    def __init__(self, devices: Sequence[FakeMotor | FakeOpenCR], seed: int = 0, path: Path | None = None) -> None:
         self.line = Line(devices, seed)
         self._lock = threading.Condition()
         self._directory = tempfile.TemporaryDirectory(prefix="fake-dynamixel-")
@@ -64,7 +64,7 @@ class FakeBus:
         self.close()
 
     @property
-    def motors(self) -> Mapping[int, FakeXL430]:
+    def motors(self) -> Mapping[int, FakeMotor]:
         """The motors by identifier, powered or not."""
         return self.line.motors
 

@@ -1,4 +1,4 @@
-"""The contract of an XL430-W250, fake or real: checks over the unmodified `dynamixel-sdk`.
+"""The contract of a wheel motor, fake or real: checks over the unmodified `dynamixel-sdk`.
 
 Run on a robot only with its wheels off the ground. Each check leaves the motors at standstill without torque. In
 your own test suite:
@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from dynamixel_sdk import COMM_RX_TIMEOUT, COMM_SUCCESS, GroupBulkRead, GroupSyncRead, GroupSyncWrite
+
+from hil_fakes.dynamixel.control_table import MODEL_NUMBER
 
 OPERATING_MODE, TORQUE, WATCHDOG, GOAL, VELOCITY, POSITION = 11, 64, 98, 104, 128, 132
 VOLTAGE, TEMPERATURE, PRESENT = 144, 146, 128
@@ -67,9 +69,9 @@ class Rig:
 
 
 def answers_a_ping_with_its_model(rig: Rig) -> None:
-    """1060 is an XL430-W250."""
+    """The ping answers with the model number."""
     for motor_id in rig.ids:
-        assert rig.protocol.ping(rig.port, motor_id)[:2] == (1060, COMM_SUCCESS)
+        assert rig.protocol.ping(rig.port, motor_id)[:2] == (MODEL_NUMBER, COMM_SUCCESS)
 
 
 def is_silent_for_another_id(rig: Rig) -> None:

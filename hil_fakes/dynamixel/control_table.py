@@ -1,6 +1,6 @@
 """The XL430-W250's control table as data. Source: ROBOTIS e-Manual, page xl430-w250, "Control Table".
 
-Written down apart from `hvcpd.hardware.xl430`, so that a slip in one shows against the other.
+Written down apart from `hvcpd.hardware.registers`, so that a slip in one shows against the other.
 """
 
 from __future__ import annotations

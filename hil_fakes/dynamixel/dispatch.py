@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.motor import FakeMotor
 from hil_fakes.dynamixel.protocol import (
     BROADCAST_ID,
     Instruction,
@@ -18,7 +18,7 @@ CLEAR_TURNS = b"\x01DXL\x22"
 """Parameters of the clear instruction for the turn count (e-Manual, Protocol 2.0, "Clear")."""
 
 
-def respond(motors: Mapping[int, FakeXL430], packet: Packet) -> list[bytes]:
+def respond(motors: Mapping[int, FakeMotor], packet: Packet) -> list[bytes]:
     """Carry out `packet` on those it is for; return their status packets in order of sending."""
     for motor in motors.values():
         motor.notice_traffic()
@@ -40,17 +40,17 @@ def respond(motors: Mapping[int, FakeXL430], packet: Packet) -> list[bytes]:
     return [] if silent else [reply for reply in replies if reply]
 
 
-def _addressees(motors: Mapping[int, FakeXL430], motor_id: int) -> list[FakeXL430]:
+def _addressees(motors: Mapping[int, FakeMotor], motor_id: int) -> list[FakeMotor]:
     if motor_id == BROADCAST_ID:
         return [motors[key] for key in sorted(motors)]
     return [motors[motor_id]] if motor_id in motors else []
 
 
-def _status(motor: FakeXL430, error: StatusError, data: bytes = b"") -> bytes:
+def _status(motor: FakeMotor, error: StatusError, data: bytes = b"") -> bytes:
     return encode_status(motor.motor_id, motor.error_field(error), data)
 
 
-def _single(motor: FakeXL430, packet: Packet) -> bytes:
+def _single(motor: FakeMotor, packet: Packet) -> bytes:
     """One motor's reply to an instruction for it; empty if its status return level keeps it silent."""
     motor_id = motor.motor_id  # a write may change it, and the reply still carries the old one
     level = motor.memory.get("status_return_level")
@@ -63,7 +63,7 @@ def _known(packet: Packet) -> bool:
     return packet.instruction in Instruction._value2member_map_
 
 
-def _carry_out(motor: FakeXL430, instruction: int, parameters: bytes) -> tuple[StatusError, bytes]:
+def _carry_out(motor: FakeMotor, instruction: int, parameters: bytes) -> tuple[StatusError, bytes]:
     address = int.from_bytes(parameters[:2], "little")
     match instruction:
         case Instruction.PING:
@@ -86,14 +86,14 @@ def _carry_out(motor: FakeXL430, instruction: int, parameters: bytes) -> tuple[S
     return StatusError.INSTRUCTION, b""
 
 
-def _sync_reads(motors: Mapping[int, FakeXL430], parameters: bytes) -> Iterator[tuple[FakeXL430, int, int]]:
+def _sync_reads(motors: Mapping[int, FakeMotor], parameters: bytes) -> Iterator[tuple[FakeMotor, int, int]]:
     address, size = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
     for motor_id in parameters[4:]:
         if motor_id in motors:
             yield motors[motor_id], address, size
 
 
-def _fast_sync_read(motors: Mapping[int, FakeXL430], parameters: bytes) -> list[bytes]:
+def _fast_sync_read(motors: Mapping[int, FakeMotor], parameters: bytes) -> list[bytes]:
     wanted = list(_sync_reads(motors, parameters))
     if not wanted or len(wanted) < len(parameters) - 4:
         return []  # each motor waits for its predecessor's part, so a missing one silences the rest
@@ -104,7 +104,7 @@ def _fast_sync_read(motors: Mapping[int, FakeXL430], parameters: bytes) -> list[
     return [encode_fast_status(replies)]
 
 
-def _bulk_reads(motors: Mapping[int, FakeXL430], parameters: bytes) -> Iterator[tuple[FakeXL430, int, int]]:
+def _bulk_reads(motors: Mapping[int, FakeMotor], parameters: bytes) -> Iterator[tuple[FakeMotor, int, int]]:
     for at in range(0, len(parameters) - 4, 5):
         motor_id = parameters[at]
         if motor_id in motors:
@@ -112,14 +112,14 @@ def _bulk_reads(motors: Mapping[int, FakeXL430], parameters: bytes) -> Iterator[
             yield motors[motor_id], address, int.from_bytes(parameters[at + 3 : at + 5], "little")
 
 
-def _sync_write(motors: Mapping[int, FakeXL430], parameters: bytes) -> None:
+def _sync_write(motors: Mapping[int, FakeMotor], parameters: bytes) -> None:
     address, size = int.from_bytes(parameters[:2], "little"), int.from_bytes(parameters[2:4], "little")
     for at in range(4, len(parameters) - size, size + 1):
         if parameters[at] in motors:
             motors[parameters[at]].write(address, parameters[at + 1 : at + 1 + size])
 
 
-def _bulk_write(motors: Mapping[int, FakeXL430], parameters: bytes) -> None:
+def _bulk_write(motors: Mapping[int, FakeMotor], parameters: bytes) -> None:
     at = 0
     while at + 5 <= len(parameters):
         address = int.from_bytes(parameters[at + 1 : at + 3], "little")

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from hil_fakes.dynamixel.dispatch import respond
 from hil_fakes.dynamixel.faults import DELAY_S, ReplyFaults
-from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.motor import FakeMotor
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.protocol import Packet, PacketReader
 
@@ -39,7 +39,7 @@ class Device(Protocol):
 class Line:
     """Devices and what goes wrong between them and the port. Time passes only in `advance`."""
 
-    def __init__(self, devices: Sequence[FakeXL430 | FakeOpenCR], seed: int = 0) -> None:
+    def __init__(self, devices: Sequence[FakeMotor | FakeOpenCR], seed: int = 0) -> None:
         if len({device.motor_id for device in devices}) < len(devices):
             raise ValueError("two motors on one bus share an identifier")
         self._devices = tuple(devices)
@@ -53,9 +53,9 @@ class Line:
         self._coming: list[tuple[float, bytes]] = []
 
     @property
-    def motors(self) -> Mapping[int, FakeXL430]:
+    def motors(self) -> Mapping[int, FakeMotor]:
         """The motors by identifier, powered or not."""
-        return {device.motor_id: device for device in self._devices if isinstance(device, FakeXL430)}
+        return {device.motor_id: device for device in self._devices if isinstance(device, FakeMotor)}
 
     @property
     def devices(self) -> tuple[Device, ...]:
@@ -90,7 +90,7 @@ class Line:
 
     def _replies(self, packet: Packet, speed_hz: int | None) -> list[bytes]:
         there = [d for d in self._devices if d.powered and d.baud_rate_hz in (speed_hz, 0)]
-        replies = respond({d.motor_id: d for d in there if isinstance(d, FakeXL430)}, packet)
+        replies = respond({d.motor_id: d for d in there if isinstance(d, FakeMotor)}, packet)
         for device in there:
             if isinstance(device, FakeOpenCR):
                 replies += device.respond(packet)

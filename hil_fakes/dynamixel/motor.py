@@ -1,4 +1,4 @@
-"""A stateful XL430-W250: control table, bus watchdog, velocity and position mode. Time passes only in `advance`.
+"""A stateful DYNAMIXEL motor: registers, bus watchdog, velocity and position mode. Time passes only in `advance`.
 
 Source of the behaviour: ROBOTIS e-Manual, page xl430-w250. Where the manual is silent, the fake takes the answer that
 punishes a careless driver: a goal velocity survives torque off and a tripped watchdog, and acts again afterwards.
@@ -49,7 +49,7 @@ JOINT = ShaftSettings(time_constant_s=0.03)
 """A joint's shaft has no wheel to turn: less lag, so that position mode hardly overshoots; an assumption."""
 
 
-class FakeXL430:
+class FakeMotor:
     """One motor.
 
     `mounting` is +1 if a counter-clockwise turn of the shaft, seen at the horn, drives the robot forward (a left
@@ -330,15 +330,15 @@ def turtlebot3_pair(
     voltage_v: float = 12.0,
     shaft: ShaftSettings | None = None,
     baud_rate_hz: int = 1_000_000,
-) -> tuple[FakeXL430, FakeXL430]:
+) -> tuple[FakeMotor, FakeMotor]:
     """The wheel motors of a TurtleBot3: the right one is mounted the other way round and counts in reverse.
 
     So a positive goal velocity drives either wheel forward, as ROBOTIS's own firmware (OpenCR,
     `turtlebot3_motor_driver.cpp`: one sign for both wheels) expects of motors from its kit.
     """
     return (
-        FakeXL430(left_id, voltage_v=voltage_v, shaft=shaft, baud_rate_hz=baud_rate_hz),
-        FakeXL430(
+        FakeMotor(left_id, voltage_v=voltage_v, shaft=shaft, baud_rate_hz=baud_rate_hz),
+        FakeMotor(
             right_id, voltage_v=voltage_v, shaft=shaft, drive_mode=REVERSE, mounting=-1, baud_rate_hz=baud_rate_hz
         ),
     )

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, encode_status
 
 DEVICE_ID = 200
@@ -99,7 +99,7 @@ TABLE_SIZE = 182
 class FakeOpenCR:
     """The controller of a TurtleBot3 Burger. `wheels` are its left and its right motor, with their faults."""
 
-    def __init__(self, wheels: Sequence[FakeXL430] | None = None, *, debug_mode: bool = False) -> None:
+    def __init__(self, wheels: Sequence[FakeMotor] | None = None, *, debug_mode: bool = False) -> None:
         self.left, self.right = wheels or turtlebot3_pair()
         self.powered = True
         """False: it is silent, and its motors are without power."""

@@ -54,7 +54,7 @@ class PinSettings:
 
 @dataclass(frozen=True)
 class JointSettings:
-    """An XL430-W250 in position mode on the wheels' bus: a gripper, a pan. It goes to the argument `angle` of the call.
+    """A motor in position mode on the wheels' bus: a gripper, a pan. It goes to the argument `angle` of the call.
 
     Angles count from `zero_deg`, where the motor counts from 0 to 360, counter-clockwise unless `reverse`. `effort` is
     the share of the motor's force that it may use. `blocked` says what it means when something is in its way, as in a

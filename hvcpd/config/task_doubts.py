@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRepository, Turn, Use, Wait, Water
+from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRepository, Tend, Turn, Use, Wait
 
 
 def doubts(tasks: TaskRepository) -> tuple[str, ...]:
@@ -35,8 +35,5 @@ def _does_nothing(action: object) -> bool:
 
 def _written(action: object) -> str:
     """An action of no amount, as the task file has it."""
-    key = next(key for kind, key in _KEYS if isinstance(action, kind))
+    key = action.skill if isinstance(action, Tend) else type(action).__name__.lower()
     return f"{key}: 0"
-
-
-_KEYS = ((Water, "water"), (Wait, "wait"), (Forward, "forward"), (Turn, "turn"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,7 @@ from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
-    WATER,
+    TENDING,
     Action,
     Dock,
     Forward,
@@ -38,10 +39,10 @@ from hvcpd.config.tasks import (
     SayAction,
     TaskDefinition,
     TaskRepository,
+    Tend,
     Turn,
     Use,
     Wait,
-    Water,
 )
 from hvcpd.errors import ConfigError, did_you_mean
 
@@ -94,7 +95,7 @@ class _ActionEntry:
 def _valid_actions(actions: tuple[_ActionEntry, ...]) -> str | None:
     if 1 <= len(actions) <= MAX_ACTIONS:
         return None
-    return f"a task has 1 to {MAX_ACTIONS} actions, found {len(actions)}; write for example [{TO_PLACE}, {{water: 5}}]"
+    return f"a task has 1 to {MAX_ACTIONS} actions, found {len(actions)}; write for example [{TO_PLACE}, {{wait: 5}}]"
 
 
 def _valid_deadline(text: str) -> str | None:
@@ -185,13 +186,13 @@ _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
     "forward": (float, number_between(-MAX_DISTANCE_M, MAX_DISTANCE_M), Forward),
     "turn": (float, number_between(-MAX_ANGLE_DEG, MAX_ANGLE_DEG), Turn),
     "wait": (float, number_between(0, MAX_WAIT_S), Wait),
-    WATER: (float, number_between(0, MAX_WAIT_S), Water),
+    **{key: (float, number_between(0, MAX_WAIT_S), partial(Tend, skill=key)) for key in TENDING},
     "say": (str, _valid_sentence, SayAction),
 }
 """The key of each action, the type of what follows it, a check of that, and what becomes of it."""
 
-_BUILT_IN = (TO_PLACE, DOCK, *(key for key in _ACTIONS if key != WATER))
-"""Names that no skill of a team's own may have; to declare "water" says what this team's watering is told."""
+_BUILT_IN = (TO_PLACE, DOCK, *(key for key in _ACTIONS if key not in TENDING))
+"""Names that no skill of a team's own may have; to declare one of TENDING says what this team's is told."""
 
 Declared = Mapping[str, SkillEntry | None]
 """The skills of a file; None: one that is itself at fault, so that nothing can be said of its uses."""

@@ -10,17 +10,10 @@ from pathlib import Path
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.skills import USUAL_LIMIT_S, Skill, Value
+from hvcpd.ports import Place as Place
 
-WATER = "water"
-"""The skill that a `Water` is, where one of that name is offered."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A point on the floor of the room, in metres, in the frame in which the robots' start poses are given."""
-
-    x_m: float
-    y_m: float
+TENDING = ("water",)
+"""Actions that a task file need not declare: told how long, s. A robot with no skill of that name stands and waits."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +50,10 @@ class Wait:
 
 
 @dataclass(frozen=True)
-class Water(Wait):
-    """Water for so long: by the skill WATER if the robot has it, else it stands and waits."""
+class Tend(Wait):
+    """One of TENDING, for so long: by the skill of that name if the robot has it, else it stands and waits."""
+
+    skill: str = TENDING[0]
 
 
 @dataclass(frozen=True)
@@ -108,9 +103,9 @@ class TaskDefinition:
     @property
     def places(self) -> tuple[Place, ...]:
         """Where a robot must stand for the task to be done: wherever its actions send it, and at the task's own place
-        if something is watered, or a skill used, there. Whatever else they ask for is done wherever the robot is."""
+        if something is tended, or a skill used, there. Whatever else they ask for is done wherever the robot is."""
         sent = [action.place for action in self.actions if isinstance(action, GoTo)]
-        if self.place is not None and any(isinstance(action, Water | Use) for action in self.actions):
+        if self.place is not None and any(isinstance(action, Tend | Use) for action in self.actions):
             sent.append(self.place)
         return tuple(dict.fromkeys(sent))
 

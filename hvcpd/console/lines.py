@@ -119,7 +119,7 @@ def _noted(event: Event, _task: Callable[[int], str]) -> Sort:
     return "note", None, clean(event["text"]), []
 
 
-def _watered(event: Event, task: Callable[[int], str]) -> Sort:
+def _performed(event: Event, task: Callable[[int], str]) -> Sort:
     return "act", event["robot"], f"has carried out {task(event['task'])}", []
 
 
@@ -135,7 +135,7 @@ _MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
     "garbled": _garbled,
     "held": _held,
     "noted": _noted,
-    "watered": _watered,
+    "performed": _performed,
     "skill": _skill,
 }
 

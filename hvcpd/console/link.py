@@ -27,7 +27,7 @@ MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have about 30 kB."""
 BACK_S = 8 * 3600.0
 """Length of the past that is asked for: a shift."""
-EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "watered", "statechanged", "moved", "level"]
+EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "performed", "statechanged", "moved", "level"]
 
 Reply = dict[str, Any]
 

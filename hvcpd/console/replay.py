@@ -13,7 +13,7 @@ import numpy as np
 from hvcpd.console.lines import how_sure, mark, sealed
 from hvcpd.console.viewers import Message
 from hvcpd.errors import ConfigError
-from hvcpd.reporting.events import MissionRecord, TaskChanged, Trail, Watered
+from hvcpd.reporting.events import MissionRecord, Performed, TaskChanged, Trail
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_plan
 from hvcpd.reporting.palette import robot_slot
@@ -94,7 +94,7 @@ def _spoken(story: Story) -> Iterator[Step]:
     for line in story.lines:
         said = line.said
         yield _line(said.at_s, "said", said.speaker, slots.get(said.speaker), said.text, _marks(line))
-    for act in story.waterings:
+    for act in story.performed:
         name = next((task.name for task in story.tasks if task.number == act.task), "")
         text = f"has carried out task {act.task}" + (f", {name}" if name else "")
         yield _line(act.at_s, "act", act.robot, slots.get(act.robot), text, [])
@@ -123,7 +123,7 @@ def _marks(line: Line) -> list[dict[str, str]]:
 
 def _boards(story: Story, record: MissionRecord) -> Iterator[Step]:
     watch = Watch(story.started)
-    changes = sorted((e for e in record.events if isinstance(e, TaskChanged | Watered)), key=lambda e: e.at_s)
+    changes = sorted((e for e in record.events if isinstance(e, TaskChanged | Performed)), key=lambda e: e.at_s)
     before = _board(watch, story)
     for event in changes:
         watch.handle(event)

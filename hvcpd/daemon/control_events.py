@@ -23,11 +23,11 @@ from hvcpd.reporting.events import (
     Moved,
     Noted,
     Odom,
+    Performed,
     Said,
     Skill,
     StateChanged,
     TaskChanged,
-    Watered,
 )
 from hvcpd.robot.records import (
     DoubtRecord,
@@ -171,7 +171,7 @@ def _heard(name: str, record: HeardRecord, _: Robot) -> LiveEvent:
 
 def _performed(name: str, record: PerformedRecord, robot: Robot) -> LiveEvent:
     pose = robot.odometry.pose
-    return Watered(record.at_s, name, record.task, pose.x_m, pose.y_m)
+    return Performed(record.at_s, name, record.task, pose.x_m, pose.y_m)
 
 
 _MAKERS: dict[type, Callable[[str, Any, Robot], LiveEvent]] = {

@@ -13,7 +13,7 @@ from typing import Any
 import structlog
 
 from hvcpd.config.skills import Value
-from hvcpd.config.tasks import WATER, TaskRepository
+from hvcpd.config.tasks import TENDING, TaskRepository
 from hvcpd.daemon.control_protocol import RefusalError, event_line
 from hvcpd.daemon.control_server import Client
 from hvcpd.errors import did_you_mean
@@ -75,7 +75,7 @@ class SkillService:
 
     def offer(self, client: Client, names: Iterable[object]) -> dict[str, Any]:
         """A client offers these skills from now on, and no others; in place of who offered them before."""
-        known = [*(skill.name for skill in self._tasks().skills), WATER]
+        known = [*(skill.name for skill in self._tasks().skills), *TENDING]
         skills = []
         for name in names:
             if not isinstance(name, str) or name not in known:

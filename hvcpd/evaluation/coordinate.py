@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.calls import blocks, call, distances, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
-from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
+from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
 from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
@@ -44,7 +44,7 @@ def _run(trial: Trial) -> Row:
     if trial.settings["variant"] == SAID_ONCE:
         return call(trial)
     events, _ = run(trial, repository([Plot(PLANT)]), coordinator=ONE)
-    done = waterers(events) == {PLANT: [OTHER]} and knows(events, ONE, PLANT, OTHER)
+    done = doers(events) == {PLANT: [OTHER]} and knows(events, ONE, PLANT, OTHER)
     return {**trial.settings, OURS: int(done), f"{OURS} wrong": []}
 
 

@@ -14,7 +14,7 @@ from hil_fakes.room import Air
 from hvcpd.coordination.actions import Timing
 from hvcpd.evaluation import listeners, plots, scene
 from hvcpd.evaluation.listeners import OURS
-from hvcpd.evaluation.missions import Plot, knows, repository, spoken_dbfs, waterers
+from hvcpd.evaluation.missions import Plot, doers, knows, repository, spoken_dbfs
 from hvcpd.evaluation.modes import missions, series_of, table_of
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
 from hvcpd.ports import Pose
@@ -133,7 +133,7 @@ def _run(trial: Trial) -> Row:
         limit_s=LIMIT_S + 2 * FLIGHTS * flight_s,
     )
     events = Bench(plan, listeners.sound()).run().events
-    done = waterers(events) == {PLANT: [FAR]} and knows(events, NEAR, PLANT, FAR)
+    done = doers(events) == {PLANT: [FAR]} and knows(events, NEAR, PLANT, FAR)
     return {**s, OURS: int(done), f"{OURS} wrong": []}
 
 

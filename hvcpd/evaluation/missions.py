@@ -16,18 +16,18 @@ from hil_fakes.room import Air
 from hil_fakes.transducers import band
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Tend
 from hvcpd.coordination.board import CLAIMED, DONE
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.scene import SHIFT_M, Bench, noise
 from hvcpd.evaluation.trials import Trial
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
-from hvcpd.reporting.events import Event, TaskChanged, Watered
+from hvcpd.reporting.events import Event, Performed, TaskChanged
 from hvcpd.synthesis.leveling import audible
 
 ONE, OTHER = "Rob", "Bot"
 """The paper's pair. (PocketSphinx hears other names, as they rhyme: `listeners.CALLED`.)"""
-WATER_S = 1.0
+WORK_S = 1.0
 """Duration of watering: short, because only the talk is of interest."""
 END_WALL_M = 0.5
 """Nobody stands nearer to the far wall."""
@@ -54,7 +54,7 @@ def repository(plots: Iterable[Plot]) -> TaskRepository:
         assert known is not None
         place = None if plot.x_m is None else Place(plot.x_m, 0.0)
         way = () if place is None else (GoTo(place),)
-        found.append(TaskDefinition(plot.number, known.name, place, (*way, Water(WATER_S))))
+        found.append(TaskDefinition(plot.number, known.name, place, (*way, Tend(WORK_S))))
     return TaskRepository(tuple(found))
 
 
@@ -111,11 +111,11 @@ def spoken_dbfs(names: tuple[str, ...]) -> float:
     return float(10.0 * np.log10(np.mean(powers)))
 
 
-def waterers(events: Iterable[Event]) -> dict[int, list[str]]:
+def doers(events: Iterable[Event]) -> dict[int, list[str]]:
     """The robots that watered each plant while they really stood by it."""
     found: dict[int, list[str]] = {}
     for event in events:
-        if isinstance(event, Watered):
+        if isinstance(event, Performed):
             found.setdefault(event.task, []).append(event.robot)
     return found
 

@@ -10,7 +10,7 @@ from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
-from hvcpd.reporting.events import Summary, Watered
+from hvcpd.reporting.events import Performed, Summary
 from hvcpd.reporting.palette import ROBOT_LIGHT, task_colour
 
 ROBOTS = ("Rob", "Bot")
@@ -33,7 +33,7 @@ def _run(trial: Trial) -> Row:
     plan = BenchPlan(tuple(s["robots"]), tasks, seed, air=Air(noise_db_spl=s["noise_db_spl"]))
     record = Bench(plan, listeners.sound()).run()
     summary = next(e for e in record.events if isinstance(e, Summary))
-    watered = [e for e in record.events if isinstance(e, Watered)]
+    watered = [e for e in record.events if isinstance(e, Performed)]
     return {
         "plants": [[t.number, t.name, t.place.x_m, t.place.y_m] for t in tasks.tasks if t.place is not None],
         "trails": {

@@ -9,7 +9,7 @@ from dataclasses import replace
 from hvcpd.evaluation import listeners, plots
 from hvcpd.evaluation.calls import blocks, hear
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER
-from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, knows, repository, run, waterers
+from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
 from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
@@ -75,7 +75,7 @@ def _mission(trial: Trial) -> Row:
     s = trial.settings
     plots_ = (Plot(FIRST, -AWAY_M), Plot(SECOND, s["distance_m"] + AWAY_M))
     events, _ = run(trial, repository(plots_), hasty=s["drives"])
-    by = waterers(events)
+    by = doers(events)
     owners = {number: robots[0] for number, robots in by.items() if len(robots) == 1}
     shared = set(owners.values()) == {ONE, OTHER}
     known = all(knows(events, robot, number, who) for number, who in owners.items() for robot in (ONE, OTHER))

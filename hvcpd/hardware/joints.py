@@ -1,4 +1,4 @@
-"""Joints on the wheels' bus: XL430-W250 in position mode, each read and commanded in the wheels' own bus cycle.
+"""Joints on the wheels' bus: motors in position mode, each read and commanded in the wheels' own bus cycle.
 
 Two threads share a `Joint`. The event loop says what it is to do (`turn`, `pause`, `stop`) and reads `state`; the bus's
 thread calls `inspect`, `cycle` and `close`. Each side writes attributes of its own, whole frozen values at a time.
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from hvcpd.config.skill_settings import JointSettings
-from hvcpd.hardware import xl430
+from hvcpd.hardware import motors, registers
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, twice
 
 TOLERANCE_DEG = 2.0
@@ -30,12 +30,12 @@ AGAIN_S = 1.0
 TRIES = 3
 """Of a cycle, and of the last word to a joint that is to let go: lines lose a reply now and then."""
 
-WINDOW_START = xl430.TORQUE_ENABLE.address
-WINDOW_SIZE = xl430.PRESENT_POSITION.address + xl430.PRESENT_POSITION.size - WINDOW_START
+WINDOW_START = registers.TORQUE_ENABLE.address
+WINDOW_SIZE = registers.PRESENT_POSITION.address + registers.PRESENT_POSITION.size - WINDOW_START
 """Torque, errors, watchdog, load and position in one read of 72 bytes."""
 
-DEG_PER_TICK = 360.0 / xl430.TICKS_PER_TURN
-VELOCITY_UNIT_DEG_S = math.degrees(xl430.VELOCITY_UNIT_RAD_S)
+DEG_PER_TICK = 360.0 / registers.TICKS_PER_TURN
+VELOCITY_UNIT_DEG_S = math.degrees(registers.VELOCITY_UNIT_RAD_S)
 
 
 @dataclass(frozen=True)
@@ -94,12 +94,12 @@ class Joint:
         motor_id = self.settings.id
         try:
             model = twice(partial(bus.ping, motor_id))
-            firmware = twice(partial(bus.read, motor_id, xl430.FIRMWARE_VERSION))
+            firmware = twice(partial(bus.read, motor_id, registers.FIRMWARE_VERSION))
         except PortLostError:
             raise
         except BusError:
             return [f"joint (ID {motor_id}): no answer; plug it into the wheels' line, at {bus.baud_rate} baud"]
-        fault = xl430.model_fault(model) or xl430.firmware_fault(model, firmware)
+        fault = motors.model_fault(model) or motors.firmware_fault(model, firmware)
         return [f"joint (ID {motor_id}): {fault}"] if fault else []
 
     def cycle(self, bus: DynamixelBus) -> None:
@@ -140,9 +140,9 @@ class Joint:
             return
         with suppress(BusError):
             if self.settings.stopped == "release":
-                bus.sync_write(xl430.TORQUE_ENABLE, {self.settings.id: 0})
+                bus.sync_write(registers.TORQUE_ENABLE, {self.settings.id: 0})
             else:
-                bus.sync_write(xl430.GOAL_POSITION, {self.settings.id: self._ticks(self.state.angle_deg)})
+                bus.sync_write(registers.GOAL_POSITION, {self.settings.id: self._ticks(self.state.angle_deg)})
 
     def _want(self, goal_deg: float | None, lets_go: bool = False) -> int:
         self._wish = Wish(self._wish.number + 1, goal_deg, lets_go)
@@ -151,45 +151,45 @@ class Joint:
     def _make_ready(self, bus: DynamixelBus) -> None:
         """Position mode at the place where it is, an earlier watchdog trip cleared; torque stays on if it was."""
         motor_id, write = self.settings.id, partial(bus.write, self.settings.id)
-        if bus.read(motor_id, xl430.OPERATING_MODE) != xl430.POSITION_CONTROL:
-            write(xl430.TORQUE_ENABLE, 0)
-            write(xl430.OPERATING_MODE, xl430.POSITION_CONTROL)
-        write(xl430.BUS_WATCHDOG, 0)
+        if bus.read(motor_id, registers.OPERATING_MODE) != registers.POSITION_CONTROL:
+            write(registers.TORQUE_ENABLE, 0)
+            write(registers.OPERATING_MODE, registers.POSITION_CONTROL)
+        write(registers.BUS_WATCHDOG, 0)
         self._stand(bus)
-        write(xl430.GOAL_PWM, round(self.settings.effort * xl430.FULL_PWM))
-        write(xl430.PROFILE_VELOCITY, max(round(self.settings.speed_deg_s / VELOCITY_UNIT_DEG_S), 1))
-        write(xl430.BUS_WATCHDOG, self._watchdog_units)
+        write(registers.GOAL_PWM, round(self.settings.effort * registers.FULL_PWM))
+        write(registers.PROFILE_VELOCITY, max(round(self.settings.speed_deg_s / VELOCITY_UNIT_DEG_S), 1))
+        write(registers.BUS_WATCHDOG, self._watchdog_units)
         self._is_ready = True
 
     def _stand(self, bus: DynamixelBus) -> None:
-        position = bus.read(self.settings.id, xl430.PRESENT_POSITION)
-        bus.write(self.settings.id, xl430.GOAL_POSITION, min(max(position, 0), xl430.TICKS_PER_TURN - 1))
+        position = bus.read(self.settings.id, registers.PRESENT_POSITION)
+        bus.write(self.settings.id, registers.GOAL_POSITION, min(max(position, 0), registers.TICKS_PER_TURN - 1))
 
     def _carry_out(self, bus: DynamixelBus, wish: Wish, now_s: float) -> None:
         if wish.goal_deg is None:
             self._stand(bus)
             if wish.lets_go:
-                bus.write(self.settings.id, xl430.TORQUE_ENABLE, 0)
+                bus.write(self.settings.id, registers.TORQUE_ENABLE, 0)
         else:
-            if not bus.read(self.settings.id, xl430.TORQUE_ENABLE):
+            if not bus.read(self.settings.id, registers.TORQUE_ENABLE):
                 self._stand(bus)  # an old goal is not to make it jump
-                bus.write(self.settings.id, xl430.TORQUE_ENABLE, 1)
-            bus.write(self.settings.id, xl430.GOAL_POSITION, self._ticks(wish.goal_deg))
+                bus.write(self.settings.id, registers.TORQUE_ENABLE, 1)
+            bus.write(self.settings.id, registers.GOAL_POSITION, self._ticks(wish.goal_deg))
         self._moved_s, self._moved_deg = now_s, math.inf
         self._carried_out = wish
 
     def _look(self, bus: DynamixelBus, wish: Wish, now_s: float) -> JointState:
         window = bus.read_block(self.settings.id, WINDOW_START, WINDOW_SIZE)
-        angle_deg = self._angle_deg(xl430.PRESENT_POSITION.decode(window, WINDOW_START))
-        load = abs(xl430.PRESENT_LOAD.decode(window, WINDOW_START)) * xl430.LOAD_UNIT
-        if error := xl430.HARDWARE_ERROR_STATUS.decode(window, WINDOW_START):
-            text = f"its motor reports a hardware error: {xl430.hardware_error_text(error)}; switch it off and on"
+        angle_deg = self._angle_deg(registers.PRESENT_POSITION.decode(window, WINDOW_START))
+        load = abs(registers.PRESENT_LOAD.decode(window, WINDOW_START)) * registers.LOAD_UNIT
+        if error := registers.HARDWARE_ERROR_STATUS.decode(window, WINDOW_START):
+            text = f"its motor reports a hardware error: {registers.hardware_error_text(error)}; switch it off and on"
             return JointState(wish.number, angle_deg, load, fault=text)
-        if xl430.BUS_WATCHDOG.decode(window, WINDOW_START) == xl430.WATCHDOG_TRIPPED:
+        if registers.BUS_WATCHDOG.decode(window, WINDOW_START) == registers.WATCHDOG_TRIPPED:
             return JointState(wish.number, angle_deg, load, fault="its motor heard nothing for too long, and stopped")
         if wish.goal_deg is None:
             return JointState(wish.number, angle_deg, load)
-        if not xl430.TORQUE_ENABLE.decode(window, WINDOW_START):
+        if not registers.TORQUE_ENABLE.decode(window, WINDOW_START):
             return JointState(wish.number, angle_deg, load, fault="its motor has lost its torque")
         if abs(angle_deg - self._moved_deg) > STILL_DEG:
             self._moved_s, self._moved_deg = now_s, angle_deg
@@ -203,7 +203,7 @@ class Joint:
 
     def _ticks(self, angle_deg: float) -> int:
         ticks = round((self.settings.zero_deg + self._sign * angle_deg) / DEG_PER_TICK)
-        return min(max(ticks, 0), xl430.TICKS_PER_TURN - 1)
+        return min(max(ticks, 0), registers.TICKS_PER_TURN - 1)
 
     def _angle_deg(self, ticks: int) -> float:
         return self._sign * (ticks * DEG_PER_TICK - self.settings.zero_deg)
@@ -212,7 +212,7 @@ class Joint:
 def lets_go(bus: DynamixelBus, motor_id: int) -> bool:
     """Whether the motor confirmed that its torque is off."""
     try:
-        bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
+        bus.write(motor_id, registers.TORQUE_ENABLE, 0)
     except BusError:
         return False
     return True

@@ -6,7 +6,7 @@ Sources: ROBOTIS-GIT turtlebot3 `turtlebot3_node/include/turtlebot3_node/control
 
 from __future__ import annotations
 
-from hvcpd.hardware.xl430 import Register
+from hvcpd.hardware.registers import Register
 
 DEVICE_ID = 200
 MODEL_NUMBER = 0x5000
@@ -41,8 +41,11 @@ COMMAND_PER_UNIT = 100
 
 BATTERY_UNIT_V = 0.01
 EFFORT_UNIT = 0.001
-"""Unit of the "present current": a Burger's XL430 has no current sensor, the firmware reads its load (0.1 %)
+"""Unit of the "present current": a Burger's motors have no current sensor, the firmware reads its load (0.1 %)
 instead."""
+
+MOTOR_VELOCITY_LIMIT = 265
+"""A Burger's motors refuse faster goals, in `registers.VELOCITY_UNIT_RAD_S`: 6.35 rad/s (e-Manual, xl430-w250)."""
 
 NO_MOTORS = -1
 """Device status when the motors did not answer the controller at its start."""

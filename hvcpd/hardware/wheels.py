@@ -1,4 +1,4 @@
-"""Two XL430-W250 wheel motors on one line (U2D2, or OpenCR with `usb_to_dxl`), as `hvcpd.ports.Wheels`."""
+"""Two DYNAMIXEL wheel motors on one line (U2D2, or OpenCR with `usb_to_dxl`), as `hvcpd.ports.Wheels`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from hvcpd.hardware import xl430
+from hvcpd.hardware import registers
 from hvcpd.hardware.joints import Joint, lets_go
 from hvcpd.hardware.wheels_base import TRIES, BusWheels
 from hvcpd.hardware.wheels_bus import DynamixelBus, MakePort
@@ -15,8 +15,8 @@ from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, Battery, MotorHealth
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
-WINDOW_START = xl430.PRESENT_LOAD.address
-WINDOW_SIZE = xl430.PRESENT_TEMPERATURE.address + xl430.PRESENT_TEMPERATURE.size - WINDOW_START
+WINDOW_START = registers.PRESENT_LOAD.address
+WINDOW_SIZE = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size - WINDOW_START
 """Read in every cycle: load, velocity, position, voltage and temperature lie side by side, 21 bytes."""
 
 
@@ -45,11 +45,11 @@ class DynamixelSettings:
     @property
     def watchdog_units(self) -> int:
         """The lease in the motor's unit, 1 to 127."""
-        return min(max(int(self.lease_s / xl430.WATCHDOG_UNIT_S + 1e-9), 1), 127)
+        return min(max(int(self.lease_s / registers.WATCHDOG_UNIT_S + 1e-9), 1), 127)
 
 
 class DynamixelWheels(BusWheels):
-    """The two wheels of a TurtleBot3 Burger (or any pair of XL430-W250); `ids` are left and right.
+    """The two wheels of a TurtleBot3 Burger (or any pair of `motors.MODELS`); `ids` are left and right.
 
     `joints` on the same line are served in every exchange. `clock` (s) serves to notice that an exchange came later
     than the lease, and that a position cannot be.
@@ -71,7 +71,7 @@ class DynamixelWheels(BusWheels):
         super().__init__(bus, clock, self._settings.lease_s, Battery(self._settings.lowest_voltage_v))
         self._ids = ids
         self._signs = (self._settings.left_sign, self._settings.right_sign)
-        self._limit_units = xl430.FACTORY_VELOCITY_LIMIT
+        self._limit_units = 0
 
     @property
     def _look_every(self) -> int:
@@ -84,15 +84,14 @@ class DynamixelWheels(BusWheels):
         return problems
 
     def _make_ready(self) -> None:
-        limits = [self._bus.read(motor_id, xl430.VELOCITY_LIMIT) for motor_id in self._ids]
-        self._limit_units = min(xl430.FACTORY_VELOCITY_LIMIT, *limits)
+        self._limit_units = min(self._bus.read(motor_id, registers.VELOCITY_LIMIT) for motor_id in self._ids)
         for state in read_states(self._bus, self._ids):
             self._restore(state.motor_id, had_torque=state.torque_on)
 
     def _look_after(self) -> None:
         for state in read_states(self._bus, self._ids):
             if state.hardware_error:
-                text = xl430.hardware_error_text(state.hardware_error)
+                text = registers.hardware_error_text(state.hardware_error)
                 self._refuse(f"motor {state.motor_id} reports a hardware error: {text}")
             if state.watchdog_tripped or not state.torque_on:
                 self._send_stop()  # the other wheel is not to go on alone
@@ -101,7 +100,7 @@ class DynamixelWheels(BusWheels):
     def _restore(self, motor_id: int, had_torque: bool) -> None:
         """Bring a motor from any state to standstill under torque, without a jump of its angle. Raises BusError."""
         prepare(self._bus, motor_id, self._settings.profile_acceleration)
-        position = self._bus.read(motor_id, xl430.PRESENT_POSITION)
+        position = self._bus.read(motor_id, registers.PRESENT_POSITION)
         encoder = self._encoders[self._ids.index(motor_id)]
         if had_torque:  # it kept its power, and so the count of its turns
             encoder.follow(position)
@@ -111,30 +110,30 @@ class DynamixelWheels(BusWheels):
 
     def _cycle(self, command: WheelCommand) -> WheelReading:
         self._bus.alert = False
-        self._bus.sync_write(xl430.GOAL_VELOCITY, self._goals(command))
+        self._bus.sync_write(registers.GOAL_VELOCITY, self._goals(command))
         windows = self._bus.sync_read(WINDOW_START, WINDOW_SIZE, self._ids)
         left, right = (windows[motor_id] for motor_id in self._ids)
-        position = xl430.PRESENT_POSITION
+        position = registers.PRESENT_POSITION
         ticks = self._follow((position.decode(left, WINDOW_START), position.decode(right, WINDOW_START)))
         self._doubtful = self._bus.alert
         for joint in self._joints:
             joint.cycle(self._bus)
-        volts = [xl430.PRESENT_INPUT_VOLTAGE.decode(window, WINDOW_START) for window in (left, right)]
-        speeds = [xl430.PRESENT_VELOCITY.decode(window, WINDOW_START) for window in (left, right)]
-        loads = [xl430.PRESENT_LOAD.decode(window, WINDOW_START) for window in (left, right)]
+        volts = [registers.PRESENT_INPUT_VOLTAGE.decode(window, WINDOW_START) for window in (left, right)]
+        speeds = [registers.PRESENT_VELOCITY.decode(window, WINDOW_START) for window in (left, right)]
+        loads = [registers.PRESENT_LOAD.decode(window, WINDOW_START) for window in (left, right)]
         return WheelReading(
-            left_rad=self._signs[0] * ticks[0] * xl430.RAD_PER_TICK,
-            right_rad=self._signs[1] * ticks[1] * xl430.RAD_PER_TICK,
-            left_rad_s=self._signs[0] * speeds[0] * xl430.VELOCITY_UNIT_RAD_S,
-            right_rad_s=self._signs[1] * speeds[1] * xl430.VELOCITY_UNIT_RAD_S,
-            left_effort=self._signs[0] * loads[0] * xl430.LOAD_UNIT,
-            right_effort=self._signs[1] * loads[1] * xl430.LOAD_UNIT,
-            voltage_v=min(volts) * xl430.VOLTAGE_UNIT_V,
+            left_rad=self._signs[0] * ticks[0] * registers.RAD_PER_TICK,
+            right_rad=self._signs[1] * ticks[1] * registers.RAD_PER_TICK,
+            left_rad_s=self._signs[0] * speeds[0] * registers.VELOCITY_UNIT_RAD_S,
+            right_rad_s=self._signs[1] * speeds[1] * registers.VELOCITY_UNIT_RAD_S,
+            left_effort=self._signs[0] * loads[0] * registers.LOAD_UNIT,
+            right_effort=self._signs[1] * loads[1] * registers.LOAD_UNIT,
+            voltage_v=min(volts) * registers.VOLTAGE_UNIT_V,
         )
 
     def _goals(self, command: WheelCommand) -> dict[int, int]:
         """Goal velocities by motor, in the motors' unit and within their limit."""
-        units = [speed / xl430.VELOCITY_UNIT_RAD_S for speed in (command.left_rad_s, command.right_rad_s)]
+        units = [speed / registers.VELOCITY_UNIT_RAD_S for speed in (command.left_rad_s, command.right_rad_s)]
         scale = min(1.0, self._limit_units / max(abs(units[0]), abs(units[1]), 1e-9))
         return {m: s * round(u * scale) for m, s, u in zip(self._ids, self._signs, units, strict=True)}
 
@@ -142,7 +141,7 @@ class DynamixelWheels(BusWheels):
         return read_health(self._bus, self._ids)
 
     def _send_stop(self) -> None:
-        self._bus.sync_write(xl430.GOAL_VELOCITY, self._goals(STANDSTILL))
+        self._bus.sync_write(registers.GOAL_VELOCITY, self._goals(STANDSTILL))
 
     def _torque_off(self) -> None:
         for motor_id in self._ids:

@@ -18,8 +18,8 @@ from dynamixel_sdk import (
 
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.groups import group_of
+from hvcpd.hardware.registers import Register
 from hvcpd.hardware.wheels_port import PORT_ERRORS, PacketHandler, Port, WaitingPort
-from hvcpd.hardware.xl430 import Register
 
 ALERT = 0x80
 """Bit 7 of a reply's error field: the device reports a hardware error (e-Manual, Protocol 2.0)."""

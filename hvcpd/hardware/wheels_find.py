@@ -13,17 +13,17 @@ from typing import Literal
 
 from hvcpd.config.settings import WheelSettings
 from hvcpd.errors import DeviceError
-from hvcpd.hardware import opencr, wheels_handshake, wheels_opencr_handshake, xl430
+from hvcpd.hardware import opencr, registers, wheels_handshake, wheels_opencr_handshake
 from hvcpd.hardware.joints import Joint
+from hvcpd.hardware.registers import Register
 from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, in_use, twice
 from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
 from hvcpd.hardware.wheels_port import WaitingPort
-from hvcpd.hardware.xl430 import Register
 from hvcpd.ports import WheelCommand, WheelReading
 
-Kind = Literal["xl430", "opencr"]
+Kind = Literal["dynamixel", "opencr"]
 
 AUTO = "auto"
 PORT_NAMES = ("serial/by-id/*", "ttyACM*", "ttyUSB*")
@@ -34,7 +34,7 @@ NO_JOINTS = (
     "OpenCR with TurtleBot3 firmware does not let joints through; flash it with usb_to_dxl, or use a U2D2, or take the "
     "joints out of `skills`"
 )
-KINDS = {"xl430": "two XL430-W250 motors", "opencr": "OpenCR with TurtleBot3 firmware"}
+KINDS = {"dynamixel": "two DYNAMIXEL motors", "opencr": "OpenCR with TurtleBot3 firmware"}
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,10 @@ def stop_anyway(
         bus = DynamixelBus(port, settings.baud_rate, timeout_s, make_port)
         try:
             bus.open()
-            if settings.driver != "xl430" and _stopped(bus, opencr.DEVICE_ID, opencr.LINEAR_X, opencr.MOTOR_TORQUE):
+            if settings.driver != "dynamixel" and _stopped(bus, opencr.DEVICE_ID, opencr.LINEAR_X, opencr.MOTOR_TORQUE):
                 stopped.append(f"{port}: OpenCR")
             for motor_id in settings.ids if settings.driver != "opencr" else ():
-                if _stopped(bus, motor_id, xl430.GOAL_VELOCITY, xl430.TORQUE_ENABLE):
+                if _stopped(bus, motor_id, registers.GOAL_VELOCITY, registers.TORQUE_ENABLE):
                     stopped.append(f"{port}: motor {motor_id}")
         except (DeviceError, PortLostError):
             continue
@@ -162,7 +162,7 @@ def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeo
         problems = _other_kind(settings, bus)
         if not problems:
             problems = _inspect(settings, kind, bus)
-            if settings.driver == "xl430" and not _answers(bus, settings.ids):
+            if settings.driver == "dynamixel" and not _answers(bus, settings.ids):
                 problems += _elsewhere(settings, port, bus, make_port, timeout_s)
         facts = twice(lambda: tuple(_facts(settings, kind, bus))) if not problems else ()
     except BusError as error:
@@ -173,11 +173,11 @@ def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeo
 
 
 def _kind(settings: WheelSettings, bus: DynamixelBus) -> Kind | None:
-    if settings.driver == "xl430" or settings.driver == "opencr":
+    if settings.driver == "dynamixel" or settings.driver == "opencr":
         return settings.driver
     if _answers(bus, (opencr.DEVICE_ID,)):
         return "opencr"
-    return "xl430" if _answers(bus, settings.ids) else None
+    return "dynamixel" if _answers(bus, settings.ids) else None
 
 
 def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str]:
@@ -188,8 +188,8 @@ def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str
 
 def _other_kind(settings: WheelSettings, bus: DynamixelBus) -> list[str]:
     """Whether it is the other kind of wheels that answers, and only that."""
-    ids: dict[str, Sequence[int]] = {"opencr": (opencr.DEVICE_ID,), "xl430": settings.ids}
-    there = {"opencr": "xl430", "xl430": "opencr"}.get(settings.driver)
+    ids: dict[str, Sequence[int]] = {"opencr": (opencr.DEVICE_ID,), "dynamixel": settings.ids}
+    there = {"opencr": "dynamixel", "dynamixel": "opencr"}.get(settings.driver)
     if there is None or _answers(bus, ids[settings.driver]) or not _answers(bus, ids[there]):
         return []
     return [f"{KINDS[there]} found, but wheels.driver is {settings.driver}: set it to {there} or auto"]

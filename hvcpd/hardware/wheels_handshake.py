@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from hvcpd.hardware import xl430
+from hvcpd.hardware import motors, registers
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, MotorHealth
 
@@ -27,14 +27,14 @@ class MotorState:
 
 def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]:
     """Read torque, watchdog and errors of several motors with one request. Raises BusError."""
-    low = xl430.TORQUE_ENABLE.address
-    windows = bus.sync_read(low, xl430.BUS_WATCHDOG.address + xl430.BUS_WATCHDOG.size - low, ids)
+    low = registers.TORQUE_ENABLE.address
+    windows = bus.sync_read(low, registers.BUS_WATCHDOG.address + registers.BUS_WATCHDOG.size - low, ids)
     return tuple(
         MotorState(
             motor_id=motor_id,
-            torque_on=bool(xl430.TORQUE_ENABLE.decode(windows[motor_id], low)),
-            watchdog_tripped=xl430.BUS_WATCHDOG.decode(windows[motor_id], low) == xl430.WATCHDOG_TRIPPED,
-            hardware_error=xl430.HARDWARE_ERROR_STATUS.decode(windows[motor_id], low),
+            torque_on=bool(registers.TORQUE_ENABLE.decode(windows[motor_id], low)),
+            watchdog_tripped=registers.BUS_WATCHDOG.decode(windows[motor_id], low) == registers.WATCHDOG_TRIPPED,
+            hardware_error=registers.HARDWARE_ERROR_STATUS.decode(windows[motor_id], low),
         )
         for motor_id in ids
     )
@@ -42,18 +42,19 @@ def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]
 
 def read_health(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorHealth, ...]:
     """Read the state of several motors with two requests. Raises BusError."""
-    high = xl430.PRESENT_LOAD.address
+    high = registers.PRESENT_LOAD.address
     states = read_states(bus, ids)
-    sensors = bus.sync_read(high, xl430.PRESENT_TEMPERATURE.address + xl430.PRESENT_TEMPERATURE.size - high, ids)
+    end = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size
+    sensors = bus.sync_read(high, end - high, ids)
     return tuple(
         MotorHealth(
             state.motor_id,
             state.torque_on,
             state.watchdog_tripped,
             state.hardware_error,
-            voltage_v=xl430.PRESENT_INPUT_VOLTAGE.decode(sensors[state.motor_id], high) * xl430.VOLTAGE_UNIT_V,
-            temperature_c=xl430.PRESENT_TEMPERATURE.decode(sensors[state.motor_id], high),
-            load=xl430.PRESENT_LOAD.decode(sensors[state.motor_id], high) * xl430.LOAD_UNIT,
+            voltage_v=registers.PRESENT_INPUT_VOLTAGE.decode(sensors[state.motor_id], high) * registers.VOLTAGE_UNIT_V,
+            temperature_c=registers.PRESENT_TEMPERATURE.decode(sensors[state.motor_id], high),
+            load=registers.PRESENT_LOAD.decode(sensors[state.motor_id], high) * registers.LOAD_UNIT,
         )
         for state in states
     )
@@ -88,7 +89,7 @@ def inspect(
 def strangers(found: Mapping[int, int], ids: Sequence[int]) -> str:
     """The devices other than `ids` in what `DynamixelBus.find` has found, in words; empty if there are none."""
     return ", ".join(
-        f"ID {motor_id} ({xl430.MODELS[model].name if model in xl430.MODELS else f'model {model}'})"
+        f"ID {motor_id} ({motors.MODELS[model].name if model in motors.MODELS else f'model {model}'})"
         for motor_id, model in sorted(found.items())
         if motor_id not in ids
     )
@@ -116,14 +117,14 @@ def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[i
 
 def _faults(bus: DynamixelBus, motor_id: int, lowest_voltage_v: float) -> list[str]:
     model = bus.ping(motor_id)
-    if fault := xl430.model_fault(model):
+    if fault := motors.model_fault(model):
         return [f"{fault}; fit one, or check the ID"]
-    fault = xl430.firmware_fault(model, bus.read(motor_id, xl430.FIRMWARE_VERSION))
+    fault = motors.firmware_fault(model, bus.read(motor_id, registers.FIRMWARE_VERSION))
     faults = [fault] if fault else []
     health = read_health(bus, [motor_id])[0]
     if health.hardware_error:
         faults.append(
-            f"hardware error: {xl430.hardware_error_text(health.hardware_error)}; "
+            f"hardware error: {registers.hardware_error_text(health.hardware_error)}; "
             "remove the cause, then switch the motor's power off and on"
         )
     if health.voltage_v < lowest_voltage_v:
@@ -136,15 +137,15 @@ def prepare(bus: DynamixelBus, motor_id: int, acceleration_units: int) -> None:
 
     The goal is set to zero after the trip is cleared (before, it is read-only) and before torque comes on.
     """
-    bus.write(motor_id, xl430.TORQUE_ENABLE, 0)
-    bus.write(motor_id, xl430.BUS_WATCHDOG, 0)
-    if bus.read(motor_id, xl430.OPERATING_MODE) != xl430.VELOCITY_CONTROL:
-        bus.write(motor_id, xl430.OPERATING_MODE, xl430.VELOCITY_CONTROL)
-    bus.write(motor_id, xl430.GOAL_VELOCITY, 0)
-    bus.write(motor_id, xl430.PROFILE_ACCELERATION, acceleration_units)
+    bus.write(motor_id, registers.TORQUE_ENABLE, 0)
+    bus.write(motor_id, registers.BUS_WATCHDOG, 0)
+    if bus.read(motor_id, registers.OPERATING_MODE) != registers.VELOCITY_CONTROL:
+        bus.write(motor_id, registers.OPERATING_MODE, registers.VELOCITY_CONTROL)
+    bus.write(motor_id, registers.GOAL_VELOCITY, 0)
+    bus.write(motor_id, registers.PROFILE_ACCELERATION, acceleration_units)
 
 
 def arm(bus: DynamixelBus, motor_id: int, watchdog_units: int) -> None:
     """Watchdog and torque on. Raises BusError."""
-    bus.write(motor_id, xl430.BUS_WATCHDOG, watchdog_units)
-    bus.write(motor_id, xl430.TORQUE_ENABLE, 1)
+    bus.write(motor_id, registers.BUS_WATCHDOG, watchdog_units)
+    bus.write(motor_id, registers.TORQUE_ENABLE, 1)

@@ -11,22 +11,22 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
-from hvcpd.hardware import opencr, xl430
+from hvcpd.hardware import opencr, registers
 from hvcpd.hardware.kinematics import BURGER, twist_of
 from hvcpd.hardware.opencr import command_block
+from hvcpd.hardware.registers import Register
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
 from hvcpd.hardware.wheels_opencr_handshake import ControllerState, inspect, read_state
 from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, Battery, MotorHealth
-from hvcpd.hardware.xl430 import Register
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
 WINDOW_START = opencr.PRESENT_CURRENT_LEFT.address
 WINDOW_SIZE = opencr.MOTOR_TORQUE.address + opencr.MOTOR_TORQUE.size - WINDOW_START
 """Read in every cycle: currents, velocities, positions, torque, 30 bytes."""
 
-LIMIT_M_S = xl430.FACTORY_VELOCITY_LIMIT * xl430.VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m
+LIMIT_M_S = opencr.MOTOR_VELOCITY_LIMIT * registers.VELOCITY_UNIT_RAD_S * BURGER.wheel_radius_m
 """0.2097 m/s at the rim: beyond their own velocity limit motors refuse the controller's goals (up to 0.2108)."""
 
 NO_PROFILE = bytes(opencr.PROFILE_ACCELERATION_LEFT.size + opencr.PROFILE_ACCELERATION_RIGHT.size)
@@ -146,10 +146,10 @@ class OpenCRWheels(BusWheels):
             self._doubtful = True
         ticks = self._follow(_positions(window))
         return WheelReading(
-            left_rad=ticks[0] * xl430.RAD_PER_TICK,
-            right_rad=ticks[1] * xl430.RAD_PER_TICK,
-            left_rad_s=_value(window, opencr.PRESENT_VELOCITY_LEFT) * xl430.VELOCITY_UNIT_RAD_S,
-            right_rad_s=_value(window, opencr.PRESENT_VELOCITY_RIGHT) * xl430.VELOCITY_UNIT_RAD_S,
+            left_rad=ticks[0] * registers.RAD_PER_TICK,
+            right_rad=ticks[1] * registers.RAD_PER_TICK,
+            left_rad_s=_value(window, opencr.PRESENT_VELOCITY_LEFT) * registers.VELOCITY_UNIT_RAD_S,
+            right_rad_s=_value(window, opencr.PRESENT_VELOCITY_RIGHT) * registers.VELOCITY_UNIT_RAD_S,
             left_effort=_value(window, opencr.PRESENT_CURRENT_LEFT) * opencr.EFFORT_UNIT,
             right_effort=_value(window, opencr.PRESENT_CURRENT_RIGHT) * opencr.EFFORT_UNIT,
             voltage_v=self._state.voltage_v if self._state is not None else None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.errors import DeviceError
-from hvcpd.hardware import xl430
+from hvcpd.hardware import registers
 
 LOWEST_VOLTAGE_V = 11.0
 """Below this OpenCR cuts the motors' power in the end (ROBOTIS e-Manual, TurtleBot3: 11.1 V nominal, warning at 11)."""
@@ -19,14 +19,14 @@ RECOVERED_V = 0.3
 FASTEST_TICKS_S = 5500.0
 """No wheel turns faster by itself: 80 rev/min, a third above the motors' limit."""
 
-RESTART_TICKS = xl430.TICKS_PER_TURN // 8
+RESTART_TICKS = registers.TICKS_PER_TURN // 8
 """A motor counts from within one turn again when it has started, and has hardly turned since: it has no torque."""
 
 WENT_ON, WENT_ON_S = 1.2, 1.3
 """A wheel may go on a fifth faster than over the last cycle, until its controller has stopped it: OpenCR that waits for
 a dead motor needs up to a second to hear of it, and the wheel some time to come to a stand."""
 
-LEAP_TICKS = xl430.TICKS_PER_TURN // 2
+LEAP_TICKS = registers.TICKS_PER_TURN // 2
 """Largest change of position, beyond what the time since explains, that is a movement: more means that the motor has
 lost count of its turns."""
 
@@ -39,7 +39,7 @@ class MotorHealth:
     torque_on: bool
     watchdog_tripped: bool
     hardware_error: int
-    """Hardware error status, 0 if all is well; `xl430.hardware_error_text` puts it into words."""
+    """Hardware error status, 0 if all is well; `registers.hardware_error_text` puts it into words."""
     voltage_v: float
     temperature_c: int | None
     """None: the controller does not tell."""
@@ -82,9 +82,9 @@ class Encoder:
             self._ticks = raw
         else:
             way = _wrap(raw - self._last, 1 << 32)
-            first_turn = -RESTART_TICKS <= raw < xl430.TICKS_PER_TURN + RESTART_TICKS
+            first_turn = -RESTART_TICKS <= raw < registers.TICKS_PER_TURN + RESTART_TICKS
             went_on = 0.0 < way * self._ticks_s <= self._ticks_s**2 * min(dt_s, WENT_ON_S) * WENT_ON
-            self._ticks += way if went_on or not first_turn else _wrap(way, xl430.TICKS_PER_TURN)
+            self._ticks += way if went_on or not first_turn else _wrap(way, registers.TICKS_PER_TURN)
         self._last, self._ticks_s = raw, 0.0
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from markupsafe import Markup
 
-from hvcpd.reporting.events import Garbled, Heard, Watered
+from hvcpd.reporting.events import Garbled, Heard, Performed
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot
@@ -25,7 +25,7 @@ def draw_conversation(story: Story, playable: bool) -> Markup:
     for line in story.lines:
         slot, side = slots[line.said.speaker], sides[line.said.speaker]
         entries.append((line.said.at_s, _utterance(line, slot, side, playable, len(story.robots) - 1)))
-    entries += [(act.at_s, _carried_out(act, story)) for act in story.waterings]
+    entries += [(act.at_s, _carried_out(act, story)) for act in story.performed]
     entries += [(stray.at_s, _stray(stray)) for stray in story.unplaced]
     entries.sort(key=lambda entry: entry[0])
     return tag("ol", *(item for _, item in entries), class_="chat", id="chat", tabindex="0", aria_label="Conversation")
@@ -81,7 +81,7 @@ def _heard(heard: Heard) -> Markup:
     return tag("li", told + seal, class_="good", title=title)
 
 
-def _carried_out(act: Watered, story: Story) -> Markup:
+def _carried_out(act: Performed, story: Story) -> Markup:
     task = next(task for task in story.tasks if task.number == act.task)
     mark = badge(task.icon, task.name)
     told = joined([tag("time", clock(act.at_s)), mark, tag("b", act.robot), f" has done task {act.task}: {task.name}"])

@@ -109,7 +109,7 @@ class TaskChanged:
 
 
 @dataclass(frozen=True)
-class Watered:
+class Performed:
     """The physical act: in the simulated room a robot finished a task's actions, at this true place."""
 
     at_s: float
@@ -233,7 +233,7 @@ class Summary:
     mode: str
 
 
-Event = Started | Said | Heard | Garbled | Held | TaskChanged | Watered | Skill | Switched | Moved | Summary
+Event = Started | Said | Heard | Garbled | Held | TaskChanged | Performed | Skill | Switched | Moved | Summary
 
 LiveEvent = (
     Said
@@ -242,7 +242,7 @@ LiveEvent = (
     | Held
     | Noted
     | TaskChanged
-    | Watered
+    | Performed
     | Skill
     | Moved
     | Odom

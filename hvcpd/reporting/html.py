@@ -86,7 +86,7 @@ def _verdict(story: Story) -> Markup:
         every = f"All {summary.tasks} tasks" if summary.tasks != 1 else "The task was"
         return tag("p", f"{every} done{', each' if summary.tasks != 1 else ''} exactly once", class_="verdict good")
     wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
-    twice = repeated([act.robot for act in task.waterings] for task in story.tasks)
+    twice = repeated([act.robot for act in task.performed] for task in story.tasks)
     wrong += [f"{twice} done more than once"] * (twice > 0)
     return tag("p", f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}", class_="verdict bad")
 
@@ -157,9 +157,9 @@ def _task_table(story: Story) -> Markup:
 
 def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
     place = f"({task.plant.x_m:.2f}, {task.plant.y_m:.2f})".replace("-", "−") if task.plant else "–"
-    doers = listed(dict.fromkeys(act.robot for act in task.waterings)) or "nobody"
-    if len(task.waterings) > 1:
-        doers += f", {len(task.waterings)} times"
+    doers = listed(dict.fromkeys(act.robot for act in task.performed)) or "nobody"
+    if len(task.performed) > 1:
+        doers += f", {len(task.performed)} times"
     claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
     cells = [("Place (m)", place), ("Done by", doers), ("Claimed", claimed), ("Done", done), (_DISTANCE, off)]
@@ -174,7 +174,7 @@ def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
         tag("td", task.number, data_head="No.", class_="no"),
         tag("th", joined([badge(task.icon, task.name), task.name]), scope="row"),
         *(tag("td", text, data_head=name) for name, text in cells),
-        class_=None if len(task.waterings) == 1 else "bad",
+        class_=None if len(task.performed) == 1 else "bad",
     )
 
 

@@ -147,7 +147,7 @@ class LiveView:
 
     def _progress(self, width: int) -> RenderableType:
         watch = self._watch
-        done, total = len(watch.watered), len(watch.names)
+        done, total = len(watch.performed), len(watch.names)
         passed_s = self._monotonic_s() - self._began_s
         text = f"{done} of {total} done · {clock(watch.now_s)} of mission time"
         if passed_s > 1.0:

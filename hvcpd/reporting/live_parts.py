@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from hvcpd.reporting.events import Garbled, Heard, Plant, Skill, Started, Summary, Watered
+from hvcpd.reporting.events import Garbled, Heard, Performed, Plant, Skill, Started, Summary
 from hvcpd.reporting.icons import character
 from hvcpd.reporting.palette import ROBOT_TERMINAL, task_style
 from hvcpd.reporting.story import Line
@@ -119,8 +119,8 @@ def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
             return [
                 artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.listener, artist.style(note.listener)), heard)
             ]
-        case Watered():
-            return [_watered(artist, watch, note)]
+        case Performed():
+            return [_performed(artist, watch, note)]
         case Skill():
             words = skill_words(note.skill, note.state, note.share, note.text, note.arguments, note.results)
             style = "" if note.state == "finished" else "bold red"
@@ -131,7 +131,7 @@ def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
             return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), gave_up)]
 
 
-def _watered(artist: Artist, watch: Watch, note: Watered) -> Text:
+def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
     plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
     name, icon = watch.names.get(note.task, ""), watch.icons.get(note.task, "")
     away = f", {1000 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} mm off" if plant else ""
@@ -139,7 +139,7 @@ def _watered(artist: Artist, watch: Watch, note: Watered) -> Text:
         (f"{clock(note.at_s):>5}  ", "dim"),
         (f"{artist.mark(icon)} ", task_style(name)),
         (note.robot, f"bold {artist.style(note.robot)}"),
-        (f" has done {artist.task(watch, note.task)}{away}: {len(watch.watered)} of {len(watch.names)}", "bold"),
+        (f" has done {artist.task(watch, note.task)}{away}: {len(watch.performed)} of {len(watch.names)}", "bold"),
     )
 
 
@@ -237,7 +237,9 @@ def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[i
     for plant in watch.started.plants:
         cell = plan.cell(plant.x_m, plant.y_m)
         if cell:
-            mark = artist.mark(watch.icons.get(plant.task, "")) if plant.task in watch.watered else str(plant.task)[-1:]
+            mark = (
+                artist.mark(watch.icons.get(plant.task, "")) if plant.task in watch.performed else str(plant.task)[-1:]
+            )
             cells[cell] = (mark, f"bold {task_style(plant.name)}")
     for robot, pose in zip(watch.started.robots, watch.poses, strict=False):
         cell = plan.cell(pose.x_m, pose.y_m)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from hvcpd.reporting.events import Plant, Trail, Watered
+from hvcpd.reporting.events import Performed, Plant, Trail
 from hvcpd.reporting.icons import drawn
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot
@@ -191,13 +191,13 @@ def _arrows(points: list[tuple[float, float]], slot: int) -> list[Markup]:
     return arrows
 
 
-def _acts(story: Story) -> dict[int, Watered]:
+def _acts(story: Story) -> dict[int, Performed]:
     """The first time that each task was carried out."""
-    return {watering.task: watering for watering in reversed(story.waterings)}
+    return {act.task: act for act in reversed(story.performed)}
 
 
 def _marks(
-    frame: Frame, plants: Sequence[Plant], icons: Mapping[int, str], done: Mapping[int, Watered], labels: _Labels
+    frame: Frame, plants: Sequence[Plant], icons: Mapping[int, str], done: Mapping[int, Performed], labels: _Labels
 ) -> list[Markup]:
     parts = []
     for plant, short in zip(plants, without_common_start([p.name for p in plants]), strict=True):

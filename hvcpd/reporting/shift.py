@@ -14,7 +14,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.store import TranscriptRow
-from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Said, Started, TaskChanged, Watered
+from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Performed, Said, Started, TaskChanged
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.story import Story, tell
 
@@ -234,7 +234,7 @@ class _Reader:
         if again:
             return
         member.done.append(ref.number)
-        self.events.append(Watered(wall_s - self._begin_s, member.name, ref.number, math.nan, math.nan))
+        self.events.append(Performed(wall_s - self._begin_s, member.name, ref.number, math.nan, math.nan))
         self._change(ref, "done", member.name, wall_s)
 
     def _change(self, ref: m.TaskRef, state: str, owner: str | None, wall_s: float, robot: str | None = None) -> None:

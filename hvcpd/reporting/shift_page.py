@@ -61,10 +61,10 @@ def as_text(shift: Shift) -> str:
     if shift.due:
         rows = [DUE_HEADS, *(_due_cells(shift, each) for each in shift.due)]
         lines += ["", f"What was due: {_due_sum(shift)}", *(f"  {line}" for line in _columns(rows))]
-    elif shift.story.waterings:
+    elif shift.story.performed:
         done = [
             (wall_clock(shift.begin_s + act.at_s, shift), act.robot, _task(shift, act.task))
-            for act in shift.story.waterings
+            for act in shift.story.performed
         ]
         lines += ["", "Tasks done:", *(f"  {line}" for line in _columns(done))]
     if shift.troubles:
@@ -221,7 +221,7 @@ def _tasks(shift: Shift) -> Markup:
     heads = ("No.", "Task", "Done")
     rows = []
     for task in shift.story.tasks:
-        acts = [f"{wall_clock(shift.begin_s + act.at_s, shift)} by {act.robot}" for act in task.waterings]
+        acts = [f"{wall_clock(shift.begin_s + act.at_s, shift)} by {act.robot}" for act in task.performed]
         name = tag("th", badge(task.icon, task.name), task.name, scope="row")
         done = tag("td", ", ".join(acts) or "not done", data_head="Done")
         rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))

@@ -11,6 +11,7 @@ from hvcpd.reporting.events import (
     Garbled,
     Heard,
     MissionRecord,
+    Performed,
     Plant,
     Said,
     Skill,
@@ -18,7 +19,6 @@ from hvcpd.reporting.events import (
     Summary,
     Switched,
     TaskChanged,
-    Watered,
 )
 from hvcpd.reporting.text import skill_words
 
@@ -38,26 +38,26 @@ class Line:
 
 @dataclass(frozen=True)
 class TaskStory:
-    """One task. `claimed_s` is when its doer took it, None if unknown; `waterings` are the physical acts."""
+    """One task. `claimed_s` is when its doer took it, None if unknown; `performed` are the physical acts."""
 
     number: int
     name: str
     plant: Plant | None
     owner: str | None
     claimed_s: float | None
-    waterings: tuple[Watered, ...]
+    performed: tuple[Performed, ...]
     icon: str = ""
 
     @property
     def done_s(self) -> float | None:
-        return self.waterings[0].at_s if self.waterings else None
+        return self.performed[0].at_s if self.performed else None
 
     @property
     def distance_m(self) -> float | None:
         """From the robot to the task's place when it was carried out first."""
-        if not self.waterings or self.plant is None:
+        if not self.performed or self.plant is None:
             return None
-        return math.hypot(self.waterings[0].x_m - self.plant.x_m, self.waterings[0].y_m - self.plant.y_m)
+        return math.hypot(self.performed[0].x_m - self.plant.x_m, self.performed[0].y_m - self.plant.y_m)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ class Story:
     lines: tuple[Line, ...]
     tasks: tuple[TaskStory, ...]
     spans: tuple[Span, ...]
-    waterings: tuple[Watered, ...]
+    performed: tuple[Performed, ...]
     skills: tuple[SkillSpan, ...]
     switched: tuple[OnSpan, ...]
     unplaced: tuple[Garbled | Heard, ...]
@@ -128,7 +128,7 @@ def tell(record: MissionRecord) -> Story:
     started = _started(events, record)
     summary = next((e for e in reversed(events) if isinstance(e, Summary)), None)
     changes = sorted((e for e in events if isinstance(e, TaskChanged)), key=lambda e: e.at_s)
-    waterings = sorted((e for e in events if isinstance(e, Watered)), key=lambda e: e.at_s)
+    performed = sorted((e for e in events if isinstance(e, Performed)), key=lambda e: e.at_s)
     robots = _robots(started, events)
     lines, unplaced = _lines(events, robots)
     end_s = _end_s(events, record, summary)
@@ -138,9 +138,9 @@ def tell(record: MissionRecord) -> Story:
         end_s,
         robots,
         lines,
-        _tasks(started, changes, waterings),
-        _spans(robots, changes, waterings, end_s),
-        tuple(waterings),
+        _tasks(started, changes, performed),
+        _spans(robots, changes, performed, end_s),
+        tuple(performed),
         _skills(events),
         _switched(events, end_s),
         unplaced,
@@ -181,7 +181,7 @@ def _robots(started: Started, events: Iterable[Event]) -> tuple[str, ...]:
         match event:
             case Said(speaker=name) | Heard(listener=name) | Garbled(listener=name):
                 names.setdefault(name)
-            case TaskChanged(robot=name) | Watered(robot=name) | Skill(robot=name):
+            case TaskChanged(robot=name) | Performed(robot=name) | Skill(robot=name):
                 names.setdefault(name)
     return tuple(names)
 
@@ -235,13 +235,13 @@ def task_names(started: Started) -> dict[int, str]:
     return dict(started.tasks) or {plant.task: plant.name for plant in started.plants}
 
 
-def _tasks(started: Started, changes: Sequence[TaskChanged], waterings: Sequence[Watered]) -> tuple[TaskStory, ...]:
+def _tasks(started: Started, changes: Sequence[TaskChanged], performed: Sequence[Performed]) -> tuple[TaskStory, ...]:
     names = task_names(started)
     plants, icons = {plant.task: plant for plant in started.plants}, dict(started.icons)
-    numbers = dict.fromkeys([*names, *(c.task for c in changes), *(w.task for w in waterings)])
+    numbers = dict.fromkeys([*names, *(c.task for c in changes), *(act.task for act in performed)])
     stories = []
     for number in sorted(numbers):
-        acts = tuple(w for w in waterings if w.task == number)
+        acts = tuple(act for act in performed if act.task == number)
         claims = [c for c in changes if c.task == number and c.state == "claimed" and c.robot == c.owner]
         owner = acts[0].robot if acts else (claims[-1].owner if claims else None)
         until_s = acts[0].at_s if acts else math.inf
@@ -253,21 +253,21 @@ def _tasks(started: Started, changes: Sequence[TaskChanged], waterings: Sequence
 
 
 def _spans(
-    robots: Sequence[str], changes: Sequence[TaskChanged], waterings: Sequence[Watered], end_s: float
+    robots: Sequence[str], changes: Sequence[TaskChanged], performed: Sequence[Performed], end_s: float
 ) -> tuple[Span, ...]:
-    """From a robot's own claim to its own watering, or until it holds the task no longer by its own belief."""
+    """From a robot's own claim to its own act, or until it holds the task no longer by its own belief."""
     spans: list[Span] = []
     for robot in robots:
         begun: dict[int, float] = {}
         marks = [(c.at_s, c.task, c.state if c.owner == robot else "other") for c in changes if c.robot == robot]
-        marks += [(w.at_s, w.task, "watered") for w in waterings if w.robot == robot]
+        marks += [(act.at_s, act.task, "performed") for act in performed if act.robot == robot]
         for at_s, task, state in sorted(marks, key=lambda mark: (mark[0], mark[2] == "claimed", mark[1])):
             if state == "claimed":
                 for other in [number for number in begun if number != task]:  # a robot does one thing at a time
                     spans.append(Span(robot, other, begun.pop(other), at_s, "unfinished"))
                 begun.setdefault(task, at_s)
             elif task in begun:
-                ended = "done" if state in ("watered", "done") else "given up"
+                ended = "done" if state in ("performed", "done") else "given up"
                 spans.append(Span(robot, task, begun.pop(task), at_s, ended))
         spans += [Span(robot, task, from_s, end_s, "unfinished") for task, from_s in begun.items()]
     return tuple(sorted(spans, key=lambda span: (span.from_s, span.robot)))

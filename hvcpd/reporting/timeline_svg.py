@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from markupsafe import Markup
 
-from hvcpd.reporting.events import Trail, Watered
+from hvcpd.reporting.events import Performed, Trail
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot, task_colour
 from hvcpd.reporting.story import Line, OnSpan, SkillSpan, Span, Story
@@ -132,13 +132,13 @@ def _lane(
     drives = [_drive(from_s, to_s, scale, told) for from_s, to_s in moving]
     used = [_skill(span, scale, told) for span in story.skills if span.last.robot == robot]
     speech = [_speech(line, robot_slot(k), scale, told) for line in story.lines if line.said.speaker == robot]
-    ticks = [_tick(act, scale, told) for act in story.waterings if act.robot == robot]
+    ticks = [_tick(act, scale, told) for act in story.performed if act.robot == robot]
     used += [_on(span, scale, told) for span in story.switched if span.on.robot == robot]
     base = tag("line", class_="grid", x1=0, x2=story.end_s * scale, y1=LANE, y2=LANE)
     return tag("g", base, *spans, *drives, *used, *speech, *ticks, transform=f"translate(0 {k * LANE:g})")
 
 
-def _tick(act: Watered, scale: float, told: Callable[[float], str]) -> Markup:
+def _tick(act: Performed, scale: float, told: Callable[[float], str]) -> Markup:
     """A check mark where a task was carried out."""
     at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
     title = tag("title", f"{act.robot} finished task {act.task} at {told(act.at_s)}")

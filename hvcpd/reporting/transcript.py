@@ -18,6 +18,7 @@ from hvcpd.reporting.events import (
     Heard,
     Held,
     Moved,
+    Performed,
     Said,
     Skill,
     Started,
@@ -25,13 +26,12 @@ from hvcpd.reporting.events import (
     Switched,
     TaskChanged,
     Trail,
-    Watered,
 )
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified
 
-_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Watered, Skill, Switched, Summary)
+_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Performed, Skill, Switched, Summary)
 _KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in _TOLD}
 
 

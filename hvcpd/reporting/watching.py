@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-from hvcpd.reporting.events import Event, Garbled, Heard, Moved, Said, Skill, Started, Summary, TaskChanged, Watered
+from hvcpd.reporting.events import Event, Garbled, Heard, Moved, Performed, Said, Skill, Started, Summary, TaskChanged
 from hvcpd.reporting.story import Line, meant_by, task_names
 
 PATIENCE_S = 2.0
@@ -24,7 +24,7 @@ class GaveUp:
     task: int
 
 
-Note = Line | Heard | Garbled | Watered | Skill | GaveUp
+Note = Line | Heard | Garbled | Performed | Skill | GaveUp
 """What is worth a line: a settled utterance, speech from no robot, a task carried out or given up."""
 Belief = tuple[str, str | None]
 """A task's state and owner, as one robot sees it."""
@@ -49,7 +49,7 @@ class Watch:
         self.names, self.icons = task_names(started), dict(started.icons)
         self.now_s = started.at_s
         self.poses = started.starts
-        self.watered: dict[int, str] = {}
+        self.performed: dict[int, str] = {}
         self.doers: dict[int, list[str]] = {}
         """Of each task the robots that did it, once for each time."""
         self.summary: Summary | None = None
@@ -77,9 +77,9 @@ class Watch:
             case TaskChanged():
                 self._pass(event.at_s)
                 told += self._changed(event)
-            case Watered():
+            case Performed():
                 self._pass(event.at_s)
-                self.watered.setdefault(event.task, event.robot)
+                self.performed.setdefault(event.task, event.robot)
                 self.doers.setdefault(event.task, []).append(event.robot)
                 self.names.setdefault(event.task, f"task {event.task}")
                 told.append(event)
@@ -141,8 +141,8 @@ class Watch:
         return BoardRow(number, self.names[number], *main, differing)
 
     def _main(self, number: int, beliefs: dict[str, Belief]) -> Belief:
-        if number in self.watered:
-            return "done", self.watered[number]
+        if number in self.performed:
+            return "done", self.performed[number]
         working = [belief for name, belief in beliefs.items() if belief[1] == name and belief[0] == "claimed"]
         common = Counter(beliefs.values()).most_common(1)
         return working[0] if working else common[0][0] if common else ("open", None)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from hvcpd.config.tasks import WATER, Action, Dock, Forward, GoTo, Place, SayAction, Turn, Use, Wait, Water
+from hvcpd.config.tasks import Action, Dock, Forward, GoTo, Place, SayAction, Tend, Turn, Use, Wait
 from hvcpd.hardware import motion, navigator
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Navigator
@@ -27,8 +27,8 @@ from hvcpd.skills.life import (
     SkillState,
 )
 
-WATERING_SLACK_S = 30.0
-"""Time beyond a skill's limit after which it counts as hanging."""
+TENDING_SLACK_S = 30.0
+"""A skill that tends counts as hanging when it takes this much longer than it was told."""
 
 
 class Outcome(Enum):
@@ -184,9 +184,9 @@ class Performer:
 
     def _call_for(self, action: Action) -> Call | None:
         """The call of a skill that an action makes, if it does."""
-        if isinstance(action, Water) and WATER in self._skills:
+        if isinstance(action, Tend) and action.skill in self._skills:
             arguments = (("seconds", action.duration_s),)
-            action = Use(WATER, arguments, action.duration_s + WATERING_SLACK_S)
+            action = Use(action.skill, arguments, action.duration_s + TENDING_SLACK_S)
         if not isinstance(action, Use):
             return None
         self._calls += 1

@@ -5,7 +5,6 @@ Time is passed in: `now_s` is monotonic; `stamp_s` is the time that ROS has, for
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,8 +17,11 @@ from hvcpd.ros.mapping import (
     as_text,
     base_arguments,
     diagnostics_of,
-    heard_json,
     odometry_of,
+    sentence_of,
+    state_of,
+    task_arguments,
+    tasks_of,
     tf_of,
     twist_of,
 )
@@ -36,17 +38,13 @@ SILENT_S = 1.0
 """Time without odometry after which the bridge reports it, so that people see why the robot stands."""
 UNANSWERED_S = 1.0
 """A reply that has not come by then is not waited for any more."""
-MAX_TASK_LENGTH = 4000
-"""Characters of a task in JSON; one of a dozen actions has about 500."""
 MAX_SAY_LENGTH = 500
 """Characters; more than any sentence of the phrasebook. The daemon hangs up on a line of more than 8192 bytes."""
-MAX_DIGITS = 4
-"""Of a task's number; which ones there are the daemon knows."""
 MAX_SAYS = 5
 """Sentences that wait for the daemon's reply, which comes at once; more would keep a stop or odometry waiting."""
 NO_DAEMON = "no daemon answers; start it with `hvcpd`"
 TOO_MANY = "say: too many sentences at once; this one and others are left out"
-EVENT_KINDS = ("said", "heard", "garbled", "held", "taskchanged", "watered", "statechanged")
+EVENT_KINDS = ("said", "heard", "garbled", "held", "taskchanged", "performed", "statechanged")
 
 
 @dataclass(frozen=True)
@@ -99,6 +97,7 @@ class Bridge:
         self._stopped: bool | None = None
         self._way_left_m: float | None = None
         self._last_refusal = ""
+        self._active = True
 
     def outputs(self) -> list[Output]:
         """The outputs since the last call, in order."""
@@ -111,6 +110,8 @@ class Bridge:
         self._base_id = None
         self._odometry_s = now_s
         self._driving.begin(now_s)
+        if not self._active:
+            return
         self._ask("subscribe", events=[*EVENT_KINDS, "drive" if self.ros_drives else "odom"])
         self._ask("tasks")
         if self._skills.actions:
@@ -123,6 +124,21 @@ class Bridge:
         self._asked.clear()
         self._carry_out(self._driving.stand(now_s))
         self._act(self._skills.leave())
+
+    def activate(self, parameters: Parameters, now_s: float) -> None:
+        """ROS has activated its node, with these parameters."""
+        self._parameters = parameters
+        if not self._active:
+            self._active, self._stopped = True, None
+            self.begin(now_s)
+
+    def deactivate(self, now_s: float) -> None:
+        """ROS has deactivated its node: the base stands, and nothing passes but a stop."""
+        if self._active:
+            self.master_lost("ROS has deactivated the bridge", now_s)
+            if self._skills.actions:
+                self._ask("offer", skills=[])
+            self._active = False
 
     def master_lost(self, reason: str, now_s: float) -> None:
         """ROS has ended, or can no longer be trusted to hold together: the robot stands, and is told why."""
@@ -137,17 +153,19 @@ class Bridge:
         if kind is None:
             self._replied(line, stamp_s)
         elif kind == "drive":
-            if not self._is_stopping(now_s):
+            if self._active and not self._is_stopping(now_s):
                 self._carry_out(self._driving.told(line, now_s))
         elif kind == "odom":
             self._tell_odometry(line, stamp_s)
         elif kind in EVENT_KINDS:
-            self._tell_event(kind, line)
-        else:
+            self._tell_event(kind, line, stamp_s)
+        elif self._active:
             self._act(self._skills.told(line, now_s))
 
     def from_ros(self, topic: Topic, message: Message, now_s: float) -> None:
         """A message to the bridge."""
+        if not self._active and message != Bool(True):  # a stop
+            return
         if topic == topics.SAY and isinstance(message, String):
             self._take_say(message.data)
         elif topic == topics.TASK and isinstance(message, String):
@@ -203,7 +221,7 @@ class Bridge:
 
     def _watch_base(self, now_s: float) -> None:
         silent_s = now_s - self._odometry_s
-        if silent_s > SILENT_S and now_s - self._told_silent_s > SILENT_S:
+        if self._active and silent_s > SILENT_S and now_s - self._told_silent_s > SILENT_S:
             self._told_silent_s = now_s
             self._ask("base", fault=f"no odometry comes on {topics.ODOM.name}; is the base's driver running?")
 
@@ -213,14 +231,15 @@ class Bridge:
         if self._parameters.publish_tf:
             self._publish(topics.TF, tf_of(odometry))
 
-    def _tell_event(self, kind: str, event: Line) -> None:
+    def _tell_event(self, kind: str, event: Line, stamp_s: float) -> None:
         self._publish(topics.EVENTS, String(as_text(dict(event))))
         if kind in ("heard", "said"):
-            plain, as_json = (topics.HEARD, topics.HEARD_JSON) if kind == "heard" else (topics.SAID, topics.SAID_JSON)
-            self._publish(plain, String(str(event["text"])))
-            self._publish(as_json, String(heard_json(event, self._sample_zero_s)))
+            heard = kind == "heard"
+            self._publish(topics.HEARD if heard else topics.SAID, String(str(event["text"])))
+            sentence = sentence_of(event, self._sample_zero_s)
+            self._publish(topics.HEARD_SENTENCE if heard else topics.SAID_SENTENCE, sentence)
         elif kind == "statechanged":
-            self._publish(topics.STATE, String(as_text({key: event[key] for key in ("state", "doing", "task")})))
+            self._publish(topics.STATE, state_of(event["state"], event["doing"], event["task"], stamp_s))
             self._tell_stopped(event["state"] == "stopped")
         elif kind == "taskchanged":
             self._ask("tasks")
@@ -241,7 +260,7 @@ class Bridge:
     def _take_task(self, text: str) -> None:
         """Pass "again 3", "skip 3", "remove 3" or "add" with a task in JSON on."""
         wanted, _, rest = text.strip().partition(" ")
-        arguments = _task_arguments(wanted, rest)
+        arguments = task_arguments(wanted, rest)
         if arguments is None:
             forms = "'again 3', 'skip 3', 'remove 3' or 'add' and a task in JSON"
             self._tell_refusal(f"task: write {forms}, not {text[:40]!r}", None)
@@ -270,7 +289,7 @@ class Bridge:
         if command == "status":
             self._take_status(result, stamp_s)
         elif command == "tasks":
-            self._publish(topics.TASKS, String(as_text(result["tasks"])))
+            self._publish(topics.TASKS, tasks_of(result["tasks"], stamp_s))
 
     def _tell_refusal(self, text: str, code: object) -> None:
         if code != "starting" and (text != self._last_refusal or not text.startswith("base")):
@@ -285,7 +304,8 @@ class Bridge:
         if began and status["state"] != "starting":
             self._ask("tasks")
         if began:
-            self._publish(topics.STATE, String(as_text(_state_of(status))))
+            task = status["task"]["number"] if status.get("task") else None
+            self._publish(topics.STATE, state_of(status["state"], status["doing"], task, stamp_s))
         self._publish(topics.DIAGNOSTICS, diagnostics_of(status, stamp_s, "", self._driving_values()))
 
     def _driving_values(self) -> dict[str, str]:
@@ -309,26 +329,11 @@ class Bridge:
                 self._outputs.append(deed)
 
     def _publish(self, topic: Topic, message: Message) -> None:
-        self._outputs.append(Publish(topic, message))
+        if self._active or topic == topics.CMD_VEL:
+            self._outputs.append(Publish(topic, message))
 
     def _ask(self, command: str, **arguments: object) -> int:
         self._last_id += 1
         self._asked[self._last_id] = command
         self._outputs.append(Ask(self._last_id, command, arguments))
         return self._last_id
-
-
-def _state_of(status: Line) -> dict[str, Any]:
-    task = status.get("task")
-    return {"state": status["state"], "doing": status["doing"], "task": task["number"] if task else None}
-
-
-def _task_arguments(wanted: str, rest: str) -> dict[str, Any] | None:
-    """What the daemon is told besides what is wanted of a task; None if that is not what was written."""
-    if wanted != "add":
-        return {"number": int(rest)} if rest.isascii() and rest.isdigit() and len(rest) <= MAX_DIGITS else None
-    try:
-        task = json.loads(rest) if len(rest) <= MAX_TASK_LENGTH else None
-    except (ValueError, RecursionError):
-        return None
-    return {"task": task} if isinstance(task, dict) else None

@@ -6,7 +6,7 @@ import os
 import select
 import signal
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
@@ -14,7 +14,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, Literal
 
-from hvcpd.errors import ConfigError, NotDoneError, NotRunningError, how_to_install
+from hvcpd.errors import ConfigError, NotDoneError, NotRunningError
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.link import DaemonLink
 from hvcpd.ros.master import master_pid, master_uri
@@ -50,12 +50,9 @@ def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) 
         return "ros1" if version == "1" else "ros2"
     if find_rospy():
         return "ros1"
-    if find_spec("rclpy") is not None or find_spec("cyclonedds") is not None:
+    if find_spec("rclpy") is not None:
         return "ros2"
-    raise ConfigError(
-        "no ROS is here: sudo apt install python3-rospy (ROS 1), or source the setup.bash of a ROS 2, or "
-        f"{how_to_install('cyclonedds')}"
-    )
+    raise ConfigError("no ROS is here: sudo apt install python3-rospy (ROS 1), or source the setup.bash of a ROS 2")
 
 
 def base_of(settings: Sequence[Mapping[str, Any]]) -> Base:
@@ -97,9 +94,21 @@ def make_port(kind: Kind, wanted: Wanted, report: Report) -> RosPort:
         from hvcpd.ros.ros1 import Ros1Port
 
         return Ros1Port(wanted, report)
-    from hvcpd.ros.ros2 import make_ros2_port
+    if find_spec("rclpy") is None:
+        raise ConfigError("no ROS 2 is here: source its setup.bash, with hvcpd in its Python")
+    from hvcpd.ros.ros2 import RclpyPort
 
-    return make_ros2_port(wanted, report)
+    return RclpyPort(wanted, report)
+
+
+def ros2_words(remaps: Iterable[str], ros_args: Sequence[str]) -> list[str]:
+    """One command line as ROS 2 has it, from remappings as ROS 1 has them (`_name:=` sets a parameter) and its own."""
+    words = []
+    for each in remaps:
+        is_parameter = each.startswith("_") and not each.startswith("__")
+        words += ["-p", each[1:]] if is_parameter else ["-r", each]
+    words += ros_args
+    return ["--ros-args", *words] if words else []
 
 
 def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_pid) -> None:

@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from hvcpd.ros.messages import Byte, Time
+from hvcpd.ros.messages import (
+    COVARIANCE_SIZE,
+    Byte,
+    Covariance,
+    Header,
+    Int32,
+    RobotState,
+    Sentence,
+    Task,
+    TaskArray,
+    Time,
+    Uint32,
+    Word,
+)
 
 T = TypeVar("T")
 
@@ -22,11 +36,54 @@ class Dialect:
     byte: Callable[[int], Any]
 
 
+OWN = {each.ROS_TYPE: each for each in (Word, Sentence, Task, TaskArray, RobotState)}
+"""The messages that are our own."""
+
+
 @cache
 def ros_class(ros_type: str) -> Any:
-    """The class of a type such as "std_msgs/String". Raises ImportError if its package is not installed."""
+    """The class of a type such as "std_msgs/String"; for ROS 1 genpy makes our own, with the same checksum, where
+    their package is not installed. Raises ImportError if a package is missing."""
     package, name = ros_type.split("/")
-    return getattr(import_module(f"{package}.msg"), name)
+    try:
+        return getattr(import_module(f"{package}.msg"), name)
+    except ImportError:
+        if ros_type not in OWN or "genpy" not in sys.modules:
+            raise
+    dynamic: Any = import_module("genpy.dynamic")
+    return dynamic.generate_dynamic(ros_type, _whole_definition(OWN[ros_type]))[ros_type]
+
+
+def definition(plain: Any) -> str:
+    """The definition of one of our messages as ROS writes it, a field a line."""
+    return "".join(f"{_ros_name(hint)} {name}\n" for name, hint in field_types(plain).items())
+
+
+def _ros_name(hint: Any) -> str:
+    if hint == Covariance:
+        return f"float64[{COVARIANCE_SIZE}]"
+    if hint in (Int32, Uint32, Byte):
+        return str(get_args(hint)[1])
+    if get_origin(hint) is tuple:
+        return f"{_ros_name(get_args(hint)[0])}[]"
+    simple: dict[Any, str] = {str: "string", bool: "bool", float: "float64"}
+    return simple[hint] if hint in simple else str(hint.ROS_TYPE)
+
+
+def _whole_definition(plain: Any) -> str:
+    """The definition with those of its fields' types, as ROS 1 puts them together."""
+    parts = [definition(plain)]
+    for kind in sorted(_nested(plain), key=lambda each: str(each.ROS_TYPE)):
+        text = ros_class(kind.ROS_TYPE)._full_text if kind is Header else definition(kind)
+        parts.append(f"MSG: {kind.ROS_TYPE}\n{text}")
+    return f"{'=' * 80}\n".join(parts)
+
+
+def _nested(plain: Any) -> set[Any]:
+    """The message types of its fields, and of theirs, as far as ROS's Header, whose fields are other ones in ROS 1."""
+    hints = [get_args(hint)[0] if get_origin(hint) is tuple else hint for hint in field_types(plain).values()]
+    found = {hint for hint in hints if dataclasses.is_dataclass(hint)}
+    return found.union(*(_nested(each) for each in found - {Header}))
 
 
 def to_ros(value: Any, dialect: Dialect) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hvcpd.ports import WARN_BATTERY_V
@@ -18,6 +18,10 @@ from hvcpd.ros.messages import (
     Pose,
     PoseWithCovariance,
     Quaternion,
+    RobotState,
+    Sentence,
+    Task,
+    TaskArray,
     TFMessage,
     Time,
     Transform,
@@ -25,8 +29,14 @@ from hvcpd.ros.messages import (
     Twist,
     TwistWithCovariance,
     Vector3,
+    Word,
 )
 from hvcpd.ros.parameters import Parameters
+
+MAX_TASK_LENGTH = 4000
+"""Characters of a task in JSON; one of a dozen actions has about 500."""
+MAX_DIGITS = 4
+"""Of a task's number; which ones there are the daemon knows."""
 
 Line = Mapping[str, Any]
 """One JSON object of the daemon's; docs/control.md lists their fields."""
@@ -37,11 +47,31 @@ def as_text(value: object) -> str:
     return json.dumps(value, separators=(", ", ": "), allow_nan=False)
 
 
-def heard_json(event: Line, wall_of: float) -> str:
-    """`heard` and `said` with all that is known; `wall_of` is the ROS time of the daemon's sample clock at 0."""
-    known = {key: value for key, value in event.items() if key not in ("event", "utterance", "collided")}
-    known["stamp"] = round(wall_of + float(event["at_s"]), 3)
-    return as_text(known)
+def sentence_of(event: Line, wall_of: float) -> Sentence:
+    """A `heard` or `said` event; `wall_of` is the ROS time of the daemon's sample clock at 0."""
+    at_s = float(event["at_s"])
+    words = tuple(Word(str(word), begin_s - at_s, end_s - at_s) for word, begin_s, end_s in event.get("words") or ())
+    end_s = float(event["end_s"]) - at_s if "end_s" in event else words[-1].end_s if words else math.nan
+    sure, snr_db = (math.nan if event.get(key) is None else float(event[key]) for key in ("confidence", "snr_db"))
+    stamp = Header(Time.of(max(wall_of + at_s, 0.0)))
+    return Sentence(stamp, str(event["speaker"]), str(event["text"]), end_s, sure, snr_db, words)
+
+
+def tasks_of(tasks: Sequence[Line], stamp_s: float) -> TaskArray:
+    """The board as the command `tasks` has it."""
+    return TaskArray(Header(Time.of(stamp_s)), tuple(map(_task, tasks)))
+
+
+def _task(task: Line) -> Task:
+    place = task.get("place")
+    point = Point(float(place["x_m"]), float(place["y_m"])) if place else Point()
+    owner = task.get("owner") or ""
+    return Task(int(task["number"]), str(task.get("name", "")), str(task["state"]), owner, place is not None, point)
+
+
+def state_of(state: str, doing: str, task: int | None, stamp_s: float) -> RobotState:
+    """What the robot is doing."""
+    return RobotState(Header(Time.of(stamp_s)), state, doing, task or 0)
 
 
 def odometry_of(event: Line, stamp_s: float, parameters: Parameters) -> Odometry:
@@ -140,3 +170,14 @@ def _battery(status: Line) -> _Part:
 
 def _values(values: Mapping[str, object]) -> tuple[KeyValue, ...]:
     return tuple(KeyValue(key, str(value)) for key, value in values.items())
+
+
+def task_arguments(wanted: str, rest: str) -> dict[str, Any] | None:
+    """What the daemon is told besides what is wanted of a task; None if that is not what was written."""
+    if wanted != "add":
+        return {"number": int(rest)} if rest.isascii() and rest.isdigit() and len(rest) <= MAX_DIGITS else None
+    try:
+        task = json.loads(rest) if len(rest) <= MAX_TASK_LENGTH else None
+    except (ValueError, RecursionError):
+        return None
+    return {"task": task} if isinstance(task, dict) else None

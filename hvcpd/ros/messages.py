@@ -2,7 +2,8 @@
 
 Fields have the names, the order and the types of ROS's own definitions (common_interfaces, geometry2), which ROS 1 and
 ROS 2 share but for `Time` and the sequence number of ROS 1's header. Adapters turn them into the messages of the ROS
-that is there (`convert.py`), or into DDS's types (`dds_types.py`). Numbers without a width here are float64.
+that is there (`convert.py`). Numbers without a width here are float64. Those of `hvcpd_msgs` are our own; its
+definitions for ROS are in `release/ros/hvcpd_msgs`.
 """
 
 from __future__ import annotations
@@ -220,5 +221,64 @@ class DiagnosticArray:
     status: tuple[DiagnosticStatus, ...] = ()
 
 
-Message = String | Bool | Twist | Odometry | TFMessage | DiagnosticArray | PoseStamped
+@dataclass(frozen=True)
+class Word:
+    """One word of a sentence; its begin and end in s after the sentence's begin."""
+
+    ROS_TYPE: ClassVar = "hvcpd_msgs/Word"
+    text: str = ""
+    begin_s: float = 0.0
+    end_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence that the robot heard or said. The header's stamp is its begin; NaN: not known."""
+
+    ROS_TYPE: ClassVar = "hvcpd_msgs/Sentence"
+    header: Header = Header()
+    speaker: str = ""
+    text: str = ""
+    duration_s: float = math.nan
+    confidence: float = math.nan
+    snr_db: float = math.nan
+    words: tuple[Word, ...] = ()
+
+
+@dataclass(frozen=True)
+class Task:
+    """A task by the robot's own view: open, claimed, done or failed, by `owner` ("": nobody)."""
+
+    ROS_TYPE: ClassVar = "hvcpd_msgs/Task"
+    number: Int32 = 0
+    name: str = ""
+    state: str = ""
+    owner: str = ""
+    has_place: bool = False
+    place: Point = Point()
+
+
+@dataclass(frozen=True)
+class TaskArray:
+    """All tasks."""
+
+    ROS_TYPE: ClassVar = "hvcpd_msgs/TaskArray"
+    header: Header = Header()
+    tasks: tuple[Task, ...] = ()
+
+
+@dataclass(frozen=True)
+class RobotState:
+    """What the robot is doing: the state of its conversation, in words, and the number of its task (0: none)."""
+
+    ROS_TYPE: ClassVar = "hvcpd_msgs/RobotState"
+    header: Header = Header()
+    state: str = ""
+    doing: str = ""
+    task: Int32 = 0
+
+
+Message = (
+    String | Bool | Twist | Odometry | TFMessage | DiagnosticArray | PoseStamped | Sentence | TaskArray | RobotState
+)
 """The messages of topics."""

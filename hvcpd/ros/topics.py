@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hvcpd.ros.messages import Bool, DiagnosticArray, Message, Odometry, String, TFMessage, Twist
+from hvcpd.ros.messages import (
+    Bool,
+    DiagnosticArray,
+    Message,
+    Odometry,
+    RobotState,
+    Sentence,
+    String,
+    TaskArray,
+    TFMessage,
+    Twist,
+)
 
 
 @dataclass(frozen=True)
@@ -20,12 +31,12 @@ class Topic:
 
 
 HEARD = Topic("heard", String)
-HEARD_JSON = Topic("heard/json", String)
+HEARD_SENTENCE = Topic("heard/sentence", Sentence)
 SAID = Topic("said", String)
-SAID_JSON = Topic("said/json", String)
+SAID_SENTENCE = Topic("said/sentence", Sentence)
 EVENTS = Topic("events", String)
-TASKS = Topic("tasks", String, latched=True)
-STATE = Topic("state", String, latched=True)
+TASKS = Topic("tasks", TaskArray, latched=True)
+STATE = Topic("state", RobotState, latched=True)
 STOPPED = Topic("estop/state", Bool, latched=True)
 CMD_VEL = Topic("cmd_vel", Twist)
 ODOM = Topic("odom", Odometry)
@@ -36,7 +47,7 @@ SAY = Topic("say", String)
 TASK = Topic("task", String)
 ESTOP = Topic("estop", Bool)
 
-PUBLISHED = (HEARD, HEARD_JSON, SAID, SAID_JSON, EVENTS, TASKS, STATE, STOPPED, DIAGNOSTICS)
+PUBLISHED = (HEARD, HEARD_SENTENCE, SAID, SAID_SENTENCE, EVENTS, TASKS, STATE, STOPPED, DIAGNOSTICS)
 """Topics that are published in any case."""
 SUBSCRIBED = (SAY, TASK, ESTOP)
 """Topics that are subscribed to in any case."""

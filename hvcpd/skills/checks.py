@@ -11,12 +11,12 @@ from pathlib import Path
 from hvcpd.config.settings import Settings, WheelSettings
 from hvcpd.config.skill_settings import JointSettings, SkillSettings
 from hvcpd.config.skills import Parameter
-from hvcpd.config.tasks import WATER, TaskRepository
+from hvcpd.config.tasks import TENDING, TaskRepository
 from hvcpd.errors import did_you_mean
 from hvcpd.skills.runners import places
 
 _SECONDS = {"seconds": Parameter()}
-"""Default argument of watering, if the task file declares no other."""
+"""Argument of tending, if the task file declares no other."""
 
 
 def faults(
@@ -61,7 +61,7 @@ def _faults_of(
     name: str, skill: SkillSettings, tasks: TaskRepository, wheels: WheelSettings, programs_too: bool
 ) -> Iterator[tuple[str, str]]:
     """The faults of one skill by itself, each with its part of the skill."""
-    declared = {WATER: _SECONDS} | {each.name: dict(each.entry.parameters) for each in tasks.skills}
+    declared = dict.fromkeys(TENDING, _SECONDS) | {each.name: dict(each.entry.parameters) for each in tasks.skills}
     if name not in declared:
         yield "", f"the task file declares no such skill; {did_you_mean(name, declared)}"
         return
@@ -102,8 +102,8 @@ def _no_number(name: str, parameters: Mapping[str, Parameter]) -> str | None:
 
 
 def _joint_faults(joint: JointSettings, parameters: Mapping[str, Parameter], wheels: WheelSettings) -> Iterator[str]:
-    if wheels.driver not in ("auto", "xl430"):
-        yield f"it is on the wheels' bus, and wheels.driver is {wheels.driver}; set that to xl430 or auto"
+    if wheels.driver not in ("auto", "dynamixel"):
+        yield f"it is on the wheels' bus, and wheels.driver is {wheels.driver}; set that to dynamixel or auto"
     if (text := _no_number(joint.angle, parameters)) is not None:
         yield f"angle: {text}"
         return

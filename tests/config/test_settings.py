@@ -30,8 +30,8 @@ from hvcpd.config.settings import (
     StartSettings,
     WaitSettings,
     WheelSettings,
-    load_settings,
 )
+from hvcpd.config.settings_file import load_settings
 from hvcpd.config.skill_settings import PinSettings, SkillSettings, StopButtonSettings
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
@@ -56,6 +56,10 @@ def test_only_the_name_is_needed(tmp_path: Path) -> None:
     assert settings == Settings(name="Rob")
     assert settings.teams == DEFAULT_TEAMS
     assert settings.tasks == default_tasks_path()
+
+
+def test_the_former_name_of_a_wheel_driver_still_works(tmp_path: Path) -> None:
+    assert load(tmp_path, "name: Rob\nwheels: {driver: xl430}\n").wheels == WheelSettings(driver="dynamixel")
 
 
 def test_without_a_file_the_options_do(tmp_path: Path) -> None:
@@ -140,7 +144,7 @@ def test_the_start_pose_in_radians() -> None:
         ("name: Rob\naudio: 7\n", "F:2", "expected a group of keys (input_device"),
         ("name: Rob\nwheels: {left_id: 253}\n", "F:2", "from 0 to 252"),
         ("name: Rob\nwheels: {baud_rate: 1200}\n", "F:2", "not one of the choices"),
-        ("name: Rob\nwheels: {driver: xl340}\n", "F:2", "did you mean 'xl430'?"),
+        ("name: Rob\nwheels: {driver: dynamixal}\n", "F:2", "did you mean 'dynamixel'?"),
         ("name: Rob\nmode: folow\n", "F:2", "did you mean 'follow'?"),
         ("name: Rob\nseed: -1\n", "F:2", "from 0 to 4294967295"),
         ("name: Rob\nseed: 4294967296\n", "F:2", "from 0 to 4294967295"),

@@ -12,9 +12,9 @@ from hvcpd.config.tasks import (
     SayAction,
     TaskDefinition,
     TaskRepository,
+    Tend,
     Turn,
     Wait,
-    Water,
     default_tasks_path,
 )
 
@@ -30,14 +30,14 @@ def test_the_papers_tasks_are_beyond_doubt() -> None:
     assert doubts(load_tasks(default_tasks_path())) == ()
 
 
-@pytest.mark.parametrize("actions", [(SAY,), (Wait(5.0),), (Water(5.0),), (GoTo(ELSEWHERE), Water(5.0))])
+@pytest.mark.parametrize("actions", [(SAY,), (Wait(5.0),), (Tend(5.0),), (GoTo(ELSEWHERE), Tend(5.0))])
 def test_a_place_that_no_action_leads_to(actions: tuple[Action, ...]) -> None:
     [text] = told(*actions)
     assert text.startswith("task 3, 'greet the door': it has a place, but no action leads there; ")
     assert "`go to place`" in text
 
 
-@pytest.mark.parametrize("actions", [(Water(5.0), GoTo(PLACE)), (SAY, Wait(1.0), Turn(90.0), GoTo(PLACE))])
+@pytest.mark.parametrize("actions", [(Tend(5.0), GoTo(PLACE)), (SAY, Wait(1.0), Turn(90.0), GoTo(PLACE))])
 def test_all_is_done_before_it_is_there(actions: tuple[Action, ...]) -> None:
     [text] = told(*actions)
     assert "before it goes to its place" in text
@@ -45,14 +45,14 @@ def test_all_is_done_before_it_is_there(actions: tuple[Action, ...]) -> None:
 
 @pytest.mark.parametrize("action", ["water", "wait", "forward", "turn"])
 def test_an_action_of_no_amount(action: str) -> None:
-    kinds = {"water": Water(0.0), "wait": Wait(0.0), "forward": Forward(0.0), "turn": Turn(0.0)}
+    kinds = {"water": Tend(0.0), "wait": Wait(0.0), "forward": Forward(0.0), "turn": Turn(0.0)}
     [text] = told(GoTo(PLACE), kinds[action], kinds[action], SAY)
     assert f"`{action}: 0` does nothing" in text
 
 
 @pytest.mark.parametrize(
     "actions",
-    [(GoTo(PLACE),), (SAY, GoTo(PLACE), Water(5.0)), (GoTo(PLACE), SAY, GoTo(ELSEWHERE)), (GoTo(PLACE), Turn(90.0))],
+    [(GoTo(PLACE),), (SAY, GoTo(PLACE), Tend(5.0)), (GoTo(PLACE), SAY, GoTo(ELSEWHERE)), (GoTo(PLACE), Turn(90.0))],
 )
 def test_nothing_is_wrong_with_these(actions: tuple[Action, ...]) -> None:
     assert told(*actions) == []
@@ -60,4 +60,4 @@ def test_nothing_is_wrong_with_these(actions: tuple[Action, ...]) -> None:
 
 def test_a_task_without_a_place_is_done_where_the_robot_is() -> None:
     assert told(SAY, place=None) == []
-    assert told(Water(5.0), place=None) == []
+    assert told(Tend(5.0), place=None) == []

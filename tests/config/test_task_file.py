@@ -22,9 +22,9 @@ from hvcpd.config.tasks import (
     SayAction,
     TaskDefinition,
     TaskRepository,
+    Tend,
     Turn,
     Wait,
-    Water,
     default_tasks_path,
 )
 from hvcpd.errors import ConfigError
@@ -61,7 +61,7 @@ def test_the_default_is_the_papers_five_plants() -> None:
     }
     assert all(isinstance(task.actions[0], GoTo) and task.actions[0].place == task.place for task in tasks)
     assert {task.icon for task in tasks} == {"flower"}
-    assert all(any(isinstance(action, Water) for action in task.actions) for task in tasks)
+    assert all(any(isinstance(action, Tend) for action in task.actions) for task in tasks)
 
 
 def test_the_installed_copy_is_the_packaged_one() -> None:
@@ -89,7 +89,7 @@ def test_every_kind_of_action(tmp_path: Path) -> None:
         Forward(-0.5),
         Turn(90.0),
         Wait(2.0),
-        Water(5.0),
+        Tend(5.0),
         SayAction("Hi all"),
     )
 
@@ -160,7 +160,7 @@ actions = st.one_of(
     st.builds(Forward, metres),
     st.builds(Turn, st.floats(-360, 360)),
     st.builds(Wait, st.floats(0, 600)),
-    st.builds(Water, st.floats(0, 600)),
+    st.builds(Tend, st.floats(0, 600)),
     st.builds(SayAction, st.text("abc XYZ019,.!'éß", min_size=1, max_size=200).filter(str.strip)),
 )
 
@@ -191,7 +191,7 @@ def _plain_action(action: Action) -> dict[str, Any]:
             return {"forward": distance_m}
         case Turn(angle_deg):
             return {"turn": angle_deg}
-        case Water(duration_s):
+        case Tend(duration_s):
             return {"water": duration_s}
         case Wait(duration_s):
             return {"wait": duration_s}

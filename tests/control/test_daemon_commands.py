@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import structlog
 
-from hvcpd.config.tasks import GoTo, Place, Water
+from hvcpd.config.tasks import GoTo, Place, Tend
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import status
 from hvcpd.control.live.bid import told
@@ -111,7 +111,7 @@ def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
     assert lines[0] == "task 11, water the red tulip: new"
     assert "give each the same command" in lines[1]
     (_, task) = robot.bench.body.wiring.tasks.tasks
-    assert task.actions == (GoTo(Place(-1.2, 0.5)), Water(5.0))
+    assert task.actions == (GoTo(Place(-1.2, 0.5)), Tend(5.0))
     assert task.after == {1}
     assert "there already is a task 11" in ctl("task", "add", *tulip, status=2)
     assert "x and y in metres" in ctl("task", "add", *tulip, "--place", "1", status=2)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.paced import PacedPort
 from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.doctor import run
@@ -135,8 +135,8 @@ def test_the_wheels_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     with FakeBus(turtlebot3_pair()) as bus:
         asked = options(tmp_path, "--only", "wheels", "--port", bus.path, "--driver", "auto")
         assert run(asked, make_port=lambda *port: PacedPort(bus, *port)) == 0
-    assert "two XL430-W250 motors" in found(capsys)["wheels"]["text"]
-    with FakeBus([FakeXL430(1, voltage_v=9.5), FakeXL430(5)]) as bus:
+    assert "two DYNAMIXEL motors" in found(capsys)["wheels"]["text"]
+    with FakeBus([FakeMotor(1, voltage_v=9.5), FakeMotor(5)]) as bus:
         asked = options(tmp_path, "--only", "wheels", "--port", bus.path, "--driver", "auto")
         assert run(asked, make_port=lambda *port: PacedPort(bus, *port)) == 1
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]

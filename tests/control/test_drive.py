@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.dynamixel.pump import RealTimePump
@@ -30,14 +30,14 @@ class PatientPort(WaitingPort):
 
 
 @contextmanager
-def moving(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:
+def moving(*devices: FakeMotor | FakeOpenCR) -> Iterator[FakeBus]:
     """Fakes whose time passes by the clock on the wall; all of them answer."""
     with FakeBus(devices or turtlebot3_pair(), seed=1) as bus, RealTimePump(bus.advance):
         yield bus
 
 
 @contextmanager
-def robot(*devices: FakeXL430 | FakeOpenCR) -> Iterator[FakeBus]:
+def robot(*devices: FakeMotor | FakeOpenCR) -> Iterator[FakeBus]:
     """Fakes whose time stands still."""
     with FakeBus(devices or turtlebot3_pair(), seed=1) as bus:
         yield bus
@@ -113,12 +113,12 @@ def test_half_a_place_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert "give X Y for each" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("devices", [(), (FakeOpenCR(),)], ids=["xl430", "opencr"])
+@pytest.mark.parametrize("devices", [(), (FakeOpenCR(),)], ids=["dynamixel", "opencr"])
 def test_forward_drives_and_leaves_the_wheels_off(
     capsys: pytest.CaptureFixture[str], devices: tuple[FakeOpenCR, ...]
 ) -> None:
     with moving(*devices) as bus:
-        kind = "opencr" if devices else "xl430"
+        kind = "opencr" if devices else "dynamixel"
         assert drive(bus, "forward", "0.05", "--json", "--driver", kind, make_port=PatientPort) == 0
         motors = [*bus.motors.values()] or [devices[0].left, devices[0].right]
         assert [motor.true_angle_rad * 0.033 for motor in motors] == pytest.approx([0.05, 0.05], abs=0.01)
@@ -142,17 +142,17 @@ def test_a_blocked_wheel_fails_with_status_1_and_the_reason(capsys: pytest.Captu
     with moving() as bus:
         for motor in bus.motors.values():
             motor.blocked = True
-        assert drive(bus, "forward", "0.5", "--driver", "xl430", make_port=PatientPort) == 1
+        assert drive(bus, "forward", "0.5", "--driver", "dynamixel", make_port=PatientPort) == 1
     assert "failed: a wheel is blocked" in capsys.readouterr().out
 
 
-def spin(motor: FakeXL430) -> None:
+def spin(motor: FakeMotor) -> None:
     for name, value in (("operating_mode", 1), ("torque_enable", 1), ("goal_velocity", 200)):
         motor.memory.set(name, value)
 
 
 def test_stop_stops_whatever_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
-    left = FakeXL430(1, voltage_v=9.5)
+    left = FakeMotor(1, voltage_v=9.5)
     left.memory.set("firmware_version", 30)
     spin(left)
     with robot(left) as bus:  # the right motor is missing
@@ -171,7 +171,7 @@ def test_stop_stops_opencr_in_debug_mode(capsys: pytest.CaptureFixture[str]) -> 
 
 def test_a_stop_that_nobody_confirms_is_an_error() -> None:
     with (
-        robot(FakeXL430(9)) as bus,
+        robot(FakeMotor(9)) as bus,
         pytest.raises(DeviceError, match=r"neither OpenCR \(ID 200\) nor motors 1 and 2 answer, but ID 9"),
     ):
         drive(bus, "stop")

@@ -14,16 +14,16 @@ import pytest
 from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
-from hil_fakes.shared_room import BLOCK, SharedRoom, SimulatedAir
-from hvcpd.config.settings import load_settings
+from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
 from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium
-from hvcpd.control.duet.onlookers import ANSWER_S, UNHEARD, Onlooker, Visitor
+from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit, Visitor
 from hvcpd.coordination.states import State
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio_exchange import StreamCounters
-from hvcpd.ports import Pose, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
 
 STOP_S = 21.0
 """When nobody speaks: both have greeted, and nobody has a task yet."""
@@ -80,28 +80,66 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert UNHEARD not in out.getvalue()
 
 
-def test_a_visitor_whom_nobody_understands_is_told_so_once() -> None:
-    out = io.StringIO()
+def visit(times: list[float]) -> Visit:
+    """A visit whose sentence is said at once; `times` grows by each time that it is said."""
+
+    def say() -> Callable[[], bool]:
+        times.append(0.0)
+        return lambda: True
+
+    return Visit("Anna: what is left", say)
+
+
+def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_once() -> None:
+    out, times = io.StringIO(), list[float]()
     onlooker = Onlooker(["Rob", "Bot"], out)
-    onlooker.visited("Anna: what is left", 5.0)
+    onlooker.visited(visit(times), 5.0)
+    onlooker.look(5.0)
     onlooker.look(5.0 + ANSWER_S)
-    onlooker.tell({"event": "said", "text": "Hi all, I am Rob, task one complete", "at_s": 6.0}, "Rob")
-    assert UNHEARD not in out.getvalue()
+    assert len(times) == 1
     onlooker.look(5.5 + ANSWER_S)
+    assert len(times) == TIMES == 2
+    onlooker.tell({"event": "said", "text": "Hi all, I am Rob, task one complete", "at_s": 6.0}, "Rob")
     onlooker.look(6.0 + ANSWER_S)
+    assert UNHEARD not in out.getvalue()
+    onlooker.look(6.5 + 2 * ANSWER_S)
+    onlooker.look(7.0 + 3 * ANSWER_S)
     assert out.getvalue().startswith(" 0:05  Anna: what is left\n")
     assert out.getvalue().count(UNHEARD) == 1
+    assert len(times) == TIMES
 
 
 @pytest.mark.parametrize("event", ["heard", "held"])
-def test_a_visitor_who_is_understood_is_told_nothing(event: str) -> None:
-    out = io.StringIO()
+def test_a_visitor_who_is_understood_is_told_nothing_and_says_nothing_more(event: str) -> None:
+    out, times = io.StringIO(), list[float]()
     onlooker = Onlooker(["Rob", "Bot"], out)
-    onlooker.visited("Anna: Bot, stop", 5.0)
+    onlooker.visited(visit(times), 5.0)
+    onlooker.look(5.0)
     onlooker.tell({"event": event, "speaker": None, "text": "Bot stop", "at_s": 5.1}, "Bot")
     onlooker.look(6.0 + ANSWER_S)
     assert "Bot heard you" in out.getvalue() or "Bot stood still" in out.getvalue()
     assert UNHEARD not in out.getvalue()
+    assert len(times) == 1
+
+
+def block(level: float) -> Samples:
+    return np.full(BLOCK, level, np.float32)
+
+
+def test_a_visitor_waits_for_a_pause_says_it_as_a_whole_and_interrupts_in_the_end() -> None:
+    voice, blocks_s = Voice(), BLOCK / SAMPLE_RATE_HZ
+    is_said = voice.say(np.full(2 * BLOCK, 0.5, np.float32))
+    assert not any(voice.take([block(0.0), block(0.1)]).any() for _ in range(4)), "a robot speaks"
+    quiet = round(PAUSE_S / blocks_s) - 1
+    assert not any(voice.take([block(0.0), block(0.0)]).any() for _ in range(quiet)), "it may only pause for breath"
+    assert voice.take([block(0.0), block(0.0)]).all()
+    assert not is_said()
+    assert voice.take([block(0.1), block(0.0)]).all(), "a sentence that was begun goes on"
+    assert is_said()
+    voice.say(block(0.5))
+    waited = [voice.take([block(0.1)]).any() for _ in range(round(PATIENCE_S / blocks_s))]
+    assert waited.count(True) == 1
+    assert waited[-1]
 
 
 def test_a_call_that_robots_pass_on_is_shown_once() -> None:
@@ -158,15 +196,16 @@ def test_one_card_plays_the_sum_and_all_hear_the_same() -> None:
         medium = SharedCard(lambda: card)
         await medium.open()
         await medium.open()
-        blocks = [np.full(BLOCK, level, np.float32) for level in (0.25, 0.5)]
-        medium.say(np.full(BLOCK, 0.125, np.float32))
-        heard = [await medium.exchange(blocks, []) for _ in range(3)]
+        medium.say(np.full(2 * BLOCK, 0.125, np.float32))
+        quiet = round(PAUSE_S * SAMPLE_RATE_HZ / BLOCK)
+        heard = [await medium.exchange([block(0.0), block(0.0)], []) for _ in range(quiet + 1)]
+        heard += [await medium.exchange([block(0.25), block(0.5)], []) for _ in range(2)]
         await medium.close()
         return heard
 
     heard = asyncio.run(talk())
-    assert [block[0] for both in heard for block in both] == [0.0, 0.0, 0.125, 0.125, 0.25, 0.25]
-    assert [block[0] for block in card.played] == [0.875, 0.75]
+    assert [rob[0] for rob, _ in heard] == [bot[0] for _, bot in heard] == [0.125 * k for k in range(len(heard))]
+    assert [each[0] for each in card.played[-3:]] == [0.125, 0.875, 0.75]
     assert not card.is_open
 
 

@@ -142,7 +142,7 @@ def test_an_event_that_comes_in_pieces_is_waited_for(tmp_path: Path) -> None:
         ({"event": "garbled", "listener": "Rob"}, "was not understood"),
         ({"event": "noted", "robot": "Rob", "speaker": "Bot", "text": "not believed: x\x1b"}, "not believed: x\ufffd"),
         ({"event": "held", "at_s": 1.0, "until_s": 1.5, "robot": "Rob"}, "stood still for 0.5 s"),
-        ({"event": "watered", "robot": "Rob", "task": 7}, "Rob has carried out task 7"),
+        ({"event": "performed", "robot": "Rob", "task": 7}, "Rob has carried out task 7"),
         ({"event": "statechanged", "state": "stopped"}, "stopped: stands"),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 
 from hil_fakes.word_mission import WordMission, WordPlan
-from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Water
+from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Tend
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
@@ -14,9 +14,7 @@ COLOURS = "green violet indigo orange yellow white purple silver".split()
 
 def plants(n: int) -> tuple[TaskDefinition, ...]:
     return tuple(
-        TaskDefinition(
-            i + 1, f"water the {COLOURS[i]} rose", Place(float(i), 1.0), (Forward(2.0 + 3.0 * i), Water(5.0))
-        )
+        TaskDefinition(i + 1, f"water the {COLOURS[i]} rose", Place(float(i), 1.0), (Forward(2.0 + 3.0 * i), Tend(5.0)))
         for i in range(n)
     )
 
@@ -63,3 +61,9 @@ class Mission(WordMission):
 
 def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:
     return m.Utterance(speaker, m.ToRobot(to), None, statement)
+
+
+def release_all(mission: WordMission) -> None:
+    """Have a person say "resume" until all have heard it, also robots that are off when it is said first."""
+    for pause_s in (1.0, 10.0, 30.0, 60.0, 90.0):
+        mission.tell(mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))

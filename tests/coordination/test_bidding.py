@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks.routes import best_routes_m, random_routes_plan, way_m
 from hil_fakes.word_body import SPEED_M_S
 from hil_fakes.word_mission import WordMission
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Water
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Tend
 from hvcpd.coordination import routes
 from hvcpd.coordination.actions import Perform, Role, Say
 from hvcpd.coordination.coordination import Coordination
@@ -20,7 +20,7 @@ from tests.coordination.mission import Mission
 
 NAMES = ("Ada", "Zoe")
 FAR = tuple(
-    TaskDefinition(n, f"water plant {n}", Place(x_m, 0.0), (GoTo(Place(x_m, 0.0)), Water(5.0)))
+    TaskDefinition(n, f"water plant {n}", Place(x_m, 0.0), (GoTo(Place(x_m, 0.0)), Tend(5.0)))
     for n, x_m in ((1, 10.0), (2, 30.0))
 )
 ONE, TWO = map(m.TaskByNumber, (1, 2))
@@ -134,7 +134,7 @@ def test_the_best_assignment_of_two_robots_on_a_line() -> None:
 
 def test_a_bid_is_said_and_confirmed_as_people_read_it() -> None:
     tasks = tuple(
-        replace(task, place=Place(x, 0.0), actions=(GoTo(Place(x, 0.0)), Water(5.0)))
+        replace(task, place=Place(x, 0.0), actions=(GoTo(Place(x, 0.0)), Tend(5.0)))
         for task, x in zip(FAR, (5.0, -14.0), strict=True)
     )
     starts = {"Ada": Place(-4.0, 0.0), "Zoe": Place(4.0, 0.0)}

@@ -10,7 +10,7 @@ import pytest
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordResult
 from hil_fakes.word_plans import fading_plan
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait, Water
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Tend, Wait
 from hvcpd.coordination.actions import Perform
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
@@ -24,7 +24,7 @@ FAR = Place(6.0, 6.0)
 
 def at(number: int, place: Place) -> TaskDefinition:
     colour = "green violet indigo".split()[number - 1]
-    return TaskDefinition(number, f"water the {colour} rose", place, (GoTo(place), Water(5.0)))
+    return TaskDefinition(number, f"water the {colour} rose", place, (GoTo(place), Tend(5.0)))
 
 
 def far_mission(names: tuple[str, ...] = ("Rob", "Bot"), n: int = 2, **plan: object) -> Mission:

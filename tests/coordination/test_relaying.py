@@ -3,14 +3,14 @@
 import pytest
 
 from hil_fakes.word_channel import Conditions
-from hvcpd.config.tasks import Place, TaskDefinition, Wait, Water
+from hvcpd.config.tasks import Place, TaskDefinition, Tend, Wait
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission
 
-HERE = (TaskDefinition(1, "water the green rose", None, (Wait(1.0), Water(5.0))),)
+HERE = (TaskDefinition(1, "water the green rose", None, (Wait(1.0), Tend(5.0))),)
 """Done on the spot, so that nobody comes nearer."""
-TWO = (*HERE, TaskDefinition(2, "water the violet rose", None, (Wait(1.0), Water(5.0))))
+TWO = (*HERE, TaskDefinition(2, "water the violet rose", None, (Wait(1.0), Tend(5.0))))
 BETWEEN = ("Max", "Kim", "Ada")
 
 

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import LONGEST_STEP_S
 from tests.hardware.driven import FAST_RAD_S, STANDING_RAD_S, Driven
 
-XL430_S = 0.5
+MOTORS_S = 0.5
 OPENCR_S = 0.75
 """The controller's own half second of silence and one or two periods of 20 ms, and then the wheels come to a stand."""
 
-Make = Callable[[], Sequence[FakeXL430 | FakeOpenCR]]
+Make = Callable[[], Sequence[FakeMotor | FakeOpenCR]]
 
 
 def opencr() -> Sequence[FakeOpenCR]:
@@ -27,11 +27,11 @@ def opencr() -> Sequence[FakeOpenCR]:
 @pytest.mark.parametrize(
     ("make", "number", "limit_s"),
     [
-        (turtlebot3_pair, signal.SIGKILL, XL430_S),
-        (turtlebot3_pair, signal.SIGSTOP, XL430_S),
+        (turtlebot3_pair, signal.SIGKILL, MOTORS_S),
+        (turtlebot3_pair, signal.SIGSTOP, MOTORS_S),
         (opencr, signal.SIGKILL, OPENCR_S),
     ],
-    ids=["xl430-killed", "xl430-frozen", "opencr-killed"],
+    ids=["dynamixel-killed", "dynamixel-frozen", "opencr-killed"],
 )
 def test_the_motors_stop_when_the_daemon_is_no_more(
     make: Make, number: signal.Signals, limit_s: float, tmp_path: Path, units: Path

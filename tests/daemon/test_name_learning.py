@@ -12,7 +12,7 @@ from structlog.testing import capture_logs
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.assembly.sound import make_sound
-from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
+from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Tend
 from hvcpd.coordination.actions import Role
 from hvcpd.daemon.adaptation import CurrentPeople
 from hvcpd.daemon.cache_warm_up import CacheWarmUp
@@ -23,7 +23,7 @@ from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot
 from tests.daemon.control_bench import run
 
-TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Water(1.0),)),))
+TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Tend(1.0),)),))
 
 
 class Adaptation:
@@ -82,7 +82,7 @@ def test_the_words_of_new_tasks_are_learned_and_the_names_stay() -> None:
 
     async def scene() -> None:
         name_learning = school.name_learning()
-        more = TaskRepository((TaskDefinition(2, "sweep the floor", None, (Water(1.0),)),))
+        more = TaskRepository((TaskDefinition(2, "sweep the floor", None, (Tend(1.0),)),))
         name_learning.retask(more, lambda: taken.append("told"))
         await name_learning.settled()
 

@@ -27,7 +27,7 @@ def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
         "hvcpd/synthesis/voices.py": "VOICES",
         "hvcpd/config/names.py": "VoiceName",
         "hil_fakes/dynamixel/contract.py": "CHECKS",
-        "hvcpd/hardware/xl430.py": "MODELS",
+        "hvcpd/hardware/motors.py": "MODELS",
     }
     assert {name for name, what in stands.items() if what not in (ROOT / name).read_text(encoding="utf-8")} == set()
 

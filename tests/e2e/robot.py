@@ -86,7 +86,7 @@ class RobotProcess:
 
     def _wheels(self) -> str:
         """The settings' wheels."""
-        return f"{{driver: xl430, port: {self._port}}}"
+        return f"{{driver: dynamixel, port: {self._port}}}"
 
     # --- its two processes ------------------------------------------------------------------------------------------
 

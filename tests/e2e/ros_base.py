@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from hvcpd.ros.convert import ros_class
 from hvcpd.ros.ros1 import find_rospy
 
 STEP_S = 0.02
@@ -123,8 +124,12 @@ def listen(rospy: Any, base: Base, record: Record) -> None:
         rospy.Subscriber(name, kind, lambda message: record.write(name, take(message)))
 
     rospy.Subscriber("cmd_vel", Twist, obey, tcp_nodelay=True)
-    for name in ("heard", "heard/json", "said", "said/json", "events", "tasks", "state"):
+    for name in ("heard", "said", "events"):
         note(name, String)
+    for name in ("heard/sentence", "said/sentence"):
+        note(name, ros_class("hvcpd_msgs/Sentence"), lambda m: [m.speaker, m.text, m.duration_s, m.confidence])
+    note("tasks", ros_class("hvcpd_msgs/TaskArray"), lambda m: [[t.number, t.state, t.owner] for t in m.tasks])
+    note("state", ros_class("hvcpd_msgs/RobotState"), lambda m: m.state)
     note("estop/state", Bool)
     note("/tf", TFMessage, lambda m: [[t.header.frame_id, t.child_frame_id, _xy(t)] for t in m.transforms])
     note("/diagnostics", DiagnosticArray, _parts)

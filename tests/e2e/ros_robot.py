@@ -190,8 +190,7 @@ class RosRobot(RobotProcess):
     def board(self) -> dict[int, tuple[str, str | None]]:
         """The tasks as last published: number to state and owner."""
         boards = self.seen("tasks")
-        tasks = json.loads(boards[-1][1]) if boards else []
-        return {each["number"]: (each["state"], each["owner"]) for each in tasks}
+        return {number: (state, owner or None) for number, state, owner in (boards[-1][1] if boards else [])}
 
     def happened(self, kind: str) -> list[tuple[float, dict[str, Any]]]:
         """The events of one kind."""

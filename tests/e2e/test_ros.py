@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from itertools import permutations
@@ -41,7 +40,7 @@ def stood_longest_s(robot: RosRobot, place: tuple[float, float]) -> float:
 
 
 def watered(robot: RosRobot) -> list[int]:
-    return [event["task"] for _, event in robot.happened("watered")]
+    return [event["task"] for _, event in robot.happened("performed")]
 
 
 def heard_after(robot: RosRobot, at_s: float) -> list[str]:
@@ -85,8 +84,8 @@ def test_two_robots_with_a_roscore_each_do_five_plants_though_a_master_dies(tmp_
                 assert robot.daemon is not None
                 assert network.interfaces(robot.daemon.pid) == {"lo": 0}, "ROS has come into the daemon"
             assert all(stood_longest_s(robot, TASKS[number][1]) > WATERING_S for number in watered(robot))
-            words = [json.loads(text) for _, text in robot.seen("heard/json")]
-            assert {each["speaker"] for each in words} == {other.name}
-            assert all(0.0 < each["confidence"] <= 1.0 for each in words)
+            sentences = [sentence for _, sentence in robot.seen("heard/sentence")]
+            assert {speaker for speaker, *_ in sentences} == {other.name}
+            assert all(0.0 < sure <= 1.0 for *_, sure in sentences)
             if robot is untroubled:
                 assert {text for _, text in robot.seen("said")} >= {text for _, text in other.seen("heard")}

@@ -11,7 +11,7 @@ import pytest
 from hvcpd.evaluation import calls, confusions, coordinate, medium, missions, modes, robots, trails, volunteer, wake
 from hvcpd.evaluation.listeners import OURS, PEER
 from hvcpd.evaluation.trials import Scale
-from hvcpd.reporting.events import Event, TaskChanged, Watered
+from hvcpd.reporting.events import Event, Performed, TaskChanged
 
 
 def called(noise: float | None, distance_m: float, right: dict[str, int]) -> dict[str, Any]:
@@ -140,12 +140,12 @@ def test_who_knows_of_a_task_is_who_noted_its_owner_last() -> None:
     events: list[Event] = [
         noted("Rob", "claimed", "Rob"),
         noted("Bot", "claimed", "Bot"),
-        Watered(2.0, "Bot", 1, 0.0, 0.0),
+        Performed(2.0, "Bot", 1, 0.0, 0.0),
     ]
     assert not missions.knows(events, "Rob", 1, "Bot")
     assert missions.knows([*events, noted("Rob", "done", "Bot")], "Rob", 1, "Bot")
     assert not missions.knows([*events, noted("Bot", "open", None)], "Bot", 1, "Bot")
-    assert missions.waterers([*events, Watered(3.0, "Rob", 1, 0.0, 0.0)]) == {1: ["Bot", "Rob"]}
+    assert missions.doers([*events, Performed(3.0, "Rob", 1, 0.0, 0.0)]) == {1: ["Bot", "Rob"]}
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from types import TracebackType
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.motor import FakeMotor
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.pump import RealTimePump
 from tests.undisturbed import undisturbed
@@ -34,7 +34,7 @@ def from_a_script(port: str) -> list[str]:
 class Driven:
     """A process that drives these devices, by `command` of the port; `when` waits until the motors do something."""
 
-    def __init__(self, *devices: FakeXL430 | FakeOpenCR, command: Callable[[str], Sequence[str]] = five_metres) -> None:
+    def __init__(self, *devices: FakeMotor | FakeOpenCR, command: Callable[[str], Sequence[str]] = five_metres) -> None:
         self.bus = FakeBus(devices, seed=1)
         self._motors = [*self.bus.motors.values()] or [
             m for d in devices if isinstance(d, FakeOpenCR) for m in (d.left, d.right)

@@ -26,7 +26,7 @@ def test_without_calibration_such_wheels_miss_the_mark() -> None:
     assert course.closing_share > 0.01
 
 
-@pytest.mark.parametrize("kind", ["xl430", pytest.param("opencr", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["dynamixel", pytest.param("opencr", marks=pytest.mark.slow)])
 def test_with_calibration_square_and_figure_of_eight_close_within_one_percent(kind: Kind) -> None:
     drive = calibrate_by_tape(BURGER, UNEQUAL, seed=1, kind=kind)
     assert drive.radius_ratio == pytest.approx(1.01005, abs=0.002)

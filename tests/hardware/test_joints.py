@@ -10,7 +10,7 @@ import pytest
 
 from hil_fakes.dynamixel.faults import ReplyFault
 from hil_fakes.dynamixel.line import Line
-from hil_fakes.dynamixel.motor import JOINT, FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hvcpd.config.skill_settings import JointSettings
 from hvcpd.errors import DeviceError
@@ -33,7 +33,7 @@ class Bench:
     make_port: MakePort
 
     @property
-    def motor(self) -> FakeXL430:
+    def motor(self) -> FakeMotor:
         return self.line.motors[3]
 
     def run(self, duration_s: float, command: WheelCommand = STANDSTILL) -> None:
@@ -45,8 +45,8 @@ class Bench:
         return self.motor.memory.get(name)
 
 
-def bench(joint_motor: FakeXL430 | None = None, opened: bool = True, **settings: Any) -> Bench:
-    motor = joint_motor or FakeXL430(3, start_ticks=2048, shaft=JOINT)
+def bench(joint_motor: FakeMotor | None = None, opened: bool = True, **settings: Any) -> Bench:
+    motor = joint_motor or FakeMotor(3, start_ticks=2048, shaft=JOINT)
     line, clock = Line((*turtlebot3_pair(), motor), 1), VirtualTime()
     joint = Joint(JointSettings(3, **settings), clock)
     joints: Sequence[Joint] = (joint,)
@@ -78,7 +78,7 @@ def test_it_turns_to_its_angle_as_fast_as_it_may_while_the_wheels_turn(reverse: 
 
 
 def test_nothing_moves_when_the_wheels_are_opened_and_an_old_goal_is_forgotten() -> None:
-    motor = FakeXL430(3, start_ticks=1000, shaft=JOINT)
+    motor = FakeMotor(3, start_ticks=1000, shaft=JOINT)
     motor.memory.set("goal_position", 3000)
     robot = bench(motor)
     robot.run(1.0)
@@ -148,7 +148,7 @@ def test_a_watchdog_that_tripped_between_two_calls_costs_nothing() -> None:
 
 
 def test_a_joint_that_is_missing_is_told_at_the_start_and_later_costs_the_wheels_little() -> None:
-    motor = FakeXL430(3, start_ticks=2048, shaft=JOINT)
+    motor = FakeMotor(3, start_ticks=2048, shaft=JOINT)
     motor.powered = False
     robot = bench(motor, opened=False)
     with pytest.raises(DeviceError, match=r"joint \(ID 3\): no answer; plug it into the wheels' line"):

@@ -14,8 +14,8 @@ from hil_fakes.virtual_robot import VirtualRobot
 from hvcpd.errors import DeviceError
 from hvcpd.hardware import opencr
 from hvcpd.hardware.motion import Forward, GoTo, MotionState, Turn
+from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S, Register
 from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
-from hvcpd.hardware.xl430 import VELOCITY_UNIT_RAD_S, Register
 from hvcpd.ports import STANDSTILL, WheelCommand
 
 AHEAD = WheelCommand(3.0, 3.0)

@@ -8,7 +8,7 @@ from hil_fakes.wheel_trial import Trial, run_trial
 from hvcpd.hardware.motion import MotionState
 
 
-@pytest.mark.parametrize("kind", ["xl430", "opencr"])
+@pytest.mark.parametrize("kind", ["dynamixel", "opencr"])
 @pytest.mark.parametrize("seed", range(1, 9))
 def test_no_rule_is_broken(seed: int, kind: Kind) -> None:
     verdict = run_trial(seed, kind)

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430
+from hil_fakes.dynamixel.motor import FakeMotor
 from hvcpd.errors import DeviceError
+from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S
 from hvcpd.hardware.wheels import DynamixelWheels
-from hvcpd.hardware.xl430 import VELOCITY_UNIT_RAD_S
 from hvcpd.ports import STANDSTILL, WheelCommand, Wheels
 from tests.hardware.conftest import PATIENT, Robot, make_robot
 
@@ -50,7 +50,7 @@ def test_wheels_turn_as_told_and_forward_is_positive(robot: Robot) -> None:
 
 
 def test_a_motor_with_normal_drive_mode_on_the_right_needs_its_sign() -> None:
-    with FakeBus([FakeXL430(1), FakeXL430(2, mounting=-1)]) as bus:
+    with FakeBus([FakeMotor(1), FakeMotor(2, mounting=-1)]) as bus:
         robot = make_robot(bus, replace(PATIENT, right_sign=-1))
         robot.wheels.open()
         reading = robot.run(WheelCommand(2.0, 2.0), 1.0)
@@ -88,7 +88,7 @@ def test_a_speed_that_is_no_number_is_our_own_mistake(robot: Robot) -> None:
 @pytest.mark.parametrize("speed", [5.0, -5.0])
 def test_the_angle_runs_on_over_the_end_of_32_bits(speed: float) -> None:
     start = math.copysign(2**31 - 1000, speed)
-    with FakeBus([FakeXL430(1, start_ticks=int(start)), FakeXL430(2, start_ticks=int(start))]) as bus:
+    with FakeBus([FakeMotor(1, start_ticks=int(start)), FakeMotor(2, start_ticks=int(start))]) as bus:
         robot = make_robot(bus)
         robot.wheels.open()
         reading = robot.run(WheelCommand(speed, speed), 4.0)
@@ -98,7 +98,7 @@ def test_the_angle_runs_on_over_the_end_of_32_bits(speed: float) -> None:
 
 
 def test_the_angle_is_the_motors_own_count_so_that_another_process_can_go_on_from_it() -> None:
-    with FakeBus([FakeXL430(1), FakeXL430(2)]) as bus:
+    with FakeBus([FakeMotor(1), FakeMotor(2)]) as bus:
         robot = make_robot(bus)
         robot.wheels.open()
         robot.run(WheelCommand(3.0, 3.0), 1.0)

@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.opencr import FakeOpenCR
 from hil_fakes.dynamixel.paced import PacedPort
 from hvcpd.config.settings import WheelSettings
@@ -44,7 +44,7 @@ def plug(directory: Path, name: str, bus: FakeBus, by_id: str = "") -> None:
 
 
 def test_opencr_is_found_behind_another_device(devices: Path) -> None:
-    with FakeBus([FakeXL430(9)]) as arm, FakeBus([FakeOpenCR()]) as robot:
+    with FakeBus([FakeMotor(9)]) as arm, FakeBus([FakeOpenCR()]) as robot:
         plug(devices, "ttyACM0", arm)
         plug(devices, "ttyACM1", robot, "usb-ROBOTIS_OpenCR-if00")
         finding = examine(WheelSettings(), paced(arm, robot), devices)
@@ -57,7 +57,7 @@ def test_motors_are_found_and_their_state_told(devices: Path) -> None:
     with FakeBus(turtlebot3_pair()) as robot:
         plug(devices, "ttyUSB0", robot)
         finding = examine(WheelSettings(), paced(robot), devices)
-    assert finding.kind == "xl430"
+    assert finding.kind == "dynamixel"
     assert finding.facts == ("left motor (ID 1) 12.0 V, 30 °C", "right motor (ID 2) 12.0 V, 30 °C")
 
 
@@ -66,15 +66,15 @@ def test_no_port_at_all(devices: Path) -> None:
 
 
 def test_motors_at_another_speed_are_told_with_the_remedy(devices: Path) -> None:
-    with FakeBus([FakeXL430(1, baud_rate_hz=57_600), FakeXL430(2, baud_rate_hz=57_600)]) as robot:
+    with FakeBus([FakeMotor(1, baud_rate_hz=57_600), FakeMotor(2, baud_rate_hz=57_600)]) as robot:
         plug(devices, "ttyUSB0", robot)
-        for driver in ("auto", "xl430"):
+        for driver in ("auto", "dynamixel"):
             problems = " ".join(examine(WheelSettings(driver=driver), paced(robot), devices).problems)
             assert "set wheels.baud_rate to 57600" in problems
 
 
 def test_silence_is_told_with_all_that_it_may_mean(devices: Path) -> None:
-    silent = FakeXL430(1)
+    silent = FakeMotor(1)
     silent.powered = False
     with FakeBus([silent]) as robot:
         plug(devices, "ttyUSB0", robot)
@@ -84,7 +84,7 @@ def test_silence_is_told_with_all_that_it_may_mean(devices: Path) -> None:
 
 
 def test_motors_with_other_identifiers_are_named_with_the_settings_that_help(devices: Path) -> None:
-    with FakeBus([FakeXL430(3), FakeXL430(4)]) as robot:
+    with FakeBus([FakeMotor(3), FakeMotor(4)]) as robot:
         plug(devices, "ttyUSB0", robot)
         (problem,) = examine(WheelSettings(), paced(robot), devices).problems
     assert "ID 3 (XL430-W250), ID 4 (XL430-W250)" in problem
@@ -92,15 +92,17 @@ def test_motors_with_other_identifiers_are_named_with_the_settings_that_help(dev
 
 
 @pytest.mark.parametrize(
-    ("driver", "there"), [("xl430", [FakeOpenCR()]), ("opencr", turtlebot3_pair())], ids=["opencr", "xl430"]
+    ("driver", "there"), [("dynamixel", [FakeOpenCR()]), ("opencr", turtlebot3_pair())], ids=["opencr", "dynamixel"]
 )
 def test_the_other_kind_of_wheels_is_told_with_the_remedy(
-    devices: Path, driver: Literal["xl430", "opencr"], there: list[FakeXL430 | FakeOpenCR]
+    devices: Path, driver: Literal["dynamixel", "opencr"], there: list[FakeMotor | FakeOpenCR]
 ) -> None:
     with FakeBus(there) as robot:
         plug(devices, "ttyUSB0", robot)
         (problem,) = examine(WheelSettings(driver=driver), paced(robot), devices).problems
-    assert f"wheels.driver is {driver}: set it to {'opencr' if driver == 'xl430' else 'xl430'} or auto" in problem
+    assert (
+        f"wheels.driver is {driver}: set it to {'opencr' if driver == 'dynamixel' else 'dynamixel'} or auto" in problem
+    )
 
 
 def test_holders_are_told_only_of_a_port_that_is_in_use(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from hil_fakes.dynamixel.protocol import Instruction, encode, encode_status
 from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hil_fakes.virtual_robot import Kind, VirtualRobot
 from hvcpd.errors import DeviceError
-from hvcpd.hardware import xl430
+from hvcpd.hardware import registers
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus
 from hvcpd.ports import WheelCommand
 
@@ -85,7 +85,8 @@ def dirty_bus(script: Sequence[bytes]) -> tuple[DynamixelBus, VirtualTime]:
 @given(st.lists(pieces | short_packets, max_size=8))
 def test_a_read_is_right_or_fails_whatever_comes_before(script: list[bytes]) -> None:
     bus, time = dirty_bus(script)
-    for register, value in ((xl430.PRESENT_INPUT_VOLTAGE, 120), (xl430.VELOCITY_LIMIT, 265), (xl430.TORQUE_ENABLE, 0)):
+    known = ((registers.PRESENT_INPUT_VOLTAGE, 120), (registers.VELOCITY_LIMIT, 265), (registers.TORQUE_ENABLE, 0))
+    for register, value in known:
         start_s = time.now_s
         with suppress(BusError):
             assert bus.read(1, register) == value
@@ -93,7 +94,7 @@ def test_a_read_is_right_or_fails_whatever_comes_before(script: list[bytes]) -> 
 
 
 @settings(max_examples=examples(60), deadline=None)
-@given(st.sampled_from(["xl430", "opencr"]), st.lists(st.binary(max_size=60), max_size=12))
+@given(st.sampled_from(["dynamixel", "opencr"]), st.lists(st.binary(max_size=60), max_size=12))
 def test_no_bytes_crash_or_hang_the_driver(kind: Kind, noise: list[bytes]) -> None:
     robot = VirtualRobot(kind, seed=1)
     robot.wheels.open()

@@ -9,7 +9,7 @@ import pytest
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.faults import ReplyFault
-from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeXL430
+from hil_fakes.dynamixel.motor import SHUTDOWN_OVERLOAD, FakeMotor
 from hil_fakes.dynamixel.paced import PacedPort
 from hil_fakes.virtual_robot import Kind, VirtualRobot
 from hvcpd.errors import DeviceError
@@ -75,7 +75,7 @@ def test_nobodys_group_is_no_remedy(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("there", "remedy"), [(1, "the other motor answers"), (5, "the line has ID 5 (XL430-W250)")])
 def test_a_missing_motors_remedy_goes_by_what_else_answers(there: int, remedy: str) -> None:
-    with FakeBus([FakeXL430(1), *([FakeXL430(there)] if there != 1 else [])]) as bus:
+    with FakeBus([FakeMotor(1), *([FakeMotor(there)] if there != 1 else [])]) as bus:
         text = refusal(bus)
     assert text.count("no answer") == 1
     assert "right motor (ID 2): no answer" in text
@@ -94,7 +94,7 @@ def test_one_id_for_both_wheels(bus: FakeBus) -> None:
 
 
 def test_everything_wrong_is_told_at_once() -> None:
-    with FakeBus([FakeXL430(1, voltage_v=9.5), FakeXL430(5)]) as bus:
+    with FakeBus([FakeMotor(1, voltage_v=9.5), FakeMotor(5)]) as bus:
         bus.motors[1].memory.set("firmware_version", 37)
         bus.motors[1].raise_hardware_error(SHUTDOWN_OVERLOAD)
         text = refusal(bus)
@@ -127,7 +127,7 @@ def test_a_failed_open_leaves_the_motors_without_torque(bus: FakeBus) -> None:
     assert [motor.memory.get("torque_enable") for motor in bus.motors.values()] == [0, 0]
 
 
-@pytest.mark.parametrize("kind", ["xl430", "opencr"])
+@pytest.mark.parametrize("kind", ["dynamixel", "opencr"])
 @pytest.mark.parametrize("fault", [ReplyFault.DROP, ReplyFault.CORRUPT, ReplyFault.DELAY])
 def test_one_lost_reply_is_no_missing_motor(kind: Kind, fault: ReplyFault) -> None:
     for before in range(20):

@@ -17,7 +17,7 @@ from hil_fakes.room import Air
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Water
+from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Tend
 from hvcpd.coordination.actions import Speech
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Recognised
@@ -30,7 +30,7 @@ NAMES = ("Rob", "Bot")
 
 def plant(number: int, colour: str, x_m: float, y_m: float) -> TaskDefinition:
     place = Place(x_m, y_m)
-    return TaskDefinition(number, f"water the {colour} rose", place, (GoTo(place), Water(2.0)))
+    return TaskDefinition(number, f"water the {colour} rose", place, (GoTo(place), Tend(2.0)))
 
 
 THREE = TaskRepository((plant(1, "green", -4.0, -3.5), plant(2, "orange", -2.5, -4.5), plant(3, "white", -5.0, -2.5)))

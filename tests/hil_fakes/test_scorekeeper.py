@@ -3,13 +3,13 @@
 import pytest
 
 from hil_fakes.scorekeeper import Scorekeeper
-from hvcpd.config.tasks import Action, Forward, GoTo, Place, SayAction, TaskDefinition, TaskRepository, Wait, Water
+from hvcpd.config.tasks import Action, Forward, GoTo, Place, SayAction, TaskDefinition, TaskRepository, Tend, Wait
 from hvcpd.ports import Pose
-from hvcpd.reporting.events import Watered
+from hvcpd.reporting.events import Performed
 from hvcpd.robot.records import PerformedRecord
 
 HOME, PLANT, DOOR = Place(0.0, 0.0), Place(3.0, 0.0), Place(0.0, 2.0)
-SAY, WATER, WAIT = SayAction("hello"), Water(5.0), Wait(5.0)
+SAY, WATER, WAIT = SayAction("hello"), Tend(5.0), Wait(5.0)
 BLOCK_S = 0.025
 
 
@@ -78,4 +78,4 @@ def test_what_was_stood_at_for_the_last_task_does_not_count_for_the_next() -> No
     for now in at_s[41:119]:
         score.note("Rob", 0.0, (), Pose(HOME.x_m, HOME.y_m), now)
     score.note("Rob", 0.0, (PerformedRecord(at_s[119], 1),), Pose(HOME.x_m, HOME.y_m), at_s[119])
-    assert len([event for event in score.events if isinstance(event, Watered)]) == 1
+    assert len([event for event in score.events if isinstance(event, Performed)]) == 1

@@ -11,7 +11,7 @@ from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Water
+from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Tend
 from hvcpd.coordination.actions import Role
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
@@ -26,7 +26,7 @@ from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
 pytestmark = pytest.mark.slow
 
-TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Water(1.0),)),))
+TASKS = TaskRepository((TaskDefinition(1, "water the red rose", Place(0.0, 0.0), (Tend(1.0),)),))
 ZORG = m.Utterance("Zorg", m.ToAll(), None, m.Spelled("zorg"))
 NOISE = 1e-3
 

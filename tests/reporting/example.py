@@ -13,13 +13,13 @@ from hvcpd.reporting.events import (
     Heard,
     MissionRecord,
     Moved,
+    Performed,
     Plant,
     Said,
     Started,
     Summary,
     TaskChanged,
     Trail,
-    Watered,
 )
 
 COLOURS = "green violet indigo orange yellow red blue white pink purple".split()
@@ -59,7 +59,7 @@ def example(
         told.say(claim_s, name, f"Hi team plant, I am {name}, I will complete task {plant.task}", collided=k == 1)
         arrive_s = claim_s + SENTENCE_S + math.hypot(plant.x_m - x, plant.y_m - y) / SPEED_M_S
         off = rng.normal(0.0, 0.004, 2)
-        told.events.append(Watered(arrive_s + 5.0, name, plant.task, plant.x_m + off[0], plant.y_m + off[1]))
+        told.events.append(Performed(arrive_s + 5.0, name, plant.task, plant.x_m + off[0], plant.y_m + off[1]))
         told.change(arrive_s + 5.0, name, plant.task, "done", name)
         told.say(arrive_s + 6.0, name, f"Hi all, I am {name}, task {plant.task} complete")
         ways[name] += [

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.reporting.events import Heard, MissionRecord, Said, Summary, Watered
+from hvcpd.reporting.events import Heard, MissionRecord, Performed, Said, Summary
 from hvcpd.reporting.html import SPEEDS, page, write_report
 from hvcpd.reporting.markup import VOID
 from tests.reporting.example import example, pitch_of
@@ -107,10 +107,10 @@ def test_says_what_happened(parsed: Page, record: MissionRecord) -> None:
 
 
 def test_tells_a_bad_end(record: MissionRecord) -> None:
-    events = [e for e in record.events if not (isinstance(e, Watered) and e.task == 2)]
+    events = [e for e in record.events if not (isinstance(e, Performed) and e.task == 2)]
     last = events.pop()
     assert isinstance(last, Summary)
-    twice = next(e for e in events if isinstance(e, Watered) and e.task == 3)
+    twice = next(e for e in events if isinstance(e, Performed) and e.task == 3)
     events += [replace(twice, at_s=twice.at_s + 9.0, robot="Rob"), replace(last, lost=1, duplicates=1)]
     parsed = Page(page(replace(record, events=tuple(events))))
     said = "".join(parsed.text)
@@ -121,7 +121,7 @@ def test_tells_a_bad_end(record: MissionRecord) -> None:
 
 
 def test_shows_the_distance_from_the_plant(record: MissionRecord) -> None:
-    first = next(e for e in record.events if isinstance(e, Watered))
+    first = next(e for e in record.events if isinstance(e, Performed))
     plant = next(p for p in record.events[0].plants if p.task == first.task)  # type: ignore[union-attr]
     moved = replace(first, x_m=plant.x_m + 0.03, y_m=plant.y_m - 0.04)
     events = tuple(moved if e is first else e for e in record.events)

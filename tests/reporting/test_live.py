@@ -134,7 +134,7 @@ def test_the_board_tells_who_believes_otherwise() -> None:
     assert (row.state, row.owner, row.differing) == ("claimed", "Rob", (("Bot", ("open", None)),))
     watch.handle(ev.TaskChanged(2.0, "Bot", 1, "claimed", "Rob"))
     assert watch.board()[0].differing == ()
-    watch.handle(ev.Watered(9.0, "Rob", 1, 1.0, 1.0))
+    watch.handle(ev.Performed(9.0, "Rob", 1, 1.0, 1.0))
     (row,) = watch.board()
     assert (row.state, row.owner) == ("done", "Rob")
     assert {name for name, _ in row.differing} == {"Rob", "Bot"}
@@ -157,7 +157,7 @@ any_event = st.one_of(
     st.builds(ev.Heard, times, st.none() | numbers, names, names, st.text(max_size=20), shares, shares, words),
     st.builds(ev.Garbled, times, names),
     st.builds(ev.TaskChanged, times, names, numbers, st.sampled_from(["open", "claimed", "done", "failed"]), names),
-    st.builds(ev.Watered, times, names, numbers, places, places),
+    st.builds(ev.Performed, times, names, numbers, places, places),
     st.builds(ev.Moved, times, st.lists(poses, max_size=3).map(tuple)),
 )
 any_start = st.builds(
@@ -193,10 +193,10 @@ def test_no_stream_of_events_breaks_the_page(start: ev.Started, some: list[ev.Ev
 
 
 def test_who_did_a_task_again_is_listed_with_it() -> None:
-    doings = [e for e in MISSION.events if isinstance(e, ev.Watered)]
+    doings = [e for e in MISSION.events if isinstance(e, ev.Performed)]
     by_bot = [replace(d, robot="Rob1") for d in doings]
     again = [*(replace(d, robot="Rob") for d in doings), *by_bot, by_bot[0]]
-    events = [e for e in MISSION.events if not isinstance(e, ev.Watered | ev.Summary)]
+    events = [e for e in MISSION.events if not isinstance(e, ev.Performed | ev.Summary)]
     last = next(e for e in MISSION.events if isinstance(e, ev.Summary))
     out = show([*events, *again, replace(last, duplicates=len(doings) + 1)])
     end = " ".join(out.partition("Not everything went well")[2].split())

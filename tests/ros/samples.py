@@ -18,13 +18,19 @@ from hvcpd.ros.messages import (
     Message,
     Odometry,
     PoseStamped,
+    RobotState,
+    Sentence,
     String,
+    TaskArray,
     TFMessage,
     Twist,
     Uint32,
 )
 
-MESSAGES: tuple[type[Message], ...] = (String, Bool, Twist, Odometry, TFMessage, DiagnosticArray, PoseStamped)
+MESSAGES: tuple[type[Message], ...] = (
+    *(String, Bool, Twist, Odometry, TFMessage, DiagnosticArray, PoseStamped),
+    *(Sentence, TaskArray, RobotState),
+)
 _numbers = st.floats(allow_nan=False)
 _texts = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
 

@@ -24,8 +24,12 @@ from hvcpd.ros.messages import (
     Pose,
     PoseWithCovariance,
     Quaternion,
+    Sentence,
     String,
+    Task,
+    TaskArray,
     TFMessage,
+    Time,
     Twist,
     TwistWithCovariance,
     Vector3,
@@ -127,11 +131,12 @@ def test_what_is_heard_is_told_as_a_sentence_and_with_all_that_is_known() -> Non
     talk.answer("status", STATUS)
     out = talk.daemon(HEARD)
     assert on(topics.HEARD, out) == [String("Hi Rob, I am Bot, confirmed four")]
-    (twin,) = on(topics.HEARD_JSON, out)
-    assert isinstance(twin, String)
-    known = json.loads(twin.data)
-    assert (known["speaker"], known["confidence"], known["words"][1]) == ("Bot", 0.93, ["four", 23.0, 23.4])
-    assert known["stamp"] == pytest.approx(STAMP_S + 1.0), "the daemon's clock stood at 20 s then"
+    (twin,) = on(topics.HEARD_SENTENCE, out)
+    assert isinstance(twin, Sentence)
+    assert (twin.speaker, twin.confidence) == ("Bot", 0.93)
+    assert (twin.words[1].text, twin.words[1].begin_s) == ("four", 2.0)
+    assert twin.duration_s == twin.words[-1].end_s == pytest.approx(2.4)
+    assert twin.header.stamp == Time.of(STAMP_S + 1.0), "the daemon's clock stood at 20 s then"
     assert on(topics.SAID, out) == []
     (event,) = on(topics.EVENTS, out)
     assert isinstance(event, String)
@@ -272,9 +277,47 @@ def test_the_board_is_told_again_whenever_a_task_changes() -> None:
     talk = Talk()
     out = talk.daemon({"event": "taskchanged", "at_s": 1.0, "robot": "Rob", "task": 1, "state": "done", "owner": "Bot"})
     assert asked("tasks", out) == [{}]
-    (board,) = on(topics.TASKS, talk.answer("tasks", {"now_s": 1.0, "tasks": [{"number": 1, "state": "done"}]}))
-    assert isinstance(board, String)
-    assert json.loads(board.data) == [{"number": 1, "state": "done"}]
+    task = {"number": 1, "name": "sweep", "state": "done", "owner": "Bot", "place": {"x_m": 2.0, "y_m": -1.0}}
+    (board,) = on(
+        topics.TASKS, talk.answer("tasks", {"now_s": 1.0, "tasks": [task, task | {"owner": None, "place": None}]})
+    )
+    assert isinstance(board, TaskArray)
+    assert board.tasks[0] == Task(1, "sweep", "done", "Bot", True, Point(2.0, -1.0))
+    assert board.tasks[1] == Task(1, "sweep", "done")
+
+
+def test_a_deactivated_node_stands_and_passes_nothing_but_a_stop() -> None:
+    talk = Talk()
+    talk.answer("status", STATUS)
+    assert on(topics.CMD_VEL, talk.daemon(moving(0.2)))
+    talk.bridge.deactivate(AT_S)
+    out = talk.bridge.outputs()
+    assert on(topics.CMD_VEL, out) == [Twist()]
+    assert "deactivated" in asked("base", out)[0]["fault"]
+    for event in (HEARD, moving(0.2)):
+        assert not [each for each in talk.daemon(event) if isinstance(each, Publish) and each.message != Twist()]
+    assert asked("say", talk.ros(topics.SAY, String("Hi all, I am Rob, who is here"))) == []
+    assert asked("base", talk.ros(topics.ODOM, odometry(1.0, 0.0))) == []
+    assert asked("resume", talk.ros(topics.ESTOP, Bool(False))) == []
+    assert asked("stop", talk.ros(topics.ESTOP, Bool(True))) == [{}]
+    talk.bridge.begin(AT_S)  # the daemon came back meanwhile
+    assert asked("subscribe", talk.bridge.outputs()) == []
+
+
+def test_an_activated_node_begins_anew_with_the_parameters_of_now() -> None:
+    talk = Talk(ros_drives=False)
+    talk.bridge.deactivate(AT_S)
+    talk.bridge.outputs()
+    talk.bridge.activate(Parameters(base_frame="base_footprint"), AT_S)
+    out = talk.bridge.outputs()
+    assert asked("subscribe", out)
+    assert asked("tasks", out) == [{}]
+    talk.bridge.activate(Parameters(base_frame="base_footprint"), AT_S)
+    assert talk.bridge.outputs() == [], "it is active already"
+    event = {"event": "odom", "at_s": 1.0, "x_m": 2.5, "y_m": -1.0, "heading_rad": 0.0}
+    (told,) = on(topics.ODOM, talk.daemon(event | {"linear_m_s": 0.1, "angular_rad_s": 0.0}))
+    assert isinstance(told, Odometry)
+    assert told.child_frame_id == "base_footprint"
 
 
 def test_whether_it_is_stopped_is_told_when_it_changes() -> None:

@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 from hypothesis import given
 
+from hvcpd import __version__
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.action_topics import SILENT_S, Link
-from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
+from hvcpd.ros.convert import OWN, Dialect, definition, from_ros, ros_class, to_ros
 from hvcpd.ros.messages import DiagnosticArray, Message, Odometry, TFMessage
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.ros1 import find_rospy, read_parameters
@@ -22,6 +23,9 @@ from tests.ros.samples import MESSAGES, messages
 
 MISSING = ros_robot.missing()
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING)
+
+
+PACKAGES = Path(__file__).parents[2] / "release" / "ros"
 
 
 def dialect() -> Dialect:
@@ -40,7 +44,7 @@ def through_bytes(message: Any) -> Any:
 @pytest.mark.parametrize("kind", MESSAGES, ids=lambda kind: kind.__name__)
 def test_every_default_passes_through_ros(kind: type[Message]) -> None:
     message = kind()
-    assert from_ros(through_bytes(to_ros(message, dialect())), kind) == message
+    assert repr(from_ros(through_bytes(to_ros(message, dialect())), kind)) == repr(message)  # NaN is no NaN's equal
 
 
 @given(messages())
@@ -55,7 +59,36 @@ def noetic() -> Any:
     store = rosbags.get_typestore(rosbags.Stores.ROS1_NOETIC)
     text = "geometry_msgs/TransformStamped[] transforms"
     store.register(rosbags.get_types_from_msg(text, "tf2_msgs/msg/TFMessage"))
+    for file in (PACKAGES / "hvcpd_msgs" / "msg").glob("*.msg"):
+        store.register(rosbags.get_types_from_msg(file.read_text(), f"hvcpd_msgs/msg/{file.stem}"))
     return store
+
+
+def test_the_package_defines_our_messages_as_the_bridge_speaks_them() -> None:
+    """ROS's checksum is that of a definition without its comments."""
+    files = (PACKAGES / "hvcpd_msgs" / "msg").glob("*.msg")
+    lines = {f"hvcpd_msgs/{each.stem}": [line.split("#")[0].split() for line in each.open()] for each in files}
+    found = {name: [" ".join(line) for line in each if line] for name, each in lines.items()}
+    assert found == {name: definition(plain).replace("hvcpd_msgs/", "").splitlines() for name, plain in OWN.items()}
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning:catkin_pkg", "ignore::DeprecationWarning:pyparsing")
+@pytest.mark.parametrize("name", ["hvcpd", "hvcpd_msgs"])
+@pytest.mark.parametrize(("version", "build"), [("1", "catkin"), ("2", "ament_cmake")])
+def test_the_packages_are_well_formed_in_either_ros_and_have_hvcpds_version(
+    name: str, version: str, build: str
+) -> None:
+    from catkin_pkg.package import parse_package  # type: ignore[import-not-found]
+
+    warnings: list[str] = []
+    package = parse_package(str(PACKAGES / name), warnings=warnings)
+    package.evaluate_conditions({"ROS_VERSION": version})
+    assert (warnings, package.name, package.version) == ([], name, __version__)
+    assert package.get_build_type() == build
+    listed = (PACKAGES / name / "CMakeLists.txt").read_text()
+    assert f"project({name}" in listed
+    if name == "hvcpd_msgs":
+        assert {file.stem for file in (PACKAGES / name / "msg").glob("*.msg")} <= set(listed.replace(")", " ").split())
 
 
 @given(messages())

@@ -24,7 +24,7 @@ from tests.ros.test_bridge import HEARD
 MISSING = ros_robot.missing()
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
 WAIT_S = 30.0
-PACKAGE = Path(__file__).parents[2] / "release" / "ros"
+PACKAGES = Path(__file__).parents[2] / "release" / "ros"
 STANDING = {"event": "drive", "at_s": 1.0, "linear_m_s": 0.0, "angular_rad_s": 0.0, "stopped": False, "goal": None}
 FORWARD = STANDING | {"linear_m_s": 0.2}
 STOPPED = STANDING | {"stopped": True}
@@ -78,7 +78,7 @@ def on_stage(folder: Path, mode: str, launch: bool = False, driver: str = "ros")
         wait_until(core.answers, WAIT_S, "there is a master")  # roslaunch would start one of its own
         how = ("roslaunch", "hvcpd", "hvcpd.launch", f"socket:={daemon.path}") if launch else BRIDGE
         options = () if launch else ("--socket", str(daemon.path), "--ros", "1", "_base_frame:=base_footprint")
-        places = {"ROS_PACKAGE_PATH": str(PACKAGE), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+        places = {"ROS_PACKAGE_PATH": str(PACKAGES), "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         bridge = stack.enter_context(bridge_to(daemon, {**core.environment, **places}, (*how, *options)))
         scene = Scene(daemon, record, base, core, bridge)
         if driver == "ros":

@@ -1,8 +1,9 @@
-"""The real bridge and a real ROS 2 node, on this computer only: by rclpy, and by Cyclone DDS alone.
+"""The real bridge and a real ROS 2 node, on this computer only.
 
 ROS 2 is in no Debian and in no lock file: a Python that has rclpy and the messages (and, for the bridge, what hvcpd
 needs) is named by HVCPD_ROS2_PYTHON, for example a virtual environment with `ros-rclpy[fastrtps]`, `ros-std-msgs`,
-`ros-geometry-msgs`, `ros-nav-msgs` and `ros-diagnostic-msgs` from PyPI.
+`ros-geometry-msgs`, `ros-nav-msgs`, `ros-diagnostic-msgs` and `ros-lifecycle-msgs` from PyPI; `release/ros/hvcpd_msgs`
+is built with them or not.
 """
 
 from __future__ import annotations
@@ -10,17 +11,18 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from hil_fakes.sound_server import wait_until
-from hvcpd.errors import EX_USER
+from hvcpd.errors import EX_FAILURE, EX_USER
 from tests.e2e.ros_robot import read_record
-from tests.ros.live import bridge_to, daemon_at, running
+from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
 from tests.ros.test_bridge import HEARD, moving
 
 VARIABLE = "HVCPD_ROS2_PYTHON"
@@ -30,53 +32,108 @@ pytestmark = [
     pytest.mark.skipif(not PYTHON, reason=f"no ROS 2 here: name a Python that has rclpy in {VARIABLE}"),
 ]
 WAIT_S = 30.0
+COMMAND = [PYTHON, "-m", "hvcpd.control.cli", "ros", "--ros", "2"]
+IMPORT = [PYTHON, "-c", "import hvcpd_msgs.msg"]
+TYPED = bool(PYTHON) and subprocess.run(IMPORT, stderr=subprocess.DEVNULL, check=False).returncode == 0
+CONFIGURE, CLEAN_UP, ACTIVATE, DEACTIVATE, SHUT_DOWN = range(1, 6)
+"""Transitions of lifecycle_msgs/Transition; the last is that of a node that is not configured."""
 
 
-@pytest.mark.parametrize("bridge", [PYTHON, sys.executable], ids=["rclpy", "cyclonedds"])
-def test_topics_of_the_bridge_and_of_a_ros_2_node_meet(tmp_path: Path, bridge: str) -> None:
-    if bridge == sys.executable:
-        pytest.importorskip("cyclonedds")
-    record = tmp_path / "ros2.jsonl"
-    domain = str(50 + os.getpid() % 40)
-    environment = {"ROS_DOMAIN_ID": domain, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+@dataclass
+class Scene:
+    """A daemon, the bridge, and a node of ROS 2 whose record is kept."""
+
+    daemon: SocketDaemon
+    bridge: subprocess.Popen[bytes]
+    node: subprocess.Popen[str]
+    record: Path
+
+    def seen(self, kind: str) -> list[Any]:
+        return [value for _, value in read_record(self.record, kind)]
+
+    def order(self, name: str, value: object) -> None:
+        assert self.node.stdin is not None
+        self.node.stdin.write(json.dumps([name, value]) + "\n")
+        self.node.stdin.flush()
+
+    def change(self, transition: int) -> None:
+        """Have the bridge's node go through this transition."""
+        self.order("transition", transition)
+        wait_until(lambda: [transition, True] in self.seen("transition"), WAIT_S, f"transition {transition}")
+
+
+@contextmanager
+def on_stage(folder: Path, *arguments: str) -> Iterator[Scene]:
+    record = folder / "ros2.jsonl"
+    environment = {"ROS_DOMAIN_ID": str(50 + os.getpid() % 40), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     peer = [PYTHON, str(Path(__file__).with_name("ros2_peer.py")), str(record)]
-    command = [bridge, "-m", "hvcpd.control.cli", "ros", "--ros", "2"]
+    command = [*COMMAND, "--socket", str(folder / "d.sock"), *arguments]
     with ExitStack() as stack:
-        daemon = stack.enter_context(daemon_at(tmp_path / "d.sock", "cmd_vel"))
-        node = stack.enter_context(running(peer, environment, tmp_path / "peer.log"))
-        stack.enter_context(bridge_to(daemon, environment, [*command, "--socket", str(daemon.path)]))
-        assert node.stdin is not None
+        daemon = stack.enter_context(daemon_at(folder / "d.sock", "cmd_vel"))
+        node = stack.enter_context(running(peer, environment, folder / "peer.log"))
+        bridge = stack.enter_context(bridge_to(daemon, environment, command))
+        yield Scene(daemon, bridge, node, record)
 
-        def seen(kind: str) -> list[Any]:
-            return [value for _, value in read_record(record, kind)]
+
+def test_topics_of_the_bridge_and_of_a_ros_2_node_meet(tmp_path: Path) -> None:
+    with on_stage(tmp_path) as scene:
+        daemon, seen = scene.daemon, scene.seen
 
         def keep_telling() -> bool:
             daemon.tell(HEARD)
             daemon.tell(moving(0.15))
-            return bool(seen("heard/json")) and [0.15, 0.5] in seen("cmd_vel") and bool(seen("/diagnostics"))
+            return bool(seen("heard")) and [0.15, 0.5] in seen("cmd_vel") and bool(seen("/diagnostics"))
 
         wait_until(keep_telling, WAIT_S, "ROS 2 hears it, and its base is driven")
         assert seen("heard")[0] == HEARD["text"]
-        assert json.loads(seen("heard/json")[0])["speaker"] == "Bot"
-        assert json.loads(seen("tasks")[0])[0]["number"] == 1
+        if TYPED:
+            wait_until(lambda: bool(seen("heard/sentence")), WAIT_S, "the sentence comes with its words")
+            assert seen("heard/sentence")[0] == ["Bot", 0.93, ["hi", "four"]]
+            wait_until(lambda: seen("tasks") == [[[1, "open"]]], WAIT_S, "the board comes")
         assert seen("estop/state") == [False]
         wait_until(lambda: any("x_m" in each for each in daemon.arguments("base")), WAIT_S, "odometry arrives")
         odometry = next(each for each in daemon.arguments("base") if "x_m" in each)
         assert (odometry["x_m"], odometry["y_m"], odometry["linear_m_s"]) == (1.5, -0.5, 0.125)
-        for order in (["say", "Hi all, I am Rob, who is here"], ["estop", True]):
-            node.stdin.write(json.dumps(order) + "\n")
-            node.stdin.flush()
+        scene.order("say", "Hi all, I am Rob, who is here")
+        scene.order("estop", True)
         wait_until(lambda: bool(daemon.arguments("stop")), WAIT_S, "it is to stop")
         assert daemon.arguments("say")[0]["text"] == "Hi all, I am Rob, who is here"
 
 
-@pytest.mark.parametrize("bridge", [PYTHON, sys.executable], ids=["rclpy", "cyclonedds"])
-def test_a_wrong_parameter_ends_the_bridge_with_the_reason(tmp_path: Path, bridge: str) -> None:
+def test_the_node_has_the_life_cycle_of_managed_nodes(tmp_path: Path) -> None:
+    with on_stage(tmp_path, "--ros-args", "-p", "autostart:=false") as scene:
+        daemon, seen = scene.daemon, scene.seen
+        wait_until(lambda: bool(daemon.arguments("base")), WAIT_S, "the daemon is told why there is no base")
+        assert "deactivated" in daemon.arguments("base")[0]["fault"]
+        scene.change(CONFIGURE)
+        scene.change(ACTIVATE)
+
+        def drives() -> bool:
+            daemon.tell(HEARD)
+            daemon.tell(moving(0.15))
+            return bool(seen("heard")) and [0.15, 0.5] in seen("cmd_vel")
+
+        wait_until(drives, WAIT_S, "an active node passes what is heard, and drives the base")
+        scene.change(DEACTIVATE)
+        wait_until(lambda: seen("cmd_vel")[-1] == [0.0, 0.0], WAIT_S, "an inactive node's base stands")
+        count = len(daemon.arguments("base"))
+        for _ in range(20):
+            daemon.tell(moving(0.15))
+        scene.order("estop", True)
+        wait_until(lambda: bool(daemon.arguments("stop")), WAIT_S, "a stop passes")
+        assert seen("cmd_vel")[-1] == [0.0, 0.0]
+        assert not [each for each in daemon.arguments("base")[count:] if "x_m" in each]
+        scene.change(CLEAN_UP)
+        scene.order("transition", SHUT_DOWN)
+        wait_until(lambda: scene.bridge.poll() is not None, WAIT_S, "a node that is shut down ends")
+        assert scene.bridge.returncode == EX_FAILURE
+
+
+def test_a_wrong_parameter_ends_the_bridge_with_the_reason(tmp_path: Path) -> None:
     environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     with daemon_at(tmp_path / "d.sock", "cmd_vel") as daemon:
-        command = [bridge, "-m", "hvcpd.control.cli", "ros", "--ros", "2", "--socket", str(daemon.path)]
         ended = subprocess.run(
-            [*command, "--ros-args", "-p", "base_frame:=5"],
+            [*COMMAND, "--socket", str(daemon.path), "--ros-args", "-p", "base_frame:=5"],
             env=environment,
             capture_output=True,
             text=True,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hil_fakes.pins import FOLDER_VARIABLE
-from hvcpd.config.settings import load_with_sources
+from hvcpd.config.settings_file import load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.control.cli import main
 from hvcpd.skills.checks import faults
@@ -63,7 +63,7 @@ def test_each_fault_has_its_line_and_its_remedy(tmp_path: Path, skill: str, text
 
 def test_joints_need_the_wheels_bus(tmp_path: Path) -> None:
     (found,) = told(tmp_path, "grip: {joint: {id: 3}}", more="wheels: {driver: none}\n")
-    assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to xl430 or auto")
+    assert found.endswith("it is on the wheels' bus, and wheels.driver is none; set that to dynamixel or auto")
 
 
 def test_joints_need_the_control_socket(tmp_path: Path) -> None:

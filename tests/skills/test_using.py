@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from hvcpd.config.skills import Parameter, Skill, SkillEntry
-from hvcpd.config.tasks import Use, Wait, Water
+from hvcpd.config.tasks import Tend, Use, Wait
 from hvcpd.coordination.states import State
 from hvcpd.ports import STANDSTILL
 from hvcpd.recognition.events import Held, Released
@@ -120,12 +120,12 @@ def test_who_offers_it_breaks_off() -> None:
 
 
 def test_watering_is_the_skill_of_that_name_if_there_is_one_and_else_it_waits() -> None:
-    skilled = SkilledBench(Water(3.0), offered=frozenset({"water"}))
+    skilled = SkilledBench(Tend(3.0), offered=frozenset({"water"}))
     skilled.until_asked()
     (order,) = skilled.orders
     assert isinstance(order, Begin)
     assert (order.call.skill, order.call.arguments) == ("water", (("seconds", 3.0),))
-    plain = SkilledBench(Water(3.0), offered=frozenset())
+    plain = SkilledBench(Tend(3.0), offered=frozenset())
     while not any(isinstance(record, PerformedRecord) for record in plain.records):
         assert plain.robot.now < 300.0
         plain.live()

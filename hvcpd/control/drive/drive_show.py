@@ -15,8 +15,8 @@ from rich.table import Table
 from hvcpd.hardware.drive_session import Snapshot
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.motion import MotionState
+from hvcpd.hardware.registers import hardware_error_text
 from hvcpd.hardware.wheels_sense import MotorHealth
-from hvcpd.hardware.xl430 import hardware_error_text
 from hvcpd.ports import Pose, WheelReading
 
 SHOWN_EVERY_S = 0.25

@@ -18,7 +18,8 @@ from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
 from hvcpd.assembly.sound import user_cache_folder
-from hvcpd.config.settings import AudioSettings, load_settings
+from hvcpd.config.settings import AudioSettings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
@@ -52,12 +53,12 @@ _WELCOME = """\
 {page}They prepare their words; the first time takes longest.
 """
 _READY = """\
-Ready: they greet in a moment.
+Ready: one of them begins in a moment.
 Say, or type and press Enter:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 _READY_ALONE = """\
-Ready: {one} greets in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
+Ready: {one} begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
 Say, or type and press Enter:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """

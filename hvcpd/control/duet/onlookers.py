@@ -21,27 +21,57 @@ from hvcpd.synthesis.speaker import Speaker
 LOOK_S = 0.05
 """Between two looks for a daemon's socket at its start."""
 PAGE_NEEDS = ("starlette", "uvicorn")
-ANSWER_S = 8.0
-"""From when a visitor begins to speak until somebody has understood it: the longest sentence, 5 s, and its search."""
+ANSWER_S = 4.0
+"""From when a visitor has spoken until somebody has understood it, with the search that a sentence may take."""
+TIMES = 2
+"""A visitor says a sentence so often before it gives up."""
 ECHO_S = 1.0
 """A robot's "Stop" and the same call as another one hears it begin no further apart."""
-UNHEARD = "nobody understood that: say it again when no robot speaks"
+UNHEARD = "nobody understood that; say it again"
 
 
 class Visitor:
-    """Says sentences of the phrasebook in a voice of its own; `play` takes the sound. Raises PhraseError."""
+    """Says sentences of the phrasebook in a voice of its own. `play` says a sound, and returns what tells whether it is
+    said. Raises PhraseError."""
 
-    def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], None]) -> None:
+    def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], Callable[[], bool]]) -> None:
         self._name = name
         self._phrasebook = wiring.phrasebook()
         self._speaker = Speaker(wiring.sound.voice_of(name), wiring.sound.lexicon, wiring.sound.cache)
         self._play = play
 
-    def say(self, text: str) -> str:
-        """Say it as soon as the last one is over; who says what, for the terminal."""
+    def say(self, text: str) -> Visit:
+        """Say it in the robots' next pause."""
         utterance = self._phrasebook.parse_text(text)
-        self._play(self._speaker.render(self._phrasebook.phrases(utterance)))
-        return f"{self._name}: {text.strip()}"
+        sound = self._speaker.render(self._phrasebook.phrases(utterance))
+        return Visit(f"{self._name}: {text.strip()}", lambda: self._play(sound))
+
+
+class Visit:
+    """A sentence of a visitor, `line` for the terminal; `say` says it and returns what tells whether it is said."""
+
+    def __init__(self, line: str, say: Callable[[], Callable[[], bool]]) -> None:
+        self.line = line
+        self._say = say
+        self._times = 0
+        self._said_s: float | None = None
+        self.again()
+
+    def again(self) -> None:
+        """Say it once more."""
+        self._times += 1
+        self._said_s = None
+        self._is_said = self._say()
+
+    def failed(self, now_s: float) -> bool:
+        """Whether nobody understood it any of the times; call it now and then."""
+        if self._said_s is None:
+            self._said_s = now_s if self._is_said() else None
+        elif now_s - self._said_s > ANSWER_S:
+            if self._times == TIMES:
+                return True
+            self.again()
+        return False
 
 
 class Onlooker:
@@ -51,7 +81,7 @@ class Onlooker:
         self._robots = frozenset(robots)
         self._out = out
         self._said: dict[str, float] = {}
-        self._unheard_from_s: float | None = None
+        self._visit: Visit | None = None
 
     async def follow(self, socket: Path, robot: str) -> None:
         """Write a robot's events until its daemon ends."""
@@ -67,15 +97,15 @@ class Onlooker:
         """Write a message."""
         self.write(f"      ({text})")
 
-    def visited(self, line: str, now_s: float) -> None:
-        """A visitor begins to say this."""
-        self.write(f"{clock(now_s):>5}  {line}")
-        self._unheard_from_s = now_s
+    def visited(self, visit: Visit, now_s: float) -> None:
+        """A visitor wants to say this."""
+        self.write(f"{clock(now_s):>5}  {visit.line}")
+        self._visit = visit
 
     def look(self, now_s: float) -> None:
-        """Say so, once, if nobody has understood the visitor for too long."""
-        if self._unheard_from_s is not None and now_s - self._unheard_from_s > ANSWER_S:
-            self._unheard_from_s = None
+        """Have a visitor whom nobody understood say it again; say so, once, if that does not help either."""
+        if self._visit is not None and self._visit.failed(now_s):
+            self._visit = None
             self.note(UNHEARD)
 
     def tell(self, event: dict[str, Any], robot: str) -> None:
@@ -85,11 +115,11 @@ class Onlooker:
                 self._said[event["text"]] = event["at_s"]
                 self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
             case "heard" if event["speaker"] not in self._robots and not self._is_a_robots(event):
-                self._unheard_from_s = None
+                self._visit = None
                 who = event["speaker"] or "you"
                 self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
             case "held":
-                self._unheard_from_s = None
+                self._visit = None
                 self.write(f"{clock(event['at_s']):>5}  {robot} stood still for what sounded like “stop”")
 
     def _is_a_robots(self, event: dict[str, Any]) -> bool:

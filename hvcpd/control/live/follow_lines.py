@@ -109,7 +109,7 @@ def _noted(_show: FollowLines, event: Event) -> Parts:
     return [(clean(event["text"]), "bold yellow")]
 
 
-def _watered(show: FollowLines, event: Event) -> Parts:
+def _performed(show: FollowLines, event: Event) -> Parts:
     return [(f"{event['robot']} has carried out {show.task(event['task'])}", "green")]
 
 
@@ -139,7 +139,7 @@ _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
     "garbled": _garbled,
     "held": _held,
     "noted": _noted,
-    "watered": _watered,
+    "performed": _performed,
     "taskchanged": _task_changed,
     "stopped": _stopped,
     "memory": _memory,

@@ -8,8 +8,7 @@ from contextlib import closing
 
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.errors import EX_OK, ConfigError
-from hvcpd.ros.command import base_of, choose_ros, run_bridge, start_again
-from hvcpd.ros.ros_arguments import ros2_words
+from hvcpd.ros.command import base_of, choose_ros, ros2_words, run_bridge, start_again
 
 
 def run(options: argparse.Namespace) -> int:

@@ -17,7 +17,8 @@ from rich.progress import Progress
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.sound import user_cache_folder
-from hvcpd.config.settings import Settings, load_with_sources
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import load_with_sources
 from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable

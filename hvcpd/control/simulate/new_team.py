@@ -16,12 +16,13 @@ from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
 from hvcpd.config.skills import valid_key
 from hvcpd.config.task_file import MAX_DISTANCE_M, MAX_TASKS
+from hvcpd.config.tasks import TENDING
 from hvcpd.control.simulate.team import load_team, vocabulary_cache
 from hvcpd.errors import EX_OK, ConfigError, unwritable
 from hvcpd.reporting.files import write_whole
 from hvcpd.synthesis.likeness import name_fault
 
-BUILT_IN = {"wait": "seconds", "water": "seconds", "dock": "", "turn": "degrees", "forward": "metres"}
+BUILT_IN = {"wait": "seconds", **dict.fromkeys(TENDING, "seconds"), "dock": "", "turn": "degrees", "forward": "metres"}
 """Actions of every robot at a place, and the number that each takes."""
 USUAL_DEED = "wait 5"
 MISSING = "this is not a terminal: give --robots and --task, as `hvcpctl new-team --help` shows"

@@ -15,7 +15,7 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.contract import Rig
 from hil_fakes.dynamixel.dispatch import respond
 from hil_fakes.dynamixel.faults import ReplyFault
-from hil_fakes.dynamixel.motor import FakeXL430, turtlebot3_pair
+from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Packet, PacketReader
 from hil_fakes.dynamixel.pump import RealTimePump
 from tests.hil_fakes.dynamixel.conftest import PatientPort
@@ -84,11 +84,11 @@ def test_unplugging_is_an_error_and_replugging_heals(bus: FakeBus, rig: Rig) -> 
 
 def test_two_motors_may_not_share_an_id() -> None:
     with pytest.raises(ValueError, match="identifier"):
-        FakeBus([FakeXL430(1), FakeXL430(1)])
+        FakeBus([FakeMotor(1), FakeMotor(1)])
 
 
 def test_closing_twice_is_no_error() -> None:
-    bus = FakeBus([FakeXL430(1)])
+    bus = FakeBus([FakeMotor(1)])
     bus.close()
     bus.close()
 
@@ -125,7 +125,7 @@ def test_the_pump_advances_by_the_real_clock() -> None:
 
 
 def test_the_fake_as_a_process_serves_until_it_is_told_to_end() -> None:
-    command = [sys.executable, "-m", "hil_fakes.dynamixel", "xl430"]
+    command = [sys.executable, "-m", "hil_fakes.dynamixel", "dynamixel"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         port = PatientPort(process.stdout.readline().strip())

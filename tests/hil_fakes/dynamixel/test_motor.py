@@ -7,15 +7,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil_fakes.dynamixel.control_table import CELLS
-from hil_fakes.dynamixel.motor import REVERSE, SHUTDOWN_OVERLOAD, FakeXL430
+from hil_fakes.dynamixel.motor import REVERSE, SHUTDOWN_OVERLOAD, FakeMotor
 from hil_fakes.dynamixel.physics import VELOCITY_UNIT_RAD_S, Shaft, ShaftSettings
 from hil_fakes.dynamixel.protocol import ALERT, StatusError
 
 QUIET = ShaftSettings(encoder_noise_ticks=0.0)
 
 
-def driving(goal: int = 100, **settings: object) -> FakeXL430:
-    motor = FakeXL430(shaft=QUIET, **settings)  # type: ignore[arg-type]
+def driving(goal: int = 100, **settings: object) -> FakeMotor:
+    motor = FakeMotor(shaft=QUIET, **settings)  # type: ignore[arg-type]
     for name, value in (("operating_mode", 1), ("torque_enable", 1)):
         motor.memory.set(name, value)
     assert motor.write(104, goal.to_bytes(4, "little", signed=True)) is StatusError.NONE
@@ -40,7 +40,7 @@ def test_the_size_of_the_steps_does_not_matter(steps: list[float]) -> None:
 
 def test_readings_at_one_instant_agree_and_a_seed_repeats_them() -> None:
     def readings(seed: int) -> list[int]:
-        motor = FakeXL430()
+        motor = FakeMotor()
         motor.seed(seed)
         seen = []
         for _ in range(50):
@@ -126,7 +126,7 @@ def test_a_reboot_forgets_turns_but_not_the_angle_within_one() -> None:
 
 @given(st.integers(0, 300), st.binary(min_size=1, max_size=12))
 def test_no_write_leaves_a_cell_out_of_its_range(address: int, data: bytes) -> None:
-    motor = FakeXL430(shaft=QUIET)
+    motor = FakeMotor(shaft=QUIET)
     before = [motor.memory.get(cell.name) for cell in CELLS]
     error = motor.write(address, data)
     for cell, old in zip(CELLS, before, strict=True):

@@ -6,7 +6,7 @@ import pytest
 
 from hil_fakes.dynamixel.faults import DELAY_S, ReplyFault
 from hil_fakes.dynamixel.line import Line
-from hil_fakes.dynamixel.motor import OVERLOAD_S, SAG_V, SHUTDOWN_OVERHEAT, SHUTDOWN_OVERLOAD, FakeXL430
+from hil_fakes.dynamixel.motor import OVERLOAD_S, SAG_V, SHUTDOWN_OVERHEAT, SHUTDOWN_OVERLOAD, FakeMotor
 from hil_fakes.dynamixel.physics import Shaft
 from hil_fakes.dynamixel.protocol import Instruction, encode, encode_status
 from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
@@ -15,8 +15,8 @@ PING = encode(1, bytes((Instruction.PING,)))
 PONG = encode_status(1, 0, b"\x24\x04\x2d")
 
 
-def straining() -> FakeXL430:
-    motor = FakeXL430()
+def straining() -> FakeMotor:
+    motor = FakeMotor()
     for name, value in (("operating_mode", 1), ("torque_enable", 1), ("goal_velocity", 200)):
         motor.memory.set(name, value)
     motor.blocked = True
@@ -58,7 +58,7 @@ def test_a_stop_ends_and_its_way_does_not_depend_on_the_steps(step_s: float) -> 
 
 
 def test_a_delayed_reply_comes_by_itself() -> None:
-    line = Line([FakeXL430(1)])
+    line = Line([FakeMotor(1)])
     line.faults.schedule(ReplyFault.DELAY)
     assert line.hear(PING, 1_000_000) == b""
     assert line.advance(DELAY_S / 2) == b""
@@ -67,7 +67,7 @@ def test_a_delayed_reply_comes_by_itself() -> None:
 
 def test_babble_fills_the_line_for_a_while_and_a_seed_repeats_it() -> None:
     def bytes_of(seed: int) -> bytes:
-        line = Line([FakeXL430(1)], seed)
+        line = Line([FakeMotor(1)], seed)
         line.babble(0.05)
         return line.advance(0.03) + line.advance(0.1) + line.advance(0.1)
 
@@ -76,7 +76,7 @@ def test_babble_fills_the_line_for_a_while_and_a_seed_repeats_it() -> None:
 
 
 def test_waiting_in_vain_at_a_virtual_port_takes_virtual_time_only() -> None:
-    line, time = Line([FakeXL430(1)]), VirtualTime()
+    line, time = Line([FakeMotor(1)]), VirtualTime()
     port = VirtualPort(line, time, 1_000_000, 0.034)
     port.openPort()
     port.setPacketTimeout(11)

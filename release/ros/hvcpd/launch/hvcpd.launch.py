@@ -4,12 +4,12 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition, UnlessCondition
 from launch.substitutions import LaunchConfiguration, PythonExpression
-from launch_ros.actions import Node
+from launch_ros.actions import LifecycleNode
 from launch_ros.parameter_descriptions import ParameterValue
 
 
 def generate_launch_description() -> LaunchDescription:
-    """One node; `robot` empty: the one of hvcpd's settings, or the only one that runs here."""
+    """One managed node; `robot` empty: the one of hvcpd's settings, or the only one that runs here."""
     robot = LaunchConfiguration("robot")
     parameters = {
         "odom_frame": LaunchConfiguration("odom_frame"),
@@ -17,10 +17,11 @@ def generate_launch_description() -> LaunchDescription:
         "map_frame": LaunchConfiguration("map_frame"),
         "publish_tf": ParameterValue(LaunchConfiguration("publish_tf"), value_type=bool),
         "action": ParameterValue(LaunchConfiguration("action"), value_type=str),
+        "autostart": ParameterValue(LaunchConfiguration("autostart"), value_type=bool),
     }
     named = PythonExpression(["'", robot, "' != ''"])
-    common = {"package": "hvcpd", "executable": "bridge", "name": "hvcpd", "parameters": [parameters]}
-    restarts = {"output": "screen", "respawn": True, "respawn_delay": 2.0}
+    bridge = {"package": "hvcpd", "executable": "bridge", "name": "hvcpd", "namespace": "", "parameters": [parameters]}
+    bridge |= {"output": "screen", "respawn": True, "respawn_delay": 2.0}
     return LaunchDescription(
         [
             DeclareLaunchArgument("robot", default_value="", description="its name"),
@@ -29,7 +30,8 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument("map_frame", default_value="map"),
             DeclareLaunchArgument("publish_tf", default_value="true", description="if hvcpd has the wheels"),
             DeclareLaunchArgument("action", default_value="", description="where goals go; empty: navigate_to_pose"),
-            Node(arguments=["--ros", "2", "--name", robot], condition=IfCondition(named), **common, **restarts),
-            Node(arguments=["--ros", "2"], condition=UnlessCondition(named), **common, **restarts),
+            DeclareLaunchArgument("autostart", default_value="true", description="become active at once"),
+            LifecycleNode(arguments=["--ros", "2", "--name", robot], condition=IfCondition(named), **bridge),
+            LifecycleNode(arguments=["--ros", "2"], condition=UnlessCondition(named), **bridge),
         ]
     )

@@ -1,4 +1,7 @@
-"""The registers of the XL430-W250 that we use, as data. Source: ROBOTIS e-Manual, page xl430-w250, "Control Table"."""
+"""The registers that we use of DYNAMIXEL X-series motors, as data, with their units. `motors.MODELS` has the motors.
+
+Source: ROBOTIS e-Manual, page xl430-w250, "Control Table".
+"""
 
 from __future__ import annotations
 
@@ -25,36 +28,6 @@ class Register:
         if at < 0 or at + self.size > len(window):
             raise ValueError(f"{self.name} is not in the {len(window)} bytes from {start}")
         return int.from_bytes(window[at : at + self.size], "little", signed=self.signed)
-
-
-@dataclass(frozen=True)
-class Model:
-    """A motor with this control table and these units; `oldest_firmware` is the first with a bus watchdog."""
-
-    name: str
-    oldest_firmware: int
-
-
-MODELS: dict[int, Model] = {1060: Model("XL430-W250", 38)}
-"""The motors that may turn a wheel or a joint, by the model number that they answer to a ping (e-Manual, "Model Number"
-and "Bus Watchdog", note)."""
-
-
-def model_fault(number: int) -> str:
-    """Why a motor of this model number cannot be used, "" if it can."""
-    known = " or an ".join(f"{model.name} ({known})" for known, model in MODELS.items())
-    return "" if number in MODELS else f"model number {number} is not an {known}"
-
-
-def firmware_fault(number: int, firmware: int) -> str:
-    """Why a known model's firmware cannot be used, with the remedy; "" if it can."""
-    oldest = MODELS[number].oldest_firmware
-    if firmware >= oldest:
-        return ""
-    return (
-        f"firmware {firmware} has no bus watchdog, so it would not stop by itself; "
-        f"update it to {oldest} or newer with Dynamixel Wizard 2.0"
-    )
 
 
 FIRMWARE_VERSION = Register("firmware version", 6, 1)
@@ -100,9 +73,6 @@ WATCHDOG_UNIT_S = 0.020
 VOLTAGE_UNIT_V = 0.1
 LOAD_UNIT = 0.001
 """Present load counts 0.1 % of the motor's full effort."""
-
-FACTORY_VELOCITY_LIMIT = 265
-"""Default of the velocity limit: 60.7 rev/min, 6.35 rad/s."""
 
 HARDWARE_ERRORS = {
     0: "input voltage out of its limits",
