@@ -48,7 +48,7 @@ class Scorer:
 
     def __init__(self, bank: TemplateBank) -> None:
         self._bank = bank
-        self._codebook = distinct(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
+        self._codebook = np.unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
         self.rest()
@@ -122,7 +122,7 @@ class Scorer:
         """Load the features of this layout's states; templates are composed when first needed."""
         missing = layout.row[self._slots[layout.row] == 0]
         if len(missing):
-            self._compose_more(distinct(missing))
+            self._compose_more(np.unique(missing))
         self._features = self._composed[self._slots[layout.row]]
         self._norms = norms_of(self._features)
 
@@ -144,12 +144,6 @@ class Scorer:
         cohort = squared_distances(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
-
-
-def distinct(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Each of them once, in ascending order. (`np.unique` loads numpy's masked arrays: 1.7 MB.)"""
-    ordered = np.sort(numbers)
-    return ordered[np.flatnonzero(np.diff(ordered, prepend=-1))]
 
 
 def norms_of(features: Features) -> NDArray[np.float32]:

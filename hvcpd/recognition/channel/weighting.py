@@ -229,12 +229,8 @@ class WeightedSound:
         energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
         return np.asarray(found / np.sqrt(max(energy, 1e-9)), np.float32)
 
-    def fit(self, said: Signal, at: int) -> Fit:
-        """The fit of the signal, beginning at sample `at` or SHIFT around it."""
-        return self.fits([(said, at)])[0]
-
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[Fit]:
-        """The fits of several signals at their places: one call for all takes less time."""
+        """The fits of signals that begin at these samples, or SHIFT around them: one call for all takes less time."""
         wanted = list(wanted)
         new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
         for begin in range(0, len(new), AT_ONCE):
