@@ -101,8 +101,9 @@ class Beam:
     """A path is dropped if it costs this much more than the filler."""
     same_time_frames: int = 12
     """Sentences that began less than this apart began at the same time."""
-    max_instances: int = 100
-    """Maximum number of active word instances."""
+    max_instances: int = 50
+    """Maximum number of active word instances. Of 88 sentences in noise from 20 to -9 dB, of 4 and of 12 robots, all
+    are right with 100, and with 45 to 50 at five sixths of the cost."""
 
 
 @dataclass(frozen=True, eq=False)
