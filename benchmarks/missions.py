@@ -3,7 +3,7 @@
     python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
         [--plants 5-12] [--noise-db 35-45]
     python -m benchmarks.missions relay [--seeds 1-3]
-    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
+    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2] [--talk normal]
     python -m benchmarks.missions earshot [--seeds 1-200]
     python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions days [--seeds 1-10000] [--hours 72]
@@ -50,9 +50,11 @@ from hil_fakes.word_plans import (
     random_plan,
     random_tasks,
     recurring_plan,
+    with_talk,
 )
 from hvcpd.assembly.sound import make_sound
 from hvcpd.config.tasks import Water
+from hvcpd.coordination.actions import Talk
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m
 from hvcpd.reporting.events import Said, Summary
@@ -123,7 +125,7 @@ def words(o: argparse.Namespace) -> None:
     ended_s = 0.0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):
-        plan = random_plan(seed, loss=loss, outages_max=o.outages)
+        plan = with_talk(random_plan(seed, loss=loss, outages_max=o.outages), o.talk)
         result = WordMission(plan).run()
         n += 1
         tasks += len(plan.tasks)
@@ -285,6 +287,7 @@ def main() -> None:
     c.add_argument("--seeds", default="1-10000")
     c.add_argument("--loss", default="0-0.3")
     c.add_argument("--outages", type=int, default=2)
+    c.add_argument("--talk", choices=(*(talk.value for talk in Talk), "mixed"), default="normal")
     c.set_defaults(run=words)
     c = kinds.add_parser("earshot")
     c.add_argument("--seeds", default="1-200")

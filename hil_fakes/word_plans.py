@@ -11,6 +11,7 @@ from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mission import Outage, WordPlan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Water
+from hvcpd.coordination.actions import Talk
 from hvcpd.language import messages as m
 
 NAMES = tuple("Rob Bot Max Zoe Ada Kim Leo Mia Tom Eva Sam Ida Ben Joy Pip Gus Ned Una Vic Wil".split())
@@ -69,6 +70,12 @@ def random_plan(
     drawn = random_tasks(rng.randint(*tasks), rng)
     nearest = rng.random() < NEAREST
     return WordPlan(names, drawn, seed, conditions, outages=outages, late=late, nearest_first=nearest)
+
+
+def with_talk(plan: WordPlan, talk: str) -> WordPlan:
+    """The same mission of robots that say so much: `full`, `normal`, `terse`, or `mixed`, in turn."""
+    kinds = tuple(Talk) if talk == "mixed" else (Talk(talk),)
+    return replace(plan, talks={name: kinds[n % len(kinds)] for n, name in enumerate(plan.names)})
 
 
 def fading_plan(seed: int, coordinate: bool) -> WordPlan:

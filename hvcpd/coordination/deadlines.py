@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hvcpd.coordination import choosing, composing, earshot, repair, teaming
+from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
 from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
@@ -66,6 +66,7 @@ def renew_lease(me: Knowledge, now: float) -> None:
 
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
+    chatter.raise_voice(me, now)
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
         repair.spell_if_unknown(me, now)
@@ -117,6 +118,8 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
     else:
         if not me.board.hearsay():
             me.missed.asked = 0
+        if me.board.all_done:
+            chatter.tell_free(me, now)
         _wait(me, now)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import GoTo, Motion
-from hvcpd.coordination import choosing, composing, earshot, routes, schedule
+from hvcpd.coordination import chatter, choosing, composing, earshot, routes, schedule
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
@@ -107,6 +107,7 @@ def want_claim_again(me: Knowledge, now: float) -> None:
 
 def claim_task(me: Knowledge, now: float) -> None:
     """Claim the same tasks again, or else one or two free ones."""
+    me.acquaintance.was_busy = True
     if me.current.task is None:
         tasks = choosing.tasks_to_claim(me, now)
         if not tasks or (me.board[tasks[0]].is_shared and me.report.task is not None):
@@ -163,9 +164,10 @@ def go_alone(me: Knowledge, now: float) -> None:
     go(me, now)
 
 
-def act(me: Knowledge, _now: float) -> None:
+def act(me: Knowledge, now: float) -> None:
     me.board[me.my_task()].half = frozenset()
     me.do(Perform(me.my_task(), _split(me)[1]))
+    chatter.tell_beginning(me, now)
 
 
 def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...]]:

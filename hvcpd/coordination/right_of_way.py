@@ -22,7 +22,7 @@ from functools import partial
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
-from hvcpd.coordination import composing
+from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -216,6 +216,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         return
     p.answer_s = math.inf
     p.silences += not somebody_spoke
+    chatter.raise_voice(me, now)
     if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:

@@ -325,7 +325,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"speech", "waits", "start", "audio", "wheels", "stop_button", "control", "clips", "security"}
+    groups = {"speech", "waits", "quiet", "start", "audio", "wheels", "stop_button", "control", "clips", "security"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:
