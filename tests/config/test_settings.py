@@ -15,6 +15,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.names import VoiceName
+from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.settings import (
     DEFAULT_TEAMS,
     MAX_KNOWN_NAMES,
@@ -270,6 +271,9 @@ def all_settings(draw: st.DrawFn) -> Settings:
             clock=st.booleans(),
             start=starts,
             speech=_of(SpeechSettings),
+            quiet=_of(
+                QuietSettings, hours=st.sampled_from((None, "22:00-07:00", "9:00-9:30")), level_db=st.floats(-30, 0)
+            ),
             waits=_of(
                 WaitSettings, absent_s=st.floats(120, 86400), lease_s=st.floats(120, 86400), answer_s=st.floats(2, 60)
             ),
