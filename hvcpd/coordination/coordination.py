@@ -12,6 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import (
+    ahead,
     changing,
     chatter,
     choosing,
@@ -154,6 +155,7 @@ class Coordination:
         intent = self.knowledge.floor.ended(now, order)
         if intent is not None:
             right_of_way.said(self.knowledge, intent.topic, now)
+            ahead.said(self.knowledge, intent.topic, now)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
         teaming.settle(self.knowledge, now)
@@ -163,7 +165,7 @@ class Coordination:
         me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
             trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
-        elif me.state is State.ACTING and len(me.my_tasks()) > 1:
+        elif me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
             trigger = Trigger.PERFORMED_FIRST
         fire(me, trigger, now)
 
@@ -264,6 +266,7 @@ class Coordination:
         changing.spread(me, now)
         deadlines.renew_lease(me, now)
         right_of_way.ask(me, now)
+        ahead.repeat(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             saying.begin(me, intent, now)
@@ -272,7 +275,7 @@ class Coordination:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
         due_s = (deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), right_of_way.next_s(me))
-        return min(me.floor.next_deadline(), me.timer_s, *due_s)
+        return min(me.floor.next_deadline(), me.timer_s, me.current.ahead_s, *due_s)
 
     def actions(self, now: float) -> tuple[Action, ...]:
         """The actions to carry out now, in order; each is returned once."""

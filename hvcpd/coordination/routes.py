@@ -77,11 +77,20 @@ def cost_s(task: TaskDefinition, start: Place | None) -> float:
     return way_s(start, task.place or start) + work_s(task)
 
 
-def own(me: Knowledge, tasks: Sequence[TaskDefinition], now: float, without: str | None = None) -> list[TaskDefinition]:
-    """The tasks that this robot does in its plan for all robots but one, in order; empty if others do them sooner."""
+def own(
+    me: Knowledge,
+    tasks: Sequence[TaskDefinition],
+    now: float,
+    without: str | None = None,
+    after: TaskDefinition | None = None,
+) -> list[TaskDefinition]:
+    """The tasks that this robot does in its plan for all robots but one, in order; empty if others do them sooner. It
+    begins `after` its present task, if it has one."""
     here = me.body.here or Place(0.0, 0.0)
+    begin_s = cost_s(after, here) if after is not None else 0.0
+    here = (after.place if after is not None else None) or here
     near = sorted(tasks, key=lambda task: way_s(here, task.place or here))[:PLANNED_MAX]
-    mine = Route(me.role.name, here, 0.0)
+    mine = Route(me.role.name, here, begin_s)
     _plan([mine, *(route for route in _of_others(me, now) if route.name != without)], near)
     return mine.tasks
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.coordination import changing, chatter, composing, repair
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
-from hvcpd.coordination.floor import OWN_TURN, Intent, Urgency
+from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.relaying import note_passed_on
 from hvcpd.coordination.states import DEPARTING, Trigger
@@ -70,9 +70,10 @@ def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
 def _with_own_turn(me: Knowledge, confirmation: Intent, now: float) -> m.Utterance | None:
     """A confirmation, together with the claim or report that waits for this robot's own turn."""
     said = _compose(me, confirmation, now)
-    if said is None or not isinstance(said.statement, m.Confirmed) or not composing.may_join(me):
+    topic = composing.joinable(me)
+    if said is None or not isinstance(said.statement, m.Confirmed) or topic is None:
         return said
-    own = me.floor.take_along(OWN_TURN, now)
+    own = me.floor.take_along(topic, now)
     words = _compose(me, own, now) if own is not None else None
     if words is None:
         me.floor.speaking = confirmation
