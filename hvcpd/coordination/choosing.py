@@ -9,7 +9,6 @@ from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import routes
 from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.board import CLAIMED, OPEN
-from hvcpd.coordination.floor import CROWD
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
@@ -101,18 +100,16 @@ def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
 
 def task_ahead(me: Knowledge, now: float) -> int | None:
     """The task to claim while the robot still does its present one: the next of its route; None if there is none, or if
-    one is not left for each robot that has no task. Nor in a crowd, or where air time is scarce: there the sentences
-    that this takes cost more than it saves."""
+    one is not left for each robot that has no task. Nor where air time is scarce, and by robots that choose at random:
+    there the sentences that this takes cost more than it saves."""
     present, free = me.board[me.my_task()].definition, me.board.open_for(me.role.name, me.role.unable)
     free = tuple(t for t in _most_urgent(me, free) if _is_plain(t))
     alone = me.current.partner is not None or not _is_plain(present) or me.board[present.number].is_changed
-    if alone or me.role.speech.encrypted or me.role.talk is Talk.TERSE or not may_volunteer(me, now):
+    spares_talk = me.role.speech.encrypted or me.role.talk is Talk.TERSE or not me.role.nearest_first
+    if alone or spares_talk or not may_volunteer(me, now):
         return None
-    is_crowd = len(me.expected(now)) >= CROWD
-    if is_crowd or not me.peers.present(now) or len(free) <= _free_others(me, now) or air_is_scarce(me, present, now):
+    if not me.peers.present(now) or len(free) <= _free_others(me, now) or air_is_scarce(me, present, now):
         return None
-    if not me.role.nearest_first:
-        return me.rng.choice(free).number
     route = routes.own(me, free, now, after=present)
     return route[0].number if route else None
 
