@@ -10,6 +10,7 @@ from typing import Literal, ParamSpec
 
 from hvcpd.config.loading import between, checked
 from hvcpd.config.names import VoiceName, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import Pose
@@ -184,6 +185,8 @@ class Settings:
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["nearest", "random"] = "nearest"
+    talk: Literal["full", "normal", "terse"] = "normal"
+    quiet: QuietSettings = field(default_factory=QuietSettings)
     unable: tuple[int, ...] = ()
     clock: bool = True
     start: StartSettings = StartSettings()
