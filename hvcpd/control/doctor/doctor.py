@@ -30,7 +30,7 @@ def run(
     make_port: MakePort = WaitingPort,
     board: Board | None = None,
 ) -> int:
-    """Look at everything, or at the subjects that were asked for; 0 only if nothing is wrong."""
+    """Check everything, or the given subjects; returns 0 only if nothing is wrong."""
     where = devices or Devices()
     subjects: dict[str, Callable[[Team], Iterator[Diagnosis]]] = {
         "machine": lambda team: chain(look_at_board(board or Board()), look_at_machine(team, machine or Machine())),
@@ -74,7 +74,7 @@ def _verdict(found: list[Diagnosis]) -> Diagnosis:
 
 
 def _shown(diagnoses: Iterator[Diagnosis] | list[Diagnosis], as_json: bool) -> Iterator[Diagnosis]:
-    """Each is written as soon as it is known: looking takes a while."""
+    """Write each finding as soon as it is known, because the checks take a while."""
     for diagnosis in diagnoses:
         if as_json:
             fields = {"subject": diagnosis.subject, "grade": diagnosis.grade.value, "ok": diagnosis.ok}

@@ -1,4 +1,4 @@
-"""`hvcpctl drive`: one robot by hand, and `--dry-run`: the same on wheels that only exist on paper."""
+"""`hvcpctl drive`: drives one robot by hand; with `--dry-run` only in a simulation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.ports import STANDSTILL, Pose, Wheels
 
 MAX_MEASURED_M = 3.0
-"""Runs are 1 m long: beyond three times that it was centimetres or a slip."""
+"""Longest run that is believed; runs are 1 m long, so a larger number was in centimetres or a typing error."""
 
 
 class TapeMeasure:

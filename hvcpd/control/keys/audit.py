@@ -1,4 +1,4 @@
-"""`hvcpctl audit`: who ordered whom, what was refused and why, and how the tasks were shared."""
+"""`hvcpctl audit`: counts orders, refusals with their reasons, and each robot's share of the tasks."""
 
 from __future__ import annotations
 

@@ -60,12 +60,12 @@ _REFUSALS: dict[str, type[HvcpdError]] = {
 
 
 class DaemonClient:
-    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if it has no time for us."""
+    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if the daemon is too busy."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.patience_s = ANSWER_S
-        """How long an answer may take."""
+        """The time limit for an answer."""
         self._connect()
 
     def _connect(self) -> None:
@@ -91,7 +91,7 @@ class DaemonClient:
 
     @property
     def name(self) -> str:
-        """The robot's."""
+        """The robot's name."""
         return str(self._greeted().get("name"))
 
     def _greeted(self) -> dict[str, Any]:
@@ -138,7 +138,7 @@ class DaemonClient:
         raise NotDoneError("the daemon gave no reason")
 
     def events(self, timeout_s: float | None = None) -> Iterator[dict[str, Any]]:
-        """What comes after a `subscribe`, until the daemon ends. Raises NotDoneError if none comes for `timeout_s`."""
+        """The events after a `subscribe`, until the daemon ends. Raises NotDoneError if none comes for `timeout_s`."""
         self._greeted()
         while True:
             self._socket.settimeout(timeout_s)
@@ -154,7 +154,7 @@ class DaemonClient:
             return None
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         self._socket.close()
 
     def _read(self) -> dict[str, Any]:
@@ -166,7 +166,7 @@ class DaemonClient:
             ) from None
 
     def _line(self) -> bytes:
-        """One line; what came of it before a TimeoutError is kept for the next call."""
+        """One line; a part received before a TimeoutError is kept for the next call."""
         while b"\n" not in self._unread:
             try:
                 more = self._socket.recv(CHUNK_BYTES)
@@ -206,7 +206,7 @@ def connect_in_turn(connection: socket.socket, address: str, patience_s: float =
 
 
 def _raise_refusal(reply: Mapping[str, Any]) -> None:
-    """Raise what a reply says that went wrong, if it says so."""
+    """Raise the error that a reply reports, if it reports one."""
     refusal = reply.get("error")
     if isinstance(refusal, dict):
         kind: type[HvcpdError] = _REFUSALS.get(str(refusal.get("code")), NotDoneError)
@@ -245,7 +245,8 @@ def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | Non
 
 
 def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tuple[Settings, str | None]:
-    """The settings, and the robot's name if there is one; faults in them must not keep anybody from saying stop."""
+    """The settings, and the robot's name if there is one; errors in them must not keep anybody from stopping a
+    robot."""
     name = getattr(options, "name", None)
     try:
         loaded = load_with_sources(options.config, {"name": name}, name_needed=False, environment=environment)
@@ -258,7 +259,7 @@ def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tu
 
 
 def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
-    """What tells where the socket lies, as far as it can be read from a file with faults."""
+    """The settings that say where the socket is, as far as they can be read from a file with errors."""
     path = Path(file)
     try:
         value = parse(read_bytes(path), str(path)).value
@@ -293,7 +294,7 @@ def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...]) -> Da
 
 
 def _running(folders: tuple[Path, ...]) -> list[Path]:
-    """The sockets in these folders that a daemon answers at, or may."""
+    """The sockets in these folders at which a daemon answers or may answer."""
     found = []
     for folder in folders:
         with suppress(OSError):

@@ -59,7 +59,7 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
 
 
 def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
-    """What is wrong with a memory as `status` tells of it, the worst first; older daemons tell only `lost`."""
+    """The faults of a memory in `status`, the worst first; older daemons report only `lost`."""
     if memory.get("unkept"):
         yield f'"stop" and "resume" would not survive a restart: {memory["unkept"]}'
     if memory.get("fault"):

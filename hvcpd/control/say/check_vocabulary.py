@@ -1,4 +1,4 @@
-"""`hvcpctl check-vocabulary`: which words and phrases of a team would be taken for one another, and what to say."""
+"""`hvcpctl check-vocabulary`: finds words and phrases of a team that sound alike, and suggests others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hvcpd.errors import EX_FAILURE, EX_OK
 from hvcpd.reporting.text import listed
 
 SHOWN = 10
-"""Rows of the table when nothing is confusable: the nearest ones, to see how far off they are."""
+"""Rows of the table when nothing is confusable: the nearest pairs."""
 
 
 def run(options: argparse.Namespace) -> int:

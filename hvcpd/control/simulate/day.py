@@ -29,7 +29,7 @@ FOR_SOUND = ("play", "key", "encrypted", "mute", "strangers", "tank")
 
 
 def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> int:
-    """Run it, show the shift, write its page; 0 only if all that was due was done, and nothing twice."""
+    """Run it, show the shift, write its page; returns 0 only if everything due was done, and nothing twice."""
     useless = next((name for name in FOR_SOUND if getattr(options, name)), None)
     if useless is not None:
         raise ConfigError(f"--hours simulates words, without sound; leave out --{useless}")
