@@ -18,6 +18,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from hvcpd.config.tasks import TENDING
 from hvcpd.console.guard import MAX_BODY_BYTES, Door, Guard
 from hvcpd.console.lines import Lines
 from hvcpd.console.viewers import Message, Viewers
@@ -106,11 +107,15 @@ def _app(routes: list[Route], door: Door, lifespan: Any) -> Starlette:
     return Starlette(routes=[*routes, *parts], middleware=[Middleware(Guard, door=door)], lifespan=lifespan)
 
 
+_ACTIONS = "".join(f"<option>{action}</option>" for action in (*TENDING, "wait"))
+"""What a new task can have done at its place, as HTML."""
+
+
 def _page(mode: str, door: Door, title: Callable[[], str]) -> Callable[[Request], Awaitable[Response]]:
     template = Template(_own("index.html"))
 
     async def page(_: Request) -> Response:
-        text = template.substitute(mode=mode, token=door.token, title=escaped(title() or "a robot"))
+        text = template.substitute(mode=mode, token=door.token, title=escaped(title() or "a robot"), actions=_ACTIONS)
         return Response(text, media_type="text/html; charset=utf-8")
 
     return page
