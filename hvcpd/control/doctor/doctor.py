@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from itertools import chain
 
 from hvcpd.config.settings import WheelSettings, load_settings
-from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, wrong
+from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, note, wrong
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
@@ -57,6 +57,9 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
         return
     if settings.driver == "ros":
         yield fine("wheels", "ROS has them, as wheels.driver says; see `hvcpctl status` while `hvcpctl ros` runs")
+        return
+    if not settings.on_serial_port:
+        yield note("wheels", f"of the driver {settings.driver}, which only `hvcpctl drive status` looks at")
         return
     finding = examine(settings, make_port)
     for problem in finding.problems:

@@ -14,6 +14,7 @@ from typing import TextIO
 
 from hvcpd.config.settings import Settings, load_settings
 from hvcpd.control.drive.drive_show import DriveShow
+from hvcpd.daemon.devices import make_wheels
 from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError
 from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
 from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
@@ -79,8 +80,11 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
     if options.action == "stop":
         if options.dry_run:
             show.would_stop()
-        else:
+        elif settings.wheels.on_serial_port:
             show.stopped(stop_anyway(settings.wheels, make_port))
+        else:
+            _stop(settings)
+            show.stopped([f"wheels of the driver {settings.wheels.driver}"])
         return EX_OK
     wheels, session = _session(options, settings, make_port)
     with _interruptible(), show:
@@ -94,6 +98,14 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
             return _report(options, wheels, session, show)
         finally:
             wheels.close()
+
+
+def _stop(settings: Settings) -> None:
+    """Stop wheels of a driver without a handshake of its own. Raises DeviceError."""
+    wheels = make_wheels(settings.wheels)
+    if wheels is not None:
+        wheels.open()
+        wheels.close()
 
 
 def _settings(options: argparse.Namespace) -> Settings:
@@ -113,7 +125,8 @@ def _session(options: argparse.Namespace, settings: Settings, make_port: MakePor
     if options.dry_run:
         paper = RehearsedWheels()
         return paper, DriveSession(paper, paper.clock, paper.sleep, drive)
-    wheels = FoundWheels(settings.wheels, make_port)
+    wheels = make_wheels(settings.wheels, make_port=make_port)
+    assert wheels is not None  # `_settings` has refused a robot without wheels
     return wheels, DriveSession(wheels, time.monotonic, time.sleep, drive)
 
 
