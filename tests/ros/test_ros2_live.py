@@ -142,10 +142,11 @@ def test_the_node_has_the_life_cycle_of_managed_nodes(tmp_path: Path) -> None:
         assert scene.bridge.returncode == EX_FAILURE
 
 
-def test_a_wrong_parameter_ends_the_bridge_with_the_reason(tmp_path: Path) -> None:
+@pytest.mark.parametrize("wrong", [("-p", "base_frame:=5"), ("-r", "heard:=9//ears"), ("-r", "heard")], ids=" ".join)
+def test_a_wrong_argument_ends_the_bridge_with_the_reason(tmp_path: Path, wrong: tuple[str, str]) -> None:
     with daemon_at(tmp_path / "d.sock", "cmd_vel") as daemon:
         ended = subprocess.run(
-            [*COMMAND, "--socket", str(daemon.path), "--ros-args", "-p", "base_frame:=5"],
+            [*COMMAND, "--socket", str(daemon.path), "--ros-args", *wrong],
             env={**os.environ, **ENVIRONMENT},
             capture_output=True,
             text=True,
@@ -153,4 +154,5 @@ def test_a_wrong_parameter_ends_the_bridge_with_the_reason(tmp_path: Path) -> No
             check=False,
         )
     assert ended.returncode == EX_USER, ended.stderr
-    assert "base_frame" in ended.stderr
+    assert wrong[1].split(":=")[0] in ended.stderr
+    assert "Traceback" not in ended.stderr
