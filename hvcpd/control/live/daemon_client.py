@@ -38,14 +38,15 @@ from hvcpd.errors import (
 )
 
 ANSWER_S = 10.0
-"""A daemon that lives answers within about 0.05 s, two blocks of sound; more if its computer is overloaded."""
+"""Time limit of an answer; a running daemon answers within about 0.05 s, two blocks of sound, or later on an overloaded
+computer."""
 
 LEARN_S = 120.0
-"""For new words, which are compared with all others first: a second or two on a desktop computer, on a Pi some ten
-times more."""
+"""Time limit for new words, which are compared with all others first: a second or two on a desktop computer, about ten
+times as long on a Pi."""
 
 CHUNK_BYTES = 65536
-"""Read at once: a line of events has some hundred."""
+"""Bytes read at a time; a line of events has a few hundred."""
 
 REPEATABLE = frozenset({"stop", "status", "tasks", "config"})
 """Commands that may be sent twice without harm."""
@@ -56,7 +57,7 @@ _REFUSALS: dict[str, type[HvcpdError]] = {
     "not_in_phrasebook": PhraseError,
     "busy": BusyError,
 }
-"""The protocol's codes for what the user can mend in the command, or by trying again."""
+"""The protocol's codes for errors that the user can fix in the command, or by trying again."""
 
 
 class DaemonClient:

@@ -84,7 +84,7 @@ class JsonShow:
 
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
-    """Follow until interrupted; a daemon that ends is waited for."""
+    """Follow until interrupted; wait for a daemon that has ended."""
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
         watch(options, show, wait, n_events, ("moved",) if options.poses else ())

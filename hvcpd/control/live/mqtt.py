@@ -149,7 +149,7 @@ class MqttShow:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Bridge until interrupted; a daemon that ends is waited for."""
+    """Bridge until interrupted; wait for a daemon that has ended."""
     with closing(find_daemon(options)) as daemon:
         name, path = daemon.name, daemon.path
     with Broker(options, name, lambda text: _obey(text, path, options.commands)) as broker:

@@ -121,7 +121,7 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
 
 
 def _way(place: Mapping[str, Any]) -> str:
-    """Who has a place that only one robot fits in, and who waits for it."""
+    """The robot in each shared place, and the robots that wait for it."""
     keeper, waiting = place["keeper"], [clean(name) for name in place["waiting"]]
     has = "nobody has it" if keeper is None else f"{clean(keeper)} has it"
     here = ", in it now" if place["inside"] else ", waited for" if place["wanted_s"] is not None else ""

@@ -19,7 +19,7 @@ OTHERS = {
     "add": "it starts when its words are ready; the other robots do not know it, so give each the same command",
     "remove": "the other robots keep it, so give each the same command",
 }
-"""A reminder, because robots do not tell each other about these."""
+"""Reminder for changes that robots do not announce to each other."""
 
 
 def run(options: argparse.Namespace) -> int:

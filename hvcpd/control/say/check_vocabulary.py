@@ -17,7 +17,7 @@ SHOWN = 10
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the pairs, worst first; 1 if a team's own words would be confused."""
+    """Print the pairs, worst first; returns 1 if a team's own words would be confused."""
     team = load_team(options, options.names or (), allow_confusable=True)
     found = check(team.phrasebook, team.names, team.sound, vocabulary_cache())
     refused = [c for c in found if c.confusable and not c.fixed]

@@ -78,7 +78,7 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
 
 
 def _own_name(config: Path | None) -> tuple[str, ...]:
-    """The robot's, if the settings name it; several robots that share them do not."""
+    """The robot's name in the settings; empty for settings that several robots share."""
     sources = load_with_sources(config, name_needed=False).sources
     return tuple(str(each.value) for each in sources if each.key == "name" and each.source != "default")
 

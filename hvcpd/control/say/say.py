@@ -1,8 +1,7 @@
 """`hvcpctl say`: one sentence of the phrasebook, by a running robot, to the loudspeaker or to a file.
 
-A robot that runs on this computer says what is said in its name itself, on its turn of the floor; whatever tells how or
-where it is to sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard) or --local has this command make the
-sound.
+A robot that runs on this computer says a sentence in its name itself, when its turn comes. With --local, or with an
+option about the sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard), this command makes the sound.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ HEARD_DB = 0.05
 
 
 SAID_WITHIN_S = 60.0
-"""A robot's turn comes within seconds among few, within a minute in a crowd that never falls silent."""
+"""Time for a robot's turn to come: seconds among few robots, up to a minute in a crowd that never falls silent."""
 
 _SPEAKER = re.compile(r"\bi\s+am\s+([a-z][a-z0-9]*)", re.IGNORECASE)
 
