@@ -25,10 +25,9 @@ from benchmarks.hearing.worlds.conditions import conditions
 from benchmarks.hearing.worlds.trials import Trial, make_trial
 from hvcpd.assembly.make import make_books
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.listener import ChannelListener, quiet_part
+from hvcpd.recognition.channel.listener import ChannelListener, Evidence, quiet_part
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.search import Path as Sentence
-from hvcpd.recognition.channel.verification import Evidence
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
 

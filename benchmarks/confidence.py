@@ -32,11 +32,10 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.confidence import ConfidenceCurve, ConfidenceFeatures, sentence_features
+from hvcpd.recognition.decoder_session import Sentence
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.settings import RecogniserSettings
-from hvcpd.recognition.spotter import Sentence
+from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 

@@ -40,7 +40,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.fusion import Hypotheses
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -94,7 +94,7 @@ class Place:
         self._noises: list[Samples] = [steady("white", n, seed), steady("pink", n, seed)]
         self._noises += noises(data, "train") if data is not None else []
 
-    def heard(self, sound: Samples) -> Piece:
+    def heard(self, sound: Samples) -> Segment:
         """The sound somewhere, in some noise."""
         rng = self._rng
         response = self._rooms.draw() if rng.random() < IN_ROOMS else None
@@ -108,7 +108,7 @@ class Place:
         noise = self._noises[rng.integers(len(self._noises))]
         noise = np.resize(np.roll(noise, -int(rng.integers(len(noise)))), len(clean))
         noise = noise * (rms / max(float(np.sqrt(np.mean(noise.astype(np.float64) ** 2))), 1e-9))
-        return Piece(np.asarray(clean + noise, np.float32), lead, lead, lead + len(sound), 0)
+        return Segment(np.asarray(clean + noise, np.float32), lead, lead, lead + len(sound), 0)
 
 
 def talkers(seed: int) -> dict[str, Talk]:
@@ -160,12 +160,12 @@ def by_voices(stage: Stage, place: Place, n: int, seed: int, n_enrolled: int) ->
         if number < n_enrolled:
             known = enrolled_by(stage, talk)
             for phrases in [*sentences(stage.book, n // 2, seed + 50 + number), *([c.split()] for c in CALLS)]:
-                piece = alone(talk(phrases), SNR_DB, "white", seed + number)
-                yield Case("enrolled", flat(phrases), known.hypotheses(piece))
+                segment = alone(talk(phrases), SNR_DB, "white", seed + number)
+                yield Case("enrolled", flat(phrases), known.hypotheses(segment))
             for _ in range(n):
                 for kind, phrases in not_said(stage, texts, chooser):
-                    piece = place.heard(talk(phrases))
-                    yield Case(f"{kind}, enrolled", (), known.hypotheses(piece), counts=AGAIN)
+                    segment = place.heard(talk(phrases))
+                    yield Case(f"{kind}, enrolled", (), known.hypotheses(segment), counts=AGAIN)
         print(f"{name} has spoken", flush=True)
 
 
@@ -238,12 +238,12 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
     nobody = stage.opinion(ONE_DIGIT, ())
     for key, (who, digit) in enumerate(sorted(takes)):
         for n, (label, snr_db) in itertools.product(HEARD, (("clean", None), ("10 dB", 10.0))):
-            piece = alone(takes[who, digit][n], snr_db, "pink", 100 * key + n)
-            by_nobody = nobody.hypotheses(piece)
+            segment = alone(takes[who, digit][n], snr_db, "pink", 100 * key + n)
+            by_nobody = nobody.hypotheses(segment)
             for kept in KEPT:
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    hypotheses = replace(by_nobody, known=ears.hypotheses(piece).known)
+                    hypotheses = replace(by_nobody, known=ears.hypotheses(segment).known)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     weight = 3.0 if kind == "enrolled" else 1.0
                     yield Case(name, (DIGITS[digit],), hypotheses, weight, DIGITS_COUNT)

@@ -42,7 +42,7 @@ from benchmarks.people_stage import SNR_DB, Stage, found, listen
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 
 TRAINED = 3
 TEST_FROM = 5
@@ -94,9 +94,9 @@ def voices_row(stage: Stage, row: str, voices: Sequence[Foreigner], n: int, seed
         told(f"{row}: all voices", int(total[0]), int(total[1]), int(total[2]))
 
 
-def digit_pieces(
+def digit_blocks(
     takes: Mapping[tuple[str, int], list[Samples]], snr_db: float | None, most: int, seed: int
-) -> Iterator[tuple[str, int, Piece]]:
+) -> Iterator[tuple[str, int, Segment]]:
     """Each take that is heard, alone in noise."""
     for key, (who, digit) in enumerate(sorted(takes)):
         for number, take in enumerate(takes[who, digit][TEST_FROM : TEST_FROM + most]):
@@ -117,18 +117,18 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
     others = {p.name: stage.opinion(ONE_DIGIT, [o for o in people if o is not p]) for p in people}
     for label, snr_db in (("clean", None), ("pink 10 dB", 10.0)):
         known = unknown = theirs = total = 0
-        for who, digit, piece in digit_pieces(takes, snr_db, most, seed):
+        for who, digit, segment in digit_blocks(takes, snr_db, most, seed):
             total += 1
-            known += _is(all_ears, piece, digit)
-            unknown += _is(others[who], piece, digit)
-            said = Said((DIGITS[digit],), piece.start, piece.end)
-            theirs += stage.theirs(ONE_DIGIT, piece.sound, said) == DIGITS[digit]
+            known += _is(all_ears, segment, digit)
+            unknown += _is(others[who], segment, digit)
+            said = Said((DIGITS[digit],), segment.start, segment.end)
+            theirs += stage.theirs(ONE_DIGIT, segment.sound, said) == DIGITS[digit]
         told(f"digits, {label}, three takes enrolled", known, theirs, total)
         told(f"digits, {label}, speaker not enrolled", unknown, theirs, total)
 
 
-def _is(ears: SecondPassRecogniser, piece: Piece, digit: int) -> bool:
-    sentence = ears.likeliest(piece)
+def _is(ears: SecondPassRecogniser, segment: Segment, digit: int) -> bool:
+    sentence = ears.likeliest(segment)
     return sentence is not None and sentence.words == (DIGITS[digit],)
 
 
@@ -136,10 +136,10 @@ def unseen(stage: Stage, folder: Path, seed: int, who: str, snr_db: float | None
     """Digits by one speaker, nobody enrolled."""
     takes = {key: sounds for key, sounds in digits(folder).items() if key[0] == who}
     ears, count = stage.opinion(ONE_DIGIT, ()), strangers.Count()
-    for _, digit, piece in digit_pieces(takes, snr_db, most, seed):
-        said = Said((DIGITS[digit],), piece.start, piece.end)
-        theirs = stage.theirs(ONE_DIGIT, piece.sound, said)
-        right = _is(ears, piece, digit)
+    for _, digit, segment in digit_blocks(takes, snr_db, most, seed):
+        said = Said((DIGITS[digit],), segment.start, segment.end)
+        theirs = stage.theirs(ONE_DIGIT, segment.sound, said)
+        right = _is(ears, segment, digit)
         count.add(strangers.Count(right, not right, theirs == DIGITS[digit], theirs not in ("", DIGITS[digit]), 1))
     return count
 

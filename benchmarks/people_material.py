@@ -18,7 +18,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import ENERGY_FLOOR
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import trimmed_energies
 
 SPEECH_RMS = 0.05
@@ -113,10 +113,10 @@ def stream(
     return np.asarray(clean + rms * steady(colour, len(clean), seed), np.float32), said
 
 
-def alone(sound: Samples, snr_db: float | None, colour: str, seed: int) -> Piece:
+def alone(sound: Samples, snr_db: float | None, colour: str, seed: int) -> Segment:
     """A sound in noise as in `stream`, which is told where it is."""
     heard, [said] = stream([((), sound)], snr_db, colour, seed)
-    return Piece(heard, said.start, said.start, said.end, 0)
+    return Segment(heard, said.start, said.start, said.end, 0)
 
 
 def enrol(name: str, takes: Mapping[str, Sequence[Samples]]) -> Person:

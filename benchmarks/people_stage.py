@@ -21,7 +21,7 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.second_look import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, SecondEars
 
 NAMES = ("Rob", "Bot", "Anna")
 SNR_DB = 20.0

@@ -25,7 +25,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
-from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -189,7 +189,7 @@ class TimedLooks:
 
     @property
     def looks(self) -> int:
-        """Pieces that were looked at."""
+        """Segments that were looked at."""
         return len(self._seen)
 
     def seen_s(self, n_samples: int) -> float:
@@ -203,16 +203,16 @@ class TimedLooks:
         """As the look's own."""
         self._opinion.prepare(go_on)
 
-    def look(self, piece: Piece) -> Recognised | None:
+    def search(self, segment: Segment) -> Recognised | None:
         """As the look's own; the first time, twice, since the net is loaded then."""
         begin = time.thread_time()
         if not self._seen:
-            self._opinion.look(piece)
+            self._opinion.search(segment)
             self.loaded_s = time.thread_time() - begin
             begin = time.thread_time()
-        found = self._opinion.look(piece)
+        found = self._opinion.search(segment)
         self.took_s += time.thread_time() - begin
-        self._seen.append((piece.start, piece.end))
+        self._seen.append((segment.start, segment.end))
         return found
 
 
@@ -255,7 +255,7 @@ def _people(said: Sequence[Utterance]) -> int:
 
 
 def _talk(stage: Stage, data: Path, seed: int) -> Iterator[Samples]:
-    """Pieces of talk, now people's and now a robot's, as loud as speech is."""
+    """Segments of talk, now people's and now a robot's, as loud as speech is."""
     paths = [p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"]
     chooser = random.Random(seed)
     while True:

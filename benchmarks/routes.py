@@ -20,7 +20,7 @@ TASKS_MAX = 8
 
 def way_m(places: Sequence[Place]) -> float:
     """Length of the way along these places, m."""
-    return sum(math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) for a, b in pairwise(places))
+    return sum(a.distance_m(b) for a, b in pairwise(places))
 
 
 def shortest_m(start: Place, tasks: Sequence[Place]) -> list[float]:

@@ -36,7 +36,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.second_look import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, SecondEars
 from hvcpd.synthesis.voices import VOICES
 
 T = TypeVar("T")

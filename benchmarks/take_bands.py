@@ -17,8 +17,8 @@ import numpy as np
 
 from benchmarks.upper_bands import regression, spoken
 from hvcpd.people.bands import levelled, logs_of, masked_logs
+from hvcpd.people.enrolled_listener import directions_of
 from hvcpd.people.phones import centred, phones_of
-from hvcpd.people.take_features import directions_of
 from hvcpd.recognition.frontend import energies_of, smoothed
 
 AXES = 64

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
+from hil_fakes.word_occurrences import times
 from hvcpd.config.tasks import Place, TaskRepository
 from hvcpd.coordination.actions import SaveTask
 from hvcpd.language.messages import ToRobot
@@ -132,13 +133,13 @@ class Scorekeeper:
         self._pending.clear()
         counts = {task.number: self._done.get(task.number, []) for task in self._tasks.tasks}
         wanted = [task for task in self._tasks.tasks if not task.on_demand]
-        times = [max(len(counts[task.number]) - task.robots + 1, 0) for task in wanted]
+        done = [times(task, len(counts[task.number])) for task in wanted]
         said = [s.said for s in self._sentences]
         return Summary(
             tasks=len(wanted),
             done={t.name: " and ".join(counts[t.number][: t.robots]) for t in self._tasks.tasks if counts[t.number]},
-            duplicates=sum(max(n - 1, 0) for n in times),
-            lost=times.count(0),
+            duplicates=sum(max(n - 1, 0) for n in done),
+            lost=done.count(0),
             utterances_sent=len(said),
             utterances_understood=sum(self._understood(s) for s in self._sentences),
             collisions=_collisions(said),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from hvcpd.config.tasks import Place
+from hvcpd.config.tasks import Action, Forward, GoTo, Place, Use, Wait
 
 SPEED_M_S = 0.2
 """A burger's, with its turns."""
+USE_S = 5.0
+"""Duration of every skill, as on the bench with sound."""
 
 
 @dataclass
@@ -26,12 +27,25 @@ class Body:
             return self.place
         start_s, end_s, goal = self.moving
         share = min(max((now - start_s) / max(end_s - start_s, 1e-9), 0.0), 1.0)
-        return Place(
-            self.place.x_m + share * (goal.x_m - self.place.x_m), self.place.y_m + share * (goal.y_m - self.place.y_m)
-        )
+        return self.place.toward(goal, share)
 
     def halt(self, now: float) -> None:
         here, self.moving = self.at(now), None
-        self.driven_m += math.hypot(here.x_m - self.place.x_m, here.y_m - self.place.y_m)
+        self.driven_m += self.place.distance_m(here)
         self.place = here
         self.job += 1
+
+
+def takes_s(action: Action, here: Place) -> float:
+    """How long an action takes that begins `here`, s."""
+    match action:
+        case GoTo(place):
+            return here.distance_m(place) / SPEED_M_S
+        case Forward(distance_m):
+            return abs(distance_m) / SPEED_M_S
+        case Wait(duration_s):
+            return duration_s
+        case Use():
+            return USE_S
+        case _:
+            return 0.0

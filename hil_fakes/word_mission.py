@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from hil_fakes.word_body import SPEED_M_S, Body
+from hil_fakes.word_body import Body, takes_s
 from hil_fakes.word_channel import WordChannel
 from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mishearing import misheard
@@ -21,7 +21,7 @@ from hil_fakes.word_seals import WordSeals as WordSeals
 from hil_fakes.word_setup import Outage as Outage
 from hil_fakes.word_setup import WordPlan as WordPlan
 from hil_fakes.word_setup import WordResult as WordResult
-from hvcpd.config.tasks import Action, Forward, GoTo, Place, Use, Wait
+from hvcpd.config.tasks import Action, GoTo, Place
 from hvcpd.coordination.actions import (
     SECOND_PAUSE_S,
     SLOW_STRETCH,
@@ -38,8 +38,6 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
-USE_S = 5.0
-"""Duration of every skill, as on the bench with sound."""
 STEP_S = 5.0
 """Interval at which the mission checks whether all is done."""
 
@@ -255,19 +253,10 @@ class WordMission:
         acts = robot.at_place
         length_s = 0.0
         for action in actions:
-            match action:
-                case GoTo(place):
-                    drive_s = math.hypot(place.x_m - body.place.x_m, place.y_m - body.place.y_m) / SPEED_M_S
-                    body.moving = (now + length_s, now + length_s + drive_s, place)
-                    length_s += drive_s
-                case Forward(distance_m):
-                    length_s += abs(distance_m) / SPEED_M_S
-                case Wait(duration_s):
-                    length_s += duration_s
-                case Use():
-                    length_s += USE_S
-                case _:
-                    pass
+            action_s = takes_s(action, body.place)
+            if isinstance(action, GoTo):
+                body.moving = (now + length_s, now + length_s + action_s, action.place)
+            length_s += action_s
 
         def finish() -> None:
             if body.job == job and self.robots.get(name) is robot:
@@ -302,8 +291,7 @@ class WordMission:
         """The distance between two robots; a speaker that is not a robot is everywhere."""
         if speaker not in self.bodies:
             return 0.0
-        a, b = self.bodies[speaker].at(self.air.now), self.bodies[listener].at(self.air.now)
-        return math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
+        return self.bodies[speaker].at(self.air.now).distance_m(self.bodies[listener].at(self.air.now))
 
     def _follows(self, listener: str, u: m.Utterance) -> bool:
         """Whether the sentence has only names that the listener knows; it learns one that is spelled."""

@@ -5,18 +5,17 @@ It keeps the score from outside: which robots truly were in each place together,
 
 from __future__ import annotations
 
-import math
 import random
 from collections import defaultdict
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 
-from hil_fakes.word_body import SPEED_M_S
-from hil_fakes.word_mission import USE_S, WordMission
+from hil_fakes.word_body import SPEED_M_S, takes_s
+from hil_fakes.word_mission import WordMission
 from hil_fakes.word_plans import random_plan
 from hil_fakes.word_setup import WordPlan
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Tend, Use, Wait
+from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Tend
 
 STEP_S = 0.25
 """Between two looks at where a robot is: it drives 5 cm meanwhile."""
@@ -87,7 +86,7 @@ class TrafficMission(WordMission):
         middle_m, y_m = 0.5 * (ends_m[0] + ends_m[1]), 0.5 * (corridor.low_y_m + corridor.high_y_m)
         west, east = (Place(x_m, y_m) for x_m in ends_m)
         near, far = (west, east) if here.x_m < middle_m else (east, west)
-        within = corridor.distance_m(here.x_m, here.y_m) < MOUTH_M
+        within = corridor.distance_m(here) < MOUTH_M
         if (here.x_m < middle_m) == (action.place.x_m < middle_m):
             return (GoTo(near), action) if within else (action,)
         return (GoTo(far), action) if within else (GoTo(near), GoTo(far), action)
@@ -96,17 +95,13 @@ class TrafficMission(WordMission):
         """Prepare the first of the actions that are left."""
         route, here = self._routes[name], self.bodies[name].place
         route.goal, route.rest_s = None, 0.0
-        match route.actions[0] if route.actions else None:
-            case GoTo(place):
-                route.goal = place
-            case Forward(distance_m):
-                route.goal = Place(here.x_m + distance_m, here.y_m)
-            case Wait(duration_s):
-                route.rest_s = duration_s
-            case Use():
-                route.rest_s = USE_S
-            case _:
-                pass
+        if route.actions:
+            route.rest_s = takes_s(route.actions[0], here)
+            match route.actions[0]:
+                case GoTo(place):
+                    route.goal = place
+                case Forward(distance_m):
+                    route.goal = Place(here.x_m + distance_m, here.y_m)
 
     def _step(self) -> None:
         for name, robot in tuple(self.robots.items()):
@@ -128,11 +123,9 @@ class TrafficMission(WordMission):
     def _go_on(self, name: str, route: Route) -> None:
         body = self.bodies[name]
         if route.goal is not None:
-            here, goal = body.place, route.goal
-            left_m = math.hypot(goal.x_m - here.x_m, goal.y_m - here.y_m)
+            left_m = body.place.distance_m(route.goal)
             share = min(SPEED_M_S * STEP_S / left_m, 1.0) if left_m > 0.0 else 1.0
-            x_m, y_m = (a + share * (b - a) for a, b in ((here.x_m, goal.x_m), (here.y_m, goal.y_m)))
-            body.place = Place(x_m, y_m)
+            body.place = body.place.toward(route.goal, share)
             if share < 1.0:
                 return
         elif route.rest_s > STEP_S:
@@ -157,7 +150,7 @@ class TrafficMission(WordMission):
         """The robots in each place, and those that have just met another one there."""
         for place in self.plan.places:
             bodies = self.bodies.items()
-            inside = frozenset(name for name, b in bodies if place.distance_m(b.place.x_m, b.place.y_m) < HULL_M)
+            inside = frozenset(name for name, b in bodies if place.distance_m(b.place) < HULL_M)
             for name in inside - self._inside[place.name]:
                 self.traffic.passages += 1
                 others = inside - {name}

@@ -14,7 +14,8 @@ from hvcpd.config.command_line import Parser, complain, let_go, output_fault, re
 from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
-    from hvcpd.config.settings import Loaded, Settings
+    from hvcpd.config.settings import Settings
+    from hvcpd.config.settings_file import Loaded
     from hvcpd.config.task_changes import TaskChanges
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.logging import RateLimiter
@@ -82,7 +83,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
 
     tune_allocator()
     load_libraries()  # before anything else loads them
-    from hvcpd.config.settings import load_with_sources
+    from hvcpd.config.settings_file import load_with_sources
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.logging import set_up_logging
     from hvcpd.daemon.notify import ServiceManager

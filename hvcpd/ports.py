@@ -28,6 +28,22 @@ STILL_M, STILL_RAD = 0.001, 0.002
 
 
 @dataclass(frozen=True)
+class Place:
+    """A point on the floor of the room, in metres, in the frame in which the robots' start poses are given."""
+
+    x_m: float
+    y_m: float
+
+    def distance_m(self, other: Place) -> float:
+        """The distance to another point, m."""
+        return math.hypot(other.x_m - self.x_m, other.y_m - self.y_m)
+
+    def toward(self, goal: Place, share: float) -> Place:
+        """The point that a share of the straight way to `goal` leads to."""
+        return Place(self.x_m + share * (goal.x_m - self.x_m), self.y_m + share * (goal.y_m - self.y_m))
+
+
+@dataclass(frozen=True)
 class Pose:
     """Where a robot is, by REP-103: metres, radians, x forward, counter-clockwise positive."""
 

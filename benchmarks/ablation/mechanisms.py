@@ -14,9 +14,9 @@ from benchmarks.ablation.switches import Switch, answering, defaults, instead, t
 HEARING = "hvcpd.recognition"
 PEOPLE = "hvcpd.people"
 RECOGNISER = f"{HEARING}.recogniser:Recogniser"
-SETTINGS = f"{HEARING}.settings:RecogniserSettings"
-SPOTTER = f"{HEARING}.spotter:SpotterSettings"
-SEGMENTS = f"{HEARING}.segments:SegmentSettings"
+SETTINGS = f"{HEARING}.recogniser:RecogniserSettings"
+SESSION = f"{HEARING}.decoder_session:SessionSettings"
+ACTIVITY = f"{HEARING}.activity"
 COHERENT = f"{HEARING}.coherent:CoherentListener"
 AGREEMENT = f"{HEARING}.agreement:Agreement"
 SECOND_PASS = f"{PEOPLE}.second_pass"
@@ -46,7 +46,7 @@ SOURCES = (
     Mechanism(
         "second-look",
         "speech that the robots' listener rejects is looked at again",
-        answering(f"{SECOND_PASS}:SecondPassRecogniser.look", None),
+        answering(f"{SECOND_PASS}:SecondPassRecogniser.search", None),
         _files("people", "second_pass fusion phones bands"),
     ),
     Mechanism(
@@ -59,13 +59,13 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._judge", None),
-        _files("recognition", "spotter decoder scorer network lattice pruning confidence templates"),
+        _files("recognition", "decoder_session decoder scorer network lattice pruning confidence templates"),
     ),
     Mechanism(
         "waveforms",
         "sentences by their waveform",
         answering("hvcpd.assembly.make:make_coherent", None),
-        _files("recognition", "coherent paths onset_search matched_filter agreement deferred"),
+        _files("recognition", "coherent paths onset_search matched_filter agreement"),
     ),
     Mechanism(
         "keyword",
@@ -89,7 +89,6 @@ RULES = (
         "deferred",
         "the network waits while the waveform is followed",
         answering(f"{RECOGNISER}._defers", False),
-        _files("recognition", "deferred"),
     ),
     Mechanism(
         "explained",
@@ -101,14 +100,14 @@ RULES = (
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),
     Mechanism("gain", "what a sentence must fit better than the filler", defaults(SETTINGS, min_gain=-inf)),
     Mechanism("unheard", "no sentence right after lost sound", instead(f"{HEARING}.recogniser:UNHEARD_LEAD_FRAMES", 0)),
-    Mechanism("going-on", "a sentence ends only where no next word is cheaper", defaults(SPOTTER, going_on=inf)),
+    Mechanism("going-on", "a sentence ends only where no next word is cheaper", defaults(SESSION, going_on=inf)),
     Mechanism(
         "late-end",
         "longer rests where a word may go on",
-        defaults(SPOTTER, late_end_frames=25, hidden_end_frames=25),
+        defaults(SESSION, late_end_frames=25, hidden_end_frames=25),
     ),
-    Mechanism("end-margin", "a resting path may cost a little more", defaults(SPOTTER, end_margin=0.0)),
-    Mechanism("retune", "the templates' level follows the voice", defaults(SPOTTER, retune_db=inf)),
+    Mechanism("end-margin", "a resting path may cost a little more", defaults(SESSION, end_margin=0.0)),
+    Mechanism("retune", "the templates' level follows the voice", defaults(SESSION, retune_db=inf)),
     Mechanism("template-room", "templates as in a room", instead(f"{HEARING}.templates:ROOM_RT60_S", 1e-3)),
     Mechanism(
         "noise-steps",
@@ -124,12 +123,12 @@ RULES = (
     Mechanism(
         "segments",
         "what is too short or even is no speech",
-        defaults(SEGMENTS, min_frames=0, min_modulation=0.0),
+        together(instead(f"{ACTIVITY}:MIN_FRAMES", 0), instead(f"{ACTIVITY}:MIN_MODULATION", 0.0)),
     ),
     Mechanism(
         "longer-wait",
         "longer waits while a sentence seems under way",
-        defaults(SEGMENTS, longer_wait_frames=50),
+        instead(f"{ACTIVITY}:LONGER_WAIT_FRAMES", 50),
     ),
     Mechanism("wave-before", "a name before a sentence is sought afterwards", answering(f"{COHERENT}._before", [])),
     Mechanism(

@@ -30,7 +30,8 @@ import structlog
 from hil_fakes.room import Air, PinkNoise
 from hil_fakes.virtual_robot import VirtualRobot
 from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.settings import AudioSettings, load_settings
+from hvcpd.config.settings import AudioSettings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.main_loop import Daemon

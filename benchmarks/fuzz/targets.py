@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.daemon.control_protocol import RefusalError, checked_arguments, id_of, parse_request, reply_line

@@ -20,20 +20,18 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
-from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
+from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.coherent import CoherentListener
+from hvcpd.recognition.decoder_session import SessionSettings
+from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
-from hvcpd.recognition.overhearing import Overhearing
-from hvcpd.recognition.own_delay import OwnDelay
-from hvcpd.recognition.protocols import Ears
+from hvcpd.recognition.overhearing import Overhearing, OwnDelay
 from hvcpd.recognition.pruning import Beam
-from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.second_look import SecondEars, Worker
-from hvcpd.recognition.settings import RecogniserSettings
-from hvcpd.recognition.spotter import SpotterSettings
+from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.second_pass import SecondEars, Worker
 from hvcpd.recognition.watch import Watch
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
@@ -66,7 +64,7 @@ def make_recogniser(
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
-    settings = RecogniserSettings(spotter=SpotterSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
+    settings = RecogniserSettings(session=SessionSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
     coherent = make_coherent(phrasebook, names, sound, prepared, books) if sound.cache is not None else None
     return Recogniser(phrasebook.marked_graph, bank, settings, coherent=coherent, keyword=make_keyword())
 
@@ -208,7 +206,9 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
     return Sealing(guard, security.encrypts, plan.roster)
 
 
-def make_channel_ears(phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, Look]) -> ChannelEars:
+def make_channel_ears(
+    phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, SearchResult]
+) -> ChannelEars:
     """Return ears around others that also hear these robots through an unknown channel."""
     listener = ChannelListener(phrasebook.marked_graph, books)
     return ChannelEars(ears, listener, worker, frozenset(phrasebook.alternatives))

@@ -12,9 +12,9 @@ from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose, WheelReading
-from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_look import Piece, Worker
+from hvcpd.recognition.second_pass import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.silence import Patience
@@ -67,9 +67,9 @@ class HearingPlan:
     acoustics: Acoustics | None = None
     people: Mapping[str, Person] = field(default_factory=dict)
     """The enrolled people, and no robots, by name in lower case. It is read again at each use, possibly in a thread."""
-    channel: Worker[Stretch, Look] | None = None
+    channel: Worker[Stretch, SearchResult] | None = None
     """A second pass for robots that speak through an unknown channel; None: there are none."""
-    second: Worker[Piece, Recognised | None] | None = None
+    second: Worker[Segment, Recognised | None] | None = None
     """A second pass over sound that the voices of robots do not explain; None: no second pass."""
     any_voice: bool = True
     """It also looks for people who are not enrolled."""

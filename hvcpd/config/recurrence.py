@@ -27,8 +27,9 @@ _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
 _FREQUENCY = re.compile(r"(?:^|;)FREQ=([A-Za-z]+)")
 _COUNT = re.compile(r"(?:^|;)COUNT=", re.IGNORECASE)
 _UNTIL = re.compile(r"(?:^|;)UNTIL=([^;]*)", re.IGNORECASE)
-_END = "21240101T000000"
-"""No time is sought after it: a rule that is never due would be looked for up to the year 9999, for seconds."""
+_END = "20640101T000000"
+"""No time is sought after it, 40 years after BEGIN: a rule that is never due would be sought up to the year 9999, for
+seconds."""
 FREQUENCIES = ("HOURLY", "DAILY", "WEEKLY", "MONTHLY", "YEARLY")
 """Of rules that can be used; what is given no hour is due at that of BEGIN, midnight."""
 

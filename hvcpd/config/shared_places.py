@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from hvcpd.config.document import KeyPath
 from hvcpd.config.loading import Parts, between, checked
 from hvcpd.config.names import MAX_WORD_LENGTH, plain_letters
+from hvcpd.ports import Place
 
 BODY_M = 0.15
 """From the middle of a robot to its outermost part, and some odometry: nearer to the area, it is in it."""
@@ -36,24 +37,23 @@ class SharedPlace:
     high_y_m: float
     radius_m: float = 0.0
 
-    def distance_m(self, x_m: float, y_m: float) -> float:
+    def distance_m(self, point: Place) -> float:
         """From a point to the area; 0 or less within."""
-        dx_m = max(self.low_x_m - x_m, 0.0, x_m - self.high_x_m)
-        dy_m = max(self.low_y_m - y_m, 0.0, y_m - self.high_y_m)
+        dx_m = max(self.low_x_m - point.x_m, 0.0, point.x_m - self.high_x_m)
+        dy_m = max(self.low_y_m - point.y_m, 0.0, point.y_m - self.high_y_m)
         return math.hypot(dx_m, dy_m) - self.radius_m
 
-    def way_m(self, here: tuple[float, float], goal: tuple[float, float], margin_m: float) -> float | None:
+    def way_m(self, here: Place, goal: Place, margin_m: float) -> float | None:
         """How far along the straight way from `here` to `goal` the area comes as near as `margin_m`; None: nowhere.
 
         The distance to a convex area changes no faster than the way along a line, so steps as long as it miss nothing
         (sphere tracing, Hart 1996).
         """
-        length_m = math.dist(here, goal)
+        length_m = here.distance_m(goal)
         way_m = 0.0
         while way_m <= length_m:
             share = way_m / length_m if length_m else 0.0
-            at = (here[0] + share * (goal[0] - here[0]), here[1] + share * (goal[1] - here[1]))
-            left_m = self.distance_m(*at) - margin_m
+            left_m = self.distance_m(here.toward(goal, share)) - margin_m
             if left_m <= NEAR_M:
                 return way_m
             way_m += left_m

@@ -10,17 +10,10 @@ from pathlib import Path
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.skills import USUAL_LIMIT_S, Skill, Value
+from hvcpd.ports import Place as Place
 
 TENDING = ("water",)
 """Actions that a task file need not declare: told how long, s. A robot with no skill of that name stands and waits."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A point on the floor of the room, in metres, in the frame in which the robots' start poses are given."""
-
-    x_m: float
-    y_m: float
 
 
 @dataclass(frozen=True)

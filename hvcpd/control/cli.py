@@ -40,6 +40,7 @@ from hvcpd.control.say.playground_parser import add_playground
 from hvcpd.control.say.voices_parser import add_voices
 from hvcpd.control.simulate.evaluate_parser import add_evaluate
 from hvcpd.control.simulate.new_team_parser import add_new_team
+from hvcpd.control.simulate.simulate_parser import add_simulate
 from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 Command = Callable[[argparse.Namespace], int]
@@ -72,7 +73,7 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
     commands: _Commands = parser.add_subparsers(
         metavar="COMMAND", required=True, dest="command", parser_class=parser_class
     )
-    _add_simulate(commands)
+    add_simulate(commands, _lazy("simulate.simulate"))
     add_new_team(commands, _lazy("simulate.new_team"), arguments.robot_names)
     add_duet(commands, _lazy("duet.duet"), arguments.robot_names)
     _add_say(commands)
@@ -105,79 +106,16 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
     return parser
 
 
-def _add_shared(command: argparse.ArgumentParser, names: bool = True) -> None:
+def _add_shared(command: argparse.ArgumentParser) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    if names:
-        command.add_argument(
-            "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names that the robots know"
-        )
+    command.add_argument(
+        "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names that the robots know"
+    )
 
 
 def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
-
-
-def _add_simulate(commands: _Commands) -> None:
-    c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
-    _add_shared(c, names=False)
-    c.add_argument(
-        "--robots",
-        type=arguments.robot_names,
-        default=("Rob", "Bot"),
-        metavar="Rob,Bot",
-        help="who takes part (up to 12)",
-    )
-    c.add_argument("--seed", type=arguments.seed, default=1, metavar="N", help="same seed, same mission (default 1)")
-    c.add_argument(
-        "--mode",
-        choices=("volunteer", "coordinate"),
-        default="volunteer",
-        help="every robot picks tasks, or one gives orders",
-    )
-    c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
-    c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
-    hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
-    c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
-    lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
-    c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
-    c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
-    c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
-    c.add_argument(
-        "--noise-db",
-        type=arguments.level_db,
-        default=40.0,
-        metavar="DB",
-        help="ambient noise in dB SPL (default 40, a quiet room)",
-    )
-    c.add_argument(
-        "--room",
-        choices=("open", "furnished"),
-        default="open",
-        help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
-    )
-    c.add_argument("--strangers", action="store_true", help="robots do not know each other's names, and spell them")
-    c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
-    c.add_argument(
-        "--repeat", type=int, choices=(1, 2), help="how many times in a row to say each sentence (default 1)"
-    )
-    _add_key_option(c, "seal what the robots say; without FILE, with a new key")
-    c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
-    tank = "give each robot a pump and this much water"
-    c.add_argument("--tank", type=arguments.between(0.0, 1000.0), metavar="LITRES", help=tank)
-    c.add_argument(
-        "--without",
-        type=arguments.lack,
-        action="append",
-        default=[],
-        metavar="ROBOT=SKILL",
-        help="take a skill of the task file from a robot; may be repeated",
-    )
-    c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
-    c.add_argument("--allow-confusable", action="store_true", help="also use words that robots may confuse")
-    c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
-    c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
-    c.set_defaults(run=_lazy("simulate.simulate"))
 
 
 def _add_say(commands: _Commands) -> None:

@@ -37,7 +37,7 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, way_m: int | None) -> b
     able = number not in me.role.unable and me.role.name not in entry.failed_by and not entry.is_shared
     if way_m is None or here is None or not (was_open and is_free and able and me.role.nearest_first):
         return False
-    own_m = routes.distance_m(here, entry.definition.place or here)
+    own_m = here.distance_m(entry.definition.place or here)
     if own_m > min(CLEARLY * way_m, way_m - NEARER_M) or not routes.is_untold(me):
         return False
     free = (entry.definition, *me.board.free_for(me.role.name, heard.now, me.role.unable))

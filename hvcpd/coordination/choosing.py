@@ -96,7 +96,7 @@ def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
 
 def leaves_to_others(me: Knowledge, now: float) -> bool:
     """Whether others do all free tasks sooner, as far as this robot knows."""
-    return me.role.nearest_first and not _route(me, _most_urgent(me, _free(me, now)), now)
+    return me.role.nearest_first and not tasks_to_claim(me, now)
 
 
 def _route(me: Knowledge, free: Sequence[TaskDefinition], now: float) -> Sequence[TaskDefinition]:

@@ -21,8 +21,9 @@ from hvcpd.coordination.addressing import (
     waiting_slots,
 )
 from hvcpd.coordination.board import CLAIMED, Entry
+from hvcpd.coordination.conversation import HeardClaim, QuotedReport
 from hvcpd.coordination.floor import OWN_TURN
-from hvcpd.coordination.knowledge import Heard, HeardClaim, Knowledge, QuotedReport, Reactions
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m

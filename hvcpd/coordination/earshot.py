@@ -12,8 +12,6 @@ have collided. It asks for the remaining tasks, less and less often, and goes ba
 
 from __future__ import annotations
 
-import math
-
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import choosing
 from hvcpd.coordination.addressing import OPENERS, is_for_me_alone
@@ -77,7 +75,7 @@ def _whom_to_seek(me: Knowledge, now: float) -> list[Peer]:
 
 def _is_far(me: Knowledge, place: Place | None) -> bool:
     here = me.body.here
-    return place is not None and here is not None and math.hypot(here.x_m - place.x_m, here.y_m - place.y_m) > NEAR_M
+    return place is not None and here is not None and here.distance_m(place) > NEAR_M
 
 
 def _follows(me: Knowledge) -> bool:

@@ -21,20 +21,15 @@ def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; first repeat the report of a finished task that was not yet confirmed."""
     effects.let_go(me)
     me.floor.clear()
-    effects.forget_report(me, Urgency.ALARM, now, _slot_to_leave(me, now))
+    effects.forget_report(me, Urgency.ALARM, now, me.rank_in_team(now))
     me.current.clear()
     _want_to_say_farewell(me, now)
 
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    slot = _slot_to_leave(me, now)
+    slot = me.rank_in_team(now)  # before confirmations, in turn: one computer's robots are switched off at one moment
     effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=slot)
-
-
-def _slot_to_leave(me: Knowledge, now: float) -> int:
-    """Before all confirmations, each in turn: robots on one computer are switched off at the same moment."""
-    return me.rank_in_team(now)
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:

@@ -61,11 +61,10 @@ class Pass:
         """Distance to the line where a robot waits; None if the way does not lead in."""
         before_m = 0.0
         for goal in way:
-            ends = (here.x_m, here.y_m), (goal.x_m, goal.y_m)
-            line_m = self.place.way_m(*ends, LINE_M)
-            if line_m is not None and self.place.way_m(*ends, BODY_M) is not None:
+            line_m = self.place.way_m(here, goal, LINE_M)
+            if line_m is not None and self.place.way_m(here, goal, BODY_M) is not None:
                 return before_m + line_m
-            here, before_m = goal, before_m + math.dist(*ends)
+            here, before_m = goal, before_m + here.distance_m(goal)
         return None
 
     def next_s(self) -> float:

@@ -12,7 +12,8 @@ from dataclasses import replace
 
 from hvcpd.coordination import claims, composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
-from hvcpd.coordination.knowledge import NEVER_S, Heard, Knowledge, QuotedReport, Reactions, Relays
+from hvcpd.coordination.conversation import NEVER_S, QuotedReport, Relays
+from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import NEWCOMER, State
 from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE

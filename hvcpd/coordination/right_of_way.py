@@ -22,7 +22,7 @@ from functools import partial
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
-from hvcpd.coordination import composing, routes
+from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -96,7 +96,7 @@ def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:
 
 def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: float) -> bool:
     was_inside = p.inside
-    p.inside = p.place.distance_m(here.x_m, here.y_m) < BODY_M + OUT_M * was_inside
+    p.inside = p.place.distance_m(here) < BODY_M + OUT_M * was_inside
     if p.inside:
         p.came_from = p.came_from or _outside(me, p, here)
         _have(me, p, now)
@@ -123,8 +123,8 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
 def _outside(me: Knowledge, p: Pass, here: Place) -> Place | None:
     """The nearest place of a task outside, for a robot that was switched on inside."""
     places = [e.definition.place for e in me.board.entries() if e.definition.place is not None]
-    outside = [each for each in places if p.place.distance_m(each.x_m, each.y_m) > LINE_M]
-    return min(outside, key=lambda each: routes.distance_m(here, each), default=None)
+    outside = [each for each in places if p.place.distance_m(each) > LINE_M]
+    return min(outside, key=here.distance_m, default=None)
 
 
 def _want_no_more(me: Knowledge, p: Pass) -> None:

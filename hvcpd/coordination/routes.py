@@ -58,13 +58,9 @@ class Route:
         self.end_s += way_s + work_s(task)
 
 
-def distance_m(start: Place, end: Place) -> float:
-    return math.hypot(end.x_m - start.x_m, end.y_m - start.y_m)
-
-
 def way_s(start: Place, end: Place) -> float:
     """Travel time from one place to another, s."""
-    return distance_m(start, end) / DRIVE_M_S
+    return start.distance_m(end) / DRIVE_M_S
 
 
 def work_s(task: TaskDefinition) -> float:
@@ -149,7 +145,7 @@ def spoken_way_m(me: Knowledge, task: TaskDefinition) -> int | None:
     here = me.body.here
     if here is None:
         return None
-    return min(max(round(distance_m(here, task.place or here)), 1), max(WAYS_M))
+    return min(max(round(here.distance_m(task.place or here)), 1), max(WAYS_M))
 
 
 def _since(entry: Entry) -> float:

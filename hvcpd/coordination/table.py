@@ -1,7 +1,8 @@
 """The robot's conversation as one transition table.
 
-`TRANSITIONS[state, trigger]` is the next state and the effect of the transition, a function of `effects`. A trigger
-without a row for the present state changes nothing. `python -m release.diagram` draws it for docs/protocol.md.
+`TRANSITIONS[state, trigger]` is the next state and the effect of the transition, a function of `effects`, `ordering` or
+`halting`. A trigger without a row for the present state changes nothing. `python -m release.diagram` draws it for
+docs/protocol.md.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from hvcpd.coordination import effects, halting
+from hvcpd.coordination import effects, halting, ordering
 from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import DEPARTING, State, Trigger
@@ -70,28 +71,28 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.READING_BACK, T.SPOKEN): (S.READ_BACK, effects.wait_for_answer),
     (S.READ_BACK, T.CONFIRMED): (S.GOING, effects.go),
     (S.READ_BACK, T.DENIED): (S.READY, effects.drop_task),
-    (S.READ_BACK, T.TIMEOUT): (S.READING_BACK, effects.want_read_back),
+    (S.READ_BACK, T.TIMEOUT): (S.READING_BACK, ordering.want_read_back),
     (S.READ_BACK, T.GAVE_UP): (S.READY, effects.drop_task),
     # giving orders
-    (S.READY, T.CHOSE_ORDER): (S.ORDERING, effects.want_order),
+    (S.READY, T.CHOSE_ORDER): (S.ORDERING, ordering.want_order),
     (S.ORDERING, T.SPOKEN): (S.ORDERED, effects.wait_for_answer),
     (S.ORDERING, T.WITHDRAWN): (S.READY, effects.rest),
-    (S.ORDERING, T.RIGHT): (S.CONFIRMING, effects.want_confirmation),
-    (S.ORDERING, T.WRONG): (S.DENYING, effects.want_denial),
-    (S.ORDERING, T.REFUSED): (S.READY, effects.note_refusal),
-    (S.ORDERED, T.RIGHT): (S.CONFIRMING, effects.want_confirmation),
-    (S.ORDERED, T.WRONG): (S.DENYING, effects.want_denial),
-    (S.ORDERED, T.REFUSED): (S.READY, effects.note_refusal),
+    (S.ORDERING, T.RIGHT): (S.CONFIRMING, ordering.want_confirmation),
+    (S.ORDERING, T.WRONG): (S.DENYING, ordering.want_denial),
+    (S.ORDERING, T.REFUSED): (S.READY, ordering.note_refusal),
+    (S.ORDERED, T.RIGHT): (S.CONFIRMING, ordering.want_confirmation),
+    (S.ORDERED, T.WRONG): (S.DENYING, ordering.want_denial),
+    (S.ORDERED, T.REFUSED): (S.READY, ordering.note_refusal),
     (S.ORDERED, T.LOST): (S.READY, effects.rest),
     (S.ORDERED, T.DONE_BEFORE): (S.READY, effects.rest),
-    (S.ORDERED, T.TIMEOUT): (S.ORDERING, effects.want_order),
-    (S.ORDERED, T.GAVE_UP): (S.READY, effects.note_silence),
+    (S.ORDERED, T.TIMEOUT): (S.ORDERING, ordering.want_order),
+    (S.ORDERED, T.GAVE_UP): (S.READY, ordering.note_silence),
     (S.CONFIRMING, T.SPOKEN): (S.READY, effects.rest),
-    (S.DENYING, T.SPOKEN): (S.ORDERING, effects.want_order),
+    (S.DENYING, T.SPOKEN): (S.ORDERING, ordering.want_order),
     # motions that people order
-    (S.MOVING, T.MOTION): (S.READING_BACK, effects.halt_and_read_back),
-    (S.READING_BACK, T.SPOKEN_SURE): (S.MOVING, effects.move),
-    (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, effects.move),
+    (S.MOVING, T.MOTION): (S.READING_BACK, ordering.halt_and_read_back),
+    (S.READING_BACK, T.SPOKEN_SURE): (S.MOVING, ordering.move),
+    (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, ordering.move),
     (S.MOVING, T.PERFORMED): (S.READY, effects.rest),
     (S.MOVING, T.FAILED): (S.READY, effects.rest),
     # out of earshot: back to where it was heard, and say it again there
@@ -106,8 +107,8 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.RETURNING, T.PERFORMED): (S.READY, effects.rest),
     (S.RETURNING, T.FAILED): (S.READY, effects.rest),
     (S.RETURNING, T.CONFIRMED): (S.READY, effects.drop_task),
-    (S.RETURNING, T.ORDER): (S.READING_BACK, effects.halt_and_read_back),
-    (S.RETURNING, T.MOTION): (S.READING_BACK, effects.halt_and_read_back),
+    (S.RETURNING, T.ORDER): (S.READING_BACK, ordering.halt_and_read_back),
+    (S.RETURNING, T.MOTION): (S.READING_BACK, ordering.halt_and_read_back),
     (S.STOPPED, T.RESUME): (S.READY, halting.release),
     (S.LEAVING, T.SPOKEN_FAREWELL): (S.GONE, halting.fall_silent),
     (S.LEAVING, T.STOP): (S.LEAVING, halting.stop_and_leave),
@@ -125,11 +126,11 @@ TRANSITIONS |= {
 }
 TRANSITIONS[S.ACTING, T.DONE_BEFORE] = (S.READY, effects.drop_task)  # the team no longer has the task
 TRANSITIONS |= {
-    (state, trigger): (S.READING_BACK, effects.want_read_back)
+    (state, trigger): (S.READING_BACK, ordering.want_read_back)
     for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)
     for trigger in (T.ORDER, T.MOTION)
 }
-TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, effects.want_read_back) for state in (S.ASKING, S.ASKED)}
+TRANSITIONS |= {(state, T.ORDER): (S.READING_BACK, ordering.want_read_back) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {(state, T.STOP): (S.STOPPED, halting.halt) for state in State if state not in DEPARTING | {S.STOPPED}}
 TRANSITIONS |= {(state, T.LEAVE): (S.LEAVING, halting.want_farewell) for state in State if state not in DEPARTING}
 

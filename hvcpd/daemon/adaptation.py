@@ -10,10 +10,10 @@ import structlog
 
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
-from hvcpd.people.adaptation import ConfirmedTakes
 from hvcpd.people.enrolled import Person, Takes, person_path, read_person, write_person
+from hvcpd.people.takes import ConfirmedTakes
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 
 _log = structlog.get_logger(__name__)
@@ -49,7 +49,7 @@ class Adaptation:
         people: Mapping[str, Person],
         learned: Callable[[Person], None],
         state_dir: Path,
-        second: SecondPass[Piece, Recognised | None],
+        second: SecondPass[Segment, Recognised | None],
     ) -> None:
         """`people` as in CurrentPeople; `learned` is told of whom there are more takes."""
         self._learning = ConfirmedTakes(own_name)
@@ -62,9 +62,9 @@ class Adaptation:
 
     def take(self, records: Iterable[Record]) -> None:
         """Notice what was asked, said again and confirmed."""
-        for piece, sentence in self._second.take_sentences():
+        for segment, sentence in self._second.take_sentences():
             if sentence is not None:
-                self._learning.found(piece, sentence)
+                self._learning.found(segment, sentence)
         for record in records:
             if isinstance(record, SaidRecord):
                 self._learning.said(record.utterance, record.at_s)

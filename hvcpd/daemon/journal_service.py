@@ -39,6 +39,9 @@ writes whole pages of 4 KB, and the file system its own beside them: 720 sentenc
 ext4 when each was written at once, 2.1 with 60 s, and 0.5 with this (`python -m benchmarks.daemon.writes`)."""
 MAX_LATER = 200
 """Records that wait for it; robots that talk without a pause make 150."""
+CHECK_S = 5.0
+"""Interval (sample clock) at which the file is checked, so that one that was cut or deleted is not first noticed when
+something is written: one stat() of it, in the memory's thread."""
 LATCH_S = 5.0
 """Longest time that a client that sent "stop" waits until the stop is on the disk: half of the patience of
 `hvcpctl`."""
@@ -76,6 +79,7 @@ class JournalService:
         """Of whom the memory knows: a name is kept at once when it is new."""
         self._waiting = 0
         self._retry_s = -math.inf
+        self._checked_s = 0.0
         self._now = 0.0
         self._is_stopped = False
         self._broken: BaseException | None = None
@@ -145,6 +149,9 @@ class JournalService:
             self._send(at_once, partial(self._write, tuple(at_once), now))
         if self._later and (now - self._later[0][1] >= LATER_S or len(self._later) >= MAX_LATER):
             self._send_later()
+        elif self.fault is None and self._journal is not None and now - self._checked_s >= CHECK_S:
+            self._checked_s = now
+            self._send((), self._journal.check)
 
     def _put_off(self, records: Sequence[Record], now: float) -> list[Record]:
         """Those that must not wait for LATER_S: not the transcript, nor when a peer that is known was heard."""

@@ -10,7 +10,8 @@ from typing import Any
 
 import structlog
 
-from hvcpd.config.settings import Loaded, Settings
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import Loaded
 from hvcpd.config.sources import Sourced
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.tasks import TaskDefinition, TaskRepository

@@ -10,7 +10,7 @@ from typing import Generic
 
 import structlog
 
-from hvcpd.recognition.second_look import Found, Job, Looks
+from hvcpd.recognition.second_pass import Found, Job, SegmentListener
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
@@ -29,7 +29,7 @@ def one_thread(name: str = "second-look") -> Executor:
 
 
 class SecondPass(Generic[Job, Found]):
-    """A `recognition.second_look.Worker` with a thread of its own."""
+    """A `recognition.second_pass.Worker` with a thread of its own."""
 
     def __init__(self, failed: Found, make_pool: Callable[[], Executor] = one_thread) -> None:
         """`failed` is what is found where a look fails. `make_pool` makes what runs one call after the other; one that
@@ -41,7 +41,7 @@ class SecondPass(Generic[Job, Found]):
         self._found: deque[tuple[Job, Found]] = deque()
         self._sentences: list[tuple[Job, Found]] = []
 
-    def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
+    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
         """As `Worker.submit`."""
         if len(self._under_way) >= MOST_WAITING:
             return False
@@ -52,11 +52,11 @@ class SecondPass(Generic[Job, Found]):
         future.add_done_callback(lambda done: self._found.append((job, self._result(done))))
         return True
 
-    def _begin(self, listener: Looks[Job, Found], job: Job) -> Future[Found] | None:
+    def _begin(self, listener: SegmentListener[Job, Found], job: Job) -> Future[Found] | None:
         """The look, under way; None if even a new pool does not take it."""
         for _ in range(2):
             try:
-                return self._pool.submit(listener.look, job)
+                return self._pool.submit(listener.search, job)
             except RuntimeError as error:  # the pool is broken, or no thread can be started
                 _log.warning("second pass restarted", reason=f"{type(error).__name__}: {error}")
                 self._pool.shutdown(wait=False, cancel_futures=True)

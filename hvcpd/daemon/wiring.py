@@ -26,9 +26,9 @@ from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person, enrolled_people
-from hvcpd.recognition.channel.listener import Look, Stretch
+from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_look import Piece, Worker
+from hvcpd.recognition.second_pass import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.security.keys import KeyRing
@@ -144,8 +144,8 @@ class Wiring:
         heard: Sequence[str] = (),
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
-        channel: Worker[Stretch, Look] | None = None,
-        second: Worker[Piece, Recognised | None] | None = None,
+        channel: Worker[Stretch, SearchResult] | None = None,
+        second: Worker[Segment, Recognised | None] | None = None,
         people: Mapping[str, Person] | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers, and the names that it `heard`.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,9 +10,10 @@ from typing import Protocol, TypeVar
 
 from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
-from hvcpd.language.automaton import build_graph, expected_after
+from hvcpd.language.automaton import build_graph
 from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
 from hvcpd.language.codebook import Codebook
+from hvcpd.language.explaining import why_not
 from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
@@ -129,7 +129,7 @@ class Phrasebook:
             first = next(self._readings(sentence), None) if mark is not None else None
             first = first and replace(first, mark=mark)
         if first is None:
-            raise PhraseError(self._why_not(given))
+            raise PhraseError(why_not(given, self.graph, self.vocabulary.names))
         return first
 
     def parse_text(self, text: str) -> m.Utterance:
@@ -290,25 +290,6 @@ class Phrasebook:
             name = _describe(slot, value)
             text = f"{name} can be mistaken for another sentence of the phrasebook: rename it"
             raise VocabularyError(text, _key(slot, value))
-
-    def _why_not(self, words: Words) -> str:
-        if not words:
-            return "there is no word to say; `hvcpctl phrases` lists what can be said"
-        known, expected = expected_after(self.graph, words)
-        written = " ".join(words[:known])
-        choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
-        where = f"after '{written}'" if written else "at the beginning"
-        if known == len(words):
-            return f"the sentence breaks off {where}; it could go on with: {choices}"
-        close = difflib.get_close_matches(words[known], expected, n=1)
-        hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
-        names = [name.lower() for name in self.vocabulary.names]
-        if not close and known and expected.issuperset(names) and words[known] not in self.graph.words:
-            told = ",".join((*self.vocabulary.names, words[known].capitalize()))
-            hint = f"known names are {', '.join(self.vocabulary.names)}; for a new one give all with --names {told}"
-        if "i" in expected and words[known] in self.graph.words:
-            hint = f"the speaker comes first: '{written} i am …'"
-        return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
 
 
 def _slot_values(vocabulary: Vocabulary) -> SlotValues:

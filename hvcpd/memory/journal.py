@@ -91,6 +91,10 @@ class Journal:
             elif own in known:
                 self._seals.raise_counter(own, known[own] + SKIPPED)
 
+    def check(self) -> None:
+        """Raises StoreError if the file was replaced, cut short or deleted since it was opened."""
+        self._store.check()
+
     def write_together(self, told: Iterable[tuple[Record, float]], now: float) -> None:
         """Keep the records of those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
         with self._store.together():

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -120,14 +120,16 @@ class Store:
         """Commit the writes in here at once, each page of the file once; none of them if any fails."""
         with failures(self._path):
             self._db.execute("BEGIN IMMEDIATE")
-        try:
+        with ExitStack() as undo:
+            undo.callback(self._roll_back)
             yield
             with failures(self._path):
                 self._db.execute("COMMIT")
-        except BaseException:
-            with suppress(sqlite3.Error):  # SQLite itself has rolled back after some failures
-                self._db.execute("ROLLBACK")
-            raise
+            undo.pop_all()
+
+    def _roll_back(self) -> None:
+        with suppress(sqlite3.Error):  # SQLite itself has rolled back after some failures
+            self._db.execute("ROLLBACK")
 
     def append_transcript(self, record: TranscriptRecord, ago_s: float = 0.0) -> None:
         """Add an utterance, of `ago_s` seconds ago by the wall clock, to the transcript; the oldest beyond `utterances`
@@ -179,6 +181,10 @@ class Store:
     def counters(self) -> dict[str, int]:
         """All counters by name."""
         return dict(self._read("SELECT name, value FROM counters WHERE name != ? ORDER BY name", (IDENTITY,)))
+
+    def check(self) -> None:
+        """Raises StoreError if the file was replaced, cut short or deleted since it was opened."""
+        self._file.check()
 
     def close(self) -> None:
         """Let go of the file; twice is harmless."""

@@ -8,13 +8,12 @@ from dataclasses import replace
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import EnrolledListener
+from hvcpd.people.enrolled_listener import SHARED, EnrolledListener, FeatureCache
 from hvcpd.people.fusion import Fused, Hypotheses, fuse
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
-from hvcpd.people.take_features import SHARED, FeatureCache
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, Source, WordSpan
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon
 
 STRANGER = "stranger"
@@ -61,40 +60,40 @@ class SecondPassRecogniser:
         if listener is not None and self._strangers:
             listener.prepare(go_on)
 
-    def look(self, piece: Piece) -> Recognised | None:
+    def search(self, segment: Segment) -> Recognised | None:
         """The sentence in a segment, with its confidence; None if none is sure enough."""
-        return next((found for each in piece.beginnings if (found := self._sentence(each)) is not None), None)
+        return next((found for each in segment.beginnings if (found := self._sentence(each)) is not None), None)
 
-    def _sentence(self, piece: Piece) -> Recognised | None:
+    def _sentence(self, segment: Segment) -> Recognised | None:
         if not self._strangers:
             listener = self._listener()
-            return _surely(listener.nearest(piece) if listener is not None else None, piece.snr_db)
-        hypotheses, fused = self._fused(piece)
-        least = MIN_WITHIN_TALK if piece.within_talk else MIN_STRANGERS_PROBABILITY
+            return _surely(listener.nearest(segment) if listener is not None else None, segment.snr_db)
+        hypotheses, fused = self._fused(segment)
+        least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
-            return _told(fused, hypotheses, piece, piece.snr_db)
+            return _told(fused, hypotheses, segment, segment.snr_db)
         agreed = fused is not None and hypotheses.nearest is not None and fused.words == hypotheses.nearest.words
-        return _surely(hypotheses.nearest, piece.snr_db) if agreed else None
+        return _surely(hypotheses.nearest, segment.snr_db) if agreed else None
 
-    def likeliest(self, piece: Piece) -> Recognised | None:
+    def likeliest(self, segment: Segment) -> Recognised | None:
         """The most likely sentence in a segment, however unlikely."""
-        hypotheses, fused = self._fused(piece)
-        return _told(fused, hypotheses, piece, piece.snr_db) if fused is not None else None
+        hypotheses, fused = self._fused(segment)
+        return _told(fused, hypotheses, segment, segment.snr_db) if fused is not None else None
 
-    def _fused(self, piece: Piece) -> tuple[Hypotheses, Fused | None]:
-        hypotheses = self.hypotheses(piece)
+    def _fused(self, segment: Segment) -> tuple[Hypotheses, Fused | None]:
+        hypotheses = self.hypotheses(segment)
         return hypotheses, fuse(hypotheses)
 
-    def hypotheses(self, piece: Piece) -> Hypotheses:
+    def hypotheses(self, segment: Segment) -> Hypotheses:
         """The results of the net and of the enrolled people's templates for a segment."""
         if self._search is None:
             self._search = CtcSearch(self._graph, self._lexicon.sounds)
-        sound, speech = levelled(piece.sound, piece.speech)
-        logs = logs_of(speech, noise_of(sound, piece.lead))
+        sound, speech = levelled(segment.sound, segment.speech)
+        logs = logs_of(speech, noise_of(sound, segment.lead))
         output = phones_of(centred(logs))
         listener = self._listener()
-        known = listener.known(piece, logs, output) if listener is not None else None
-        by_phones, speech_s = self._search.best(output.log_posteriors), (piece.end - piece.start) / SAMPLE_RATE_HZ
+        known = listener.known(segment, logs, output) if listener is not None else None
+        by_phones, speech_s = self._search.best(output.log_posteriors), (segment.end - segment.start) / SAMPLE_RATE_HZ
         return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s)
 
     def _listener(self) -> EnrolledListener | None:
@@ -113,12 +112,12 @@ def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
     return replace(nearest, snr_db=snr_db) if nearest is not None and nearest.confidence >= MIN_PROBABILITY else None
 
 
-def _told(fused: Fused, hypotheses: Hypotheses, piece: Piece, snr_db: float) -> Recognised:
+def _told(fused: Fused, hypotheses: Hypotheses, segment: Segment, snr_db: float) -> Recognised:
     """The sentence, in the voice of an enrolled person if that fits by itself."""
     words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.nearest
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
         return replace(known, confidence=max(fused.probability, known.confidence), snr_db=snr_db)
-    first = max(piece.lead - piece.before, 0) + piece.origin
+    first = max(segment.lead - segment.before, 0) + segment.origin
     spans = tuple(
         WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, fused.probability)
         for word, (start, end) in zip(words, hypotheses.spans(words), strict=True)

@@ -1,4 +1,8 @@
-"""One word from one recording: its place, its usability, and its distance from other takes."""
+"""Takes of single words, from recordings of one word or from confirmed sentences: place, usability, and distances.
+
+Online adaptation: a sentence that a person repeats on request, and then confirms, yields takes of its words. Only then
+is the sentence certain: the robot has read it back, and the same person has confirmed it.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +12,11 @@ from itertools import combinations
 
 import numpy as np
 
-from hvcpd.people.enrolled import MAX_FRAMES, Takes, levelled
+from hvcpd.language.messages import Confirmed, SayAgain, Utterance
+from hvcpd.people.enrolled import MAX_FRAMES, MIN_FRAMES, Takes, levelled
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.decoder import StepCosts, dtw_column
+from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     ENERGY_FLOOR,
@@ -23,6 +29,7 @@ from hvcpd.recognition.frontend import (
     smoothed,
 )
 from hvcpd.recognition.scorer import MASK_DB
+from hvcpd.recognition.second_pass import Segment
 
 FULL_SCALE = 0.985
 """A converter that is overdriven stays at one value, near its end."""
@@ -173,3 +180,73 @@ def _spread(sounds: Sequence[Features]) -> float:
     """Distance of takes of one word from one another, a frame; half of INCONSISTENT, as is usual, for a single take."""
     apart = [distance(a, b) for a, b in combinations(sounds, 2)]
     return min(float(np.median(apart)), INCONSISTENT) if apart else INCONSISTENT / 2.0
+
+
+ASKED_S = 15.0
+"""Time after "say again" in which a sentence counts as a repetition."""
+CONFIRMED_S = 20.0
+"""Time after the repetition in which a confirmation refers to it: the robot has read it back by then."""
+MARGIN_S = 0.02
+"""Margin around a word in a sentence, since its ends are not known to the frame."""
+
+
+@dataclass
+class _Candidate:
+    speaker: str
+    at_s: float
+    takes: dict[str, list[Energies]]
+
+
+class ConfirmedTakes:
+    """Takes the robot's speech, results and recognised sentences, in order; returns takes when they are confirmed."""
+
+    def __init__(self, own_name: str) -> None:
+        self._own_name = own_name.lower()
+        self._asked_s = float("-inf")
+        self._found: tuple[Segment, Recognised] | None = None
+        self._candidate: _Candidate | None = None
+
+    def said(self, utterance: Utterance, now: float) -> None:
+        """Take a sentence that the robot says."""
+        if isinstance(utterance.statement, SayAgain):
+            self._asked_s = now
+
+    def found(self, segment: Segment, sentence: Recognised) -> None:
+        """Take a second-pass result for a segment of sound."""
+        self._found = (segment, sentence)
+
+    def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, Takes] | None:
+        """Take a recognised sentence that began at `start_s`; return the speaker's name and takes if it confirms
+        some."""
+        speaker = (utterance.speaker or "").lower()
+        if not speaker or speaker == self._own_name:
+            return None
+        if isinstance(utterance.statement, Confirmed):
+            candidate, self._candidate = self._candidate, None
+            if candidate is None or candidate.speaker != speaker or now - candidate.at_s > CONFIRMED_S:
+                return None
+            return utterance.speaker or "", candidate.takes
+        found, self._found = self._found, None
+        self._candidate = None
+        if found is None or now - self._asked_s > ASKED_S:
+            return None
+        segment, sentence = found
+        if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
+            takes = words_in(segment, sentence)
+            self._candidate = _Candidate(speaker, now, takes)
+        return None
+
+
+def words_in(segment: Segment, sentence: Recognised) -> dict[str, list[Energies]]:
+    """Each word of a sentence, cut out of its segment, with the noise before it removed."""
+    edge = round(MARGIN_S * SAMPLE_RATE_HZ)
+    noise = segment.sound[: min(segment.lead, SAMPLE_RATE_HZ // 5)]
+    found: dict[str, list[Energies]] = {}
+    for span in sentence.spans:
+        begin, end = span.start_sample - segment.origin - edge, span.end_sample - segment.origin + edge
+        # The room's noise at both ends separates the word from its surroundings.
+        sound = np.concatenate([noise, segment.sound[max(begin, 0) : end], noise])
+        check = check_take(sound)
+        if check.energies is not None and len(check.energies) >= MIN_FRAMES:
+            found.setdefault(span.word, []).append(check.energies)
+    return found

@@ -51,7 +51,7 @@ class Match:
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """Features of a piece and of all template frames, and the distance of each frame of the piece to the noise."""
+    """Features of a segment and of all template frames, and the distance of each frame of the segment to the noise."""
 
     features: Features
     rows: Features
@@ -94,12 +94,12 @@ class TemplateDecoder:
         return self._compiled(graph_of(words)) if known else None
 
     def hear(self, heard: Heard) -> Hearing:
-        """A piece of sound, to be compared with sentences."""
+        """A segment of sound, to be compared with sentences."""
         return Hearing(heard, self._dtw, self._alone)
 
 
 class Hearing:
-    """A piece of sound beside a decoder's sentences."""
+    """A segment of sound beside a decoder's sentences."""
 
     def __init__(self, heard: Heard, dtw: OnePassDtw, alone: Callable[[tuple[str, ...]], OnePassDtw | None]) -> None:
         self._heard = heard
@@ -126,7 +126,7 @@ class Hearing:
 
     @property
     def best(self) -> tuple[str, ...] | None:
-        """The sentence that fits best; None if the piece is too short for any."""
+        """The sentence that fits best; None if the segment is too short for any."""
         fit = self._best
         return tuple(fit.dtw.net.word[w.instance] for w in fit.dtw.trace(fit.ends, fit.node)) if fit else None
 

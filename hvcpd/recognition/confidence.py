@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from dataclasses import astuple, dataclass, field
 
+from hvcpd.recognition.decoder_session import Sentence
 from hvcpd.recognition.fitted import fitted
-from hvcpd.recognition.spotter import Sentence
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
 """Range of the cost of the closest other word; values beyond it carry no more information."""

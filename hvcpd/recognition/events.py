@@ -1,16 +1,20 @@
-"""The recogniser's events. All positions are sample numbers since it was constructed."""
+"""The recogniser's events, and its interface to the robot. Positions are sample numbers since it was constructed."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Protocol, Self
+
+from hvcpd.ports import Samples
 
 
 class Source(StrEnum):
     """The listener that found a sentence: see docs/recognition.md."""
 
     TEMPLATES = "templates"
-    """Robots' words as spectra, composed with the noise (`spotter`)."""
+    """Robots' words as spectra, composed with the noise (`decoder_session`)."""
     WAVEFORM = "waveform"
     """Robots' words as they are rendered, by matched filters (`coherent`)."""
     CHANNEL = "channel"
@@ -93,3 +97,33 @@ class Urgent:
 
 Event = Recognised | Garbled | Held | Released | Urgent
 """The recogniser's events. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""
+
+
+class Ears(Protocol):
+    """The recogniser, as the robot needs it."""
+
+    @property
+    def busy(self) -> bool: ...
+
+    @property
+    def signs(self) -> bool: ...
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]: ...
+
+    def lost(self, n_samples: int) -> list[Event]: ...
+
+    def succeed(self, predecessor: Self) -> None: ...
+
+    def prepare(self, go_on: Callable[[], bool]) -> None: ...
+
+
+class Overhears(Protocol):
+    """`Overhearing`, as the robot needs it."""
+
+    def begin(self, now: int, latency_s: float) -> None: ...
+
+    def play(self, samples: Samples) -> None: ...
+
+    def hear(self, samples: Samples, speaking: bool) -> Sequence[Event]: ...
+
+    def lost(self) -> None: ...

@@ -8,24 +8,23 @@ from the first sample, so the size of the pushed blocks never changes a result.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
+from hvcpd.recognition.activity import LONGER_WAIT_FRAMES, SegmentTracker
 from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import CoherentListener
-from hvcpd.recognition.confidence import sentence_features, word_features
-from hvcpd.recognition.deferred import PATIENCE_FRAMES, QUIET_FRAMES
-from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
+from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
+from hvcpd.recognition.decoder_session import PATIENCE_FRAMES, QUIET_FRAMES, DecoderSession, Sentence, SessionSettings
+from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import GREETING, Coherent
-from hvcpd.recognition.segments import Segment, SegmentTracker
-from hvcpd.recognition.settings import RecogniserSettings
-from hvcpd.recognition.spotter import Sentence, Spotter
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
@@ -34,6 +33,41 @@ UNHEARD_LEAD_FRAMES = 28
 """A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
 LATE_WAKE_FRAMES = 12
 """A sentence this soon (0.12 s) after the first frame replayed into the network may have begun before it."""
+
+
+@dataclass(frozen=True)
+class RecogniserSettings:
+    """Thresholds of the recogniser; the defaults are measured with `python -m benchmarks.hearing`."""
+
+    session: SessionSettings = field(default_factory=SessionSettings)
+    wake_frames: int = 24
+    """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
+    sleep_frames: int = 60
+    """The network sleeps after 0.6 s without a sign of speech."""
+    min_confidence: float = 0.8
+    """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
+    17 (`benchmarks/confidence.py`)."""
+    max_lead_in: float = 0.4
+    """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
+    begins at a comma."""
+    surely: float = 300.0
+    """Score above which a sentence is not a chance match; chance reaches 230."""
+    least_explained_surely: float = 0.015
+    """Least share of the energy that was heard, which a sentence with that score must explain."""
+    least_explained: float = 0.1
+    """Least share of what was above the noise, which any other sentence must explain: by chance, commands were found in
+    sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their
+    power, 0.11 and more."""
+    noise_share: float = 0.1
+    """Share of the tracked noise that is added to what is above it, the uncertainty of the noise estimate: at -15 dB
+    nothing seems to be above it, and right sentences explain 0.15 and more."""
+    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
+    max_pause: float = 10.0
+    """Most speech that a pause may pass over, in frames of it: right sentences have 7 at most in noise and rooms, and a
+    name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
+    min_gain: float = 16.0
+    """Least gain of a whole sentence over the filler. In noise alone words gain 4 at most; in people's talk
+    to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
 
 
 class Recogniser:
@@ -57,11 +91,11 @@ class Recogniser:
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
-        self._spotter = Spotter(Network(graph, bank.templates, partial), bank, self._settings.spotter)
+        self._session = DecoderSession(Network(graph, bank.templates, partial), bank, self._settings.session)
         self._keyword = keyword or KeywordListener(None)
         self._agreement = Agreement(coherent) if coherent is not None else None
-        self.watch = watch or Watch(self._settings.activity)
-        self._segments = SegmentTracker(self._settings.segments)
+        self.watch = watch or Watch()
+        self._segments = SegmentTracker()
         self._alert_age = 0
         self._calm_frames = 0
         self._heard_until = 0
@@ -87,7 +121,7 @@ class Recogniser:
     @property
     def under_way(self) -> bool:
         """Whether some path looks like a sentence in progress."""
-        return self._spotter.under_way or self._coherent_follows
+        return self._session.under_way or self._coherent_follows
 
     @property
     def _coherent_follows(self) -> bool:
@@ -96,7 +130,7 @@ class Recogniser:
     @property
     def follows(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self._spotter.follows or self._coherent_follows
+        return self._session.follows or self._coherent_follows
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
@@ -131,16 +165,16 @@ class Recogniser:
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
-        silent_chunks = self._settings.segments.longer_wait_frames // CHUNK_FRAMES + 8
+        silent_chunks = LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8
         found = [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
         return found + self._keyword.interrupt()
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
-        segment = self._segments.close(frame)
-        self._spotter.sleep()
+        speech = self._segments.close(frame)
+        self._session.sleep()
         self._alert_age = 0
-        garbled: list[Event] = [_garbled(segment)] if segment else []
+        garbled: list[Event] = [speech] if speech else []
         held = self._agreement.interrupt() if self._agreement is not None and not garbled else []
         return garbled + held + self._keyword.interrupt()
 
@@ -149,36 +183,36 @@ class Recogniser:
         energies, noise = chunk.energies, self.watch.noise.estimate
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
-        if self._spotter.awake:
-            self._spotter.deferred.add(energies, recent)
+        if self._session.awake:
+            self._session.deferred.add(energies, recent)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
-            self._spotter.wake(recent, end_frame - len(recent), noise)
+            self._session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
         events = [] if self._defers() else self._concluded(end_frame, noise)
-        speech = self._spotter.awake or self.watch.activity.alert
+        speech = self._session.awake or self.watch.activity.alert
         if self._agreement is not None:
             events = self._settled(self._agreement, chunk, events, speech)
-        events += self._keyword.hear(chunk, events, self._spotter.best.node >= 0)
+        events += self._keyword.hear(chunk, events, self._session.best.node >= 0)
         self._doze(len(energies))
         return events
 
     def _defers(self) -> bool:
         """Whether to defer the network's decoding, since the coherent listener may understand the sentence."""
-        if self._agreement is None or not self._spotter.awake or self._keyword.pending:
+        if self._agreement is None or not self._session.awake or self._keyword.pending:
             return False
         if self._coherent_follows:
             return True
         speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._agreement.coherent.listens
-        return speaks and not self._spotter.heeds and self._spotter.deferred.n_frames < PATIENCE_FRAMES
+        return speaks and not self._session.heeds and self._session.deferred.n_frames < PATIENCE_FRAMES
 
     def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
         """The events to report once the network has processed everything."""
-        if not self._spotter.deferred:
+        if not self._session.deferred:
             return self._conclude(end_frame)
-        lefts = self._spotter.catch_up(noise, RECENT_FRAMES)
+        lefts = self._session.catch_up(noise, RECENT_FRAMES)
         return [event for left in lefts for event in self._conclude(end_frame - left)]
 
     def _settled(self, agreement: Agreement, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
@@ -233,12 +267,12 @@ class Recogniser:
 
     def _doze(self, n_frames: int) -> None:
         self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
-        if self._spotter.awake and self._calm_frames >= self._settings.sleep_frames and not self.under_way:
-            self._spotter.sleep()
+        if self._session.awake and self._calm_frames >= self._settings.sleep_frames and not self.under_way:
+            self._session.sleep()
 
     def _conclude(self, end_frame: int) -> list[Event]:
         """Report a sentence that has ended, or speech that has ended without one."""
-        sentence = self._spotter.ended()
+        sentence = self._session.ended()
         if sentence is not None:
             recognised = self._judge(sentence)
             if recognised is not None:
@@ -246,20 +280,20 @@ class Recogniser:
                 self._listen_on(sentence.steps[-1].end_frame)
                 return [recognised]
             if not sentence.unfinished:
-                self._spotter.forget()
+                self._session.forget()
         return self._conclude_garbled(end_frame)
 
     def _conclude_garbled(self, end_frame: int) -> list[Event]:
-        segment = self._segments.ended(end_frame, self._spotter.under_way)
-        if segment is None:
+        speech = self._segments.ended(end_frame, self._session.under_way)
+        if speech is None:
             return []
         self._segments.close(end_frame)
-        self._listen_on(segment.end_frame)
-        return [_garbled(segment)]
+        self._listen_on(speech.end_sample // HOP_SAMPLES)
+        return [speech]
 
     def _listen_on(self, frame: int) -> None:
         """Mark speech until `frame` as handled; the next speaker may be much fainter."""
-        self._spotter.sleep()
+        self._session.sleep()
         self._alert_age = 0
         self._dealt_with = frame
         self.watch.activity.account_for(self._heard_until - frame)
@@ -272,11 +306,11 @@ class Recogniser:
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
-        if sentence.pause > s.max_pause or self._spotter.lead_in(start) > s.max_lead_in:
+        if sentence.pause > s.max_pause or self._session.lead_in(start) > s.max_lead_in:
             return None
         spans = tuple(
             WordSpan(
-                self._spotter.word_of(step),
+                self._session.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
                 s.confidence.probability(word_features(sentence, k)),
@@ -302,7 +336,3 @@ class Recogniser:
 def _frames_of(sentence: Coherent) -> tuple[int, int]:
     """The first frame of its first word and the last frame of its last one."""
     return sentence.words[0].start // HOP_SAMPLES, sentence.words[-1].end // HOP_SAMPLES
-
-
-def _garbled(segment: Segment) -> Garbled:
-    return Garbled(segment.start_frame * HOP_SAMPLES, segment.end_frame * HOP_SAMPLES)

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.activity import ActivityDetector, ActivitySettings
+from hvcpd.recognition.activity import ActivityDetector
 from hvcpd.recognition.events import Event
 from hvcpd.recognition.frontend import N_BANDS, Energies, power_weights
 from hvcpd.recognition.noise import STEADY_NOISE, STEP_FRAMES, NoiseTracker
@@ -47,10 +47,10 @@ class Watcher(Protocol):
 class Watch:
     """Monitors one microphone for its watchers."""
 
-    def __init__(self, settings: ActivitySettings | None = None) -> None:
+    def __init__(self) -> None:
         self.stream = FrameStream()
         self.noise = NoiseTracker()
-        self.activity = ActivityDetector(settings or ActivitySettings())
+        self.activity = ActivityDetector()
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
         self._early: list[Chunk] = []

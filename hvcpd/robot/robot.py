@@ -18,9 +18,8 @@ from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
+from hvcpd.recognition.events import Ears, Held, Overhears, Recognised, Released, Urgent
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Held, Recognised, Released, Urgent
-from hvcpd.recognition.protocols import Ears, Overhears
 from hvcpd.robot.own_voice import Acoustics, MeasuresDelay, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer
 from hvcpd.robot.records import (

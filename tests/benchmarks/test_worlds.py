@@ -22,10 +22,9 @@ from benchmarks.hearing.worlds.trials import Tally, Trial, Verdict, judged
 from benchmarks.hearing.worlds.world import World, draw_world
 from hil_fakes import reverberation
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition import frontend
-from hvcpd.recognition import settings as recogniser_settings
+from hvcpd.recognition import frontend, recogniser
 from hvcpd.recognition.events import Event, Recognised, Source, Urgent, WordSpan
-from hvcpd.recognition.settings import RecogniserSettings
+from hvcpd.recognition.recogniser import RecogniserSettings
 from hvcpd.recognition.watch import Watch
 
 needs_rooms = pytest.mark.skipif(not reverberation.available(), reason="needs pyroomacoustics")
@@ -173,17 +172,17 @@ def test_rates_have_the_intervals_of_the_tables() -> None:
 
 def test_what_is_switched_off_is_put_back() -> None:
     assert RecogniserSettings().min_gain == 16.0
-    with defaults("hvcpd.recognition.settings:RecogniserSettings", min_gain=3.0)():
+    with defaults("hvcpd.recognition.recogniser:RecogniserSettings", min_gain=3.0)():
         assert RecogniserSettings().min_gain == 3.0
         assert RecogniserSettings(min_gain=4.0).min_gain == 4.0
     assert RecogniserSettings().min_gain == 16.0
-    with answering("hvcpd.recognition.settings:RecogniserSettings.__repr__", "none")():
+    with answering("hvcpd.recognition.recogniser:RecogniserSettings.__repr__", "none")():
         assert repr(RecogniserSettings()) == "none"
     assert repr(RecogniserSettings()) != "none"
-    with instead("hvcpd.recognition.activity:ActivitySettings", None)():
-        assert getattr(recogniser_settings, "ActivitySettings", 1) is None, "who imported the name has it too"
-    assert RecogniserSettings().activity is not None
-    no_setting = defaults("hvcpd.recognition.settings:RecogniserSettings", x=1)
+    with instead("hvcpd.recognition.decoder_session:SessionSettings", None)():
+        assert getattr(recogniser, "SessionSettings", 1) is None, "who imported the name has it too"
+    assert RecogniserSettings().session is not None
+    no_setting = defaults("hvcpd.recognition.recogniser:RecogniserSettings", x=1)
     for gone in (instead("hvcpd.recognition.nowhere:X", 1), no_setting):
         with pytest.raises(LookupError), gone():
             pass

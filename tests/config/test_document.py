@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.config.document import MAX_DEPTH, MAX_FILE_BYTES, MAX_VALUES, parse, read_bytes
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import ConfigError
 
 

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
-from hvcpd.config.settings import AudioSettings, PeerSettings, Settings, load_settings, load_with_sources
+from hvcpd.config.settings import AudioSettings, PeerSettings, Settings
+from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.errors import ConfigError
 
 

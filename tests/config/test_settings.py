@@ -30,8 +30,8 @@ from hvcpd.config.settings import (
     StartSettings,
     WaitSettings,
     WheelSettings,
-    load_settings,
 )
+from hvcpd.config.settings_file import load_settings
 from hvcpd.config.skill_settings import PinSettings, SkillSettings, StopButtonSettings
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError

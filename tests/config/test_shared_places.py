@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hvcpd.config.shared_places import APART_M, SharedPlace
 from hvcpd.config.task_file import load_tasks
 from hvcpd.errors import ConfigError
+from hvcpd.ports import Place
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
 
@@ -85,20 +86,22 @@ def test_a_way_meets_the_area_where_its_points_do(
     x0: float, y0: float, x1: float, y1: float, margin_m: float, round_: bool
 ) -> None:
     place = SharedPlace("here", 0.0, 0.0, 0.0, 0.0, 1.0) if round_ else SharedPlace("here", -1.0, -0.5, 1.0, 0.5)
-    way_m = place.way_m((x0, y0), (x1, y1), margin_m)
+    here, goal = Place(x0, y0), Place(x1, y1)
+    way_m = place.way_m(here, goal, margin_m)
     shares = [n / 400 for n in range(401)]
     length_m = math.dist((x0, y0), (x1, y1))
-    near = [s * length_m for s in shares if place.distance_m(x0 + s * (x1 - x0), y0 + s * (y1 - y0)) <= margin_m]
+    points = [(s, Place(x0 + s * (x1 - x0), y0 + s * (y1 - y0))) for s in shares]
+    near = [s * length_m for s, point in points if place.distance_m(point) <= margin_m]
     if near:
         assert way_m is not None
         assert way_m <= near[0] + 1e-9
     if way_m is not None:
         share = way_m / length_m if length_m else 0.0
-        at = (x0 + share * (x1 - x0), y0 + share * (y1 - y0))
-        assert place.distance_m(*at) <= margin_m + 0.011
+        assert place.distance_m(Place(x0 + share * (x1 - x0), y0 + share * (y1 - y0))) <= margin_m + 0.011
 
 
 def test_a_robot_that_waits_for_one_place_is_in_no_other() -> None:
     a, b = SharedPlace("a", 0.0, 0.0, 1.0, 1.0), SharedPlace("b", 1.0 + APART_M, 0.0, 3.0, 1.0)
     assert a.apart_m(b) == pytest.approx(APART_M)
-    assert b.distance_m(1.0 + APART_M / 2.0, 0.5) == pytest.approx(a.distance_m(1.0 + APART_M / 2.0, 0.5))
+    between = Place(1.0 + APART_M / 2.0, 0.5)
+    assert b.distance_m(between) == pytest.approx(a.distance_m(between))

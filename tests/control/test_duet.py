@@ -15,7 +15,7 @@ from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
 from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium
 from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit, Visitor

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Dock, GoTo, Place, Use, Wait
 from hvcpd.control.cli import main

@@ -61,3 +61,9 @@ class Mission(WordMission):
 
 def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:
     return m.Utterance(speaker, m.ToRobot(to), None, statement)
+
+
+def release_all(mission: WordMission) -> None:
+    """Have a person say "resume" until all have heard it, also robots that are off when it is said first."""
+    for pause_s in (1.0, 10.0, 30.0, 60.0, 90.0):
+        mission.tell(mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))

@@ -15,7 +15,7 @@ from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
-from tests.coordination.mission import plants
+from tests.coordination.mission import plants, release_all
 
 NAMES = ("Rob", "Bot", "Max")
 LOSSES_MAX = 5
@@ -144,14 +144,7 @@ class ClaimEngine(RuleBasedStateMachine):
             return
         mission = self.mission
         mission.deaf.clear()
-        for pause_s in (
-            1.0,
-            10.0,
-            30.0,
-            60.0,
-            90.0,
-        ):  # until all have heard it, also who was off when it was said first
-            mission.tell(mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))
+        release_all(mission)
         began_s, spoken_s = mission.air.now, mission.air.airtime_s
         result = mission.run()
         assert result.lost == 0, "none lost"

@@ -23,6 +23,15 @@ def test_volunteers_water_every_plant_exactly_once(n_robots: int, seed: int) -> 
     assert all(view == mission.by for view in owners), "every robot's own copy names who truly did it"
 
 
+def test_a_robot_alone_stops_asking_whether_others_are_there() -> None:
+    mission = Mission(("Rob",), plants(6), seed=1)
+    result = mission.run()
+    assert mission.exactly_once
+    claims = [m.own_words(u.statement) for _, _, u in mission.said]
+    assert result.sent <= 5 + 2 * 12, "its first claims take the place of greetings, later ones are said twice"
+    assert sum(isinstance(s, m.Claim) for s in claims) >= 2
+
+
 @pytest.mark.parametrize("n_robots", [2, 4])
 @pytest.mark.parametrize("seed", range(5))
 def test_a_coordinator_orders_and_is_obeyed(n_robots: int, seed: int) -> None:

@@ -14,6 +14,7 @@ from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from tests.coordination.mission import release_all
 
 CORRIDOR = SharedPlace("corridor", -0.75, -0.5, 0.75, 0.5)
 WEST, EAST = Place(-4.0, 0.0), Place(4.0, 0.0)
@@ -209,7 +210,7 @@ class RightOfWay(RuleBasedStateMachine):
     @rule(who=st.sampled_from(NAMES), back_s=st.sampled_from([10.0, 60.0]))
     def runs_flat(self, who: str, back_s: float) -> None:
         place = self.mission.bodies[who].place if who in self.mission.robots else Place(0.0, 0.0)
-        if CORRIDOR.distance_m(place.x_m, place.y_m) > 0.5:
+        if CORRIDOR.distance_m(place) > 0.5:
             self.off = True
             self.mission.fail(Outage(who, self.mission.air.now, back_s))
 
@@ -233,8 +234,7 @@ class RightOfWay(RuleBasedStateMachine):
         if not hasattr(self, "mission"):
             return
         self.mission.deaf.clear()
-        for pause_s in (1.0, 30.0, 90.0):
-            self.mission.tell(self.mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))
+        release_all(self.mission)
         result = self.mission.run()
         assert result.lost == 0, "nobody waits for ever"
         assert self.mission.traffic.collisions == 0

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.config.settings import Loaded, load_with_sources
+from hvcpd.config.settings_file import Loaded, load_with_sources
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import short_address

@@ -18,7 +18,7 @@ from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_look import AtOnce
+from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
 

@@ -13,7 +13,8 @@ import pytest
 
 from hvcpd import __version__
 from hvcpd.cli import main
-from hvcpd.config.settings import WheelSettings, load_settings
+from hvcpd.config.settings import WheelSettings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.daemon.devices import Devices, make_wheels
 from hvcpd.daemon.main_loop import FAREWELL_S
 from hvcpd.errors import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 import sqlite3
 import sys
@@ -17,7 +18,7 @@ from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Settings
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
-from hvcpd.daemon.journal_service import LATER_S, MAX_LATER, MAX_WAITING, JournalService
+from hvcpd.daemon.journal_service import CHECK_S, LATER_S, MAX_LATER, MAX_WAITING, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
@@ -303,3 +304,18 @@ def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stoppe
         run(scene())
     (lost,) = [line for line in logs if line["event"] == "memory lost"]
     assert "set `state_dir` to another" in lost["reason"]
+
+
+def test_a_file_that_was_cut_is_noticed_though_nothing_is_written(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        os.truncate(wiring.settings.memory_path, 0)
+        journal.write((), CHECK_S)
+        await journal.settled()
+        assert journal.fault is not None
+        assert "cut short" in journal.fault
+        await journal.close()
+        await starts_stopped(wiring)
+
+    run(scene())

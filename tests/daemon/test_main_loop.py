@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hvcpd.config.settings import Loaded, Settings, load_settings, load_with_sources
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import Loaded, load_settings, load_with_sources
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.reloading import Rereading

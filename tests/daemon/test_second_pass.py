@@ -12,13 +12,13 @@ from structlog.testing import capture_logs
 
 from hvcpd.daemon.second_pass import MOST_WAITING, SecondPass
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 
 SENTENCE = Recognised(("stop",), "stranger", 0, 100, 0.9, 20.0, ())
 
 
-def piece() -> Piece:
-    return Piece(np.zeros(100, np.float32), 0, 0, 100, 0)
+def segment() -> Segment:
+    return Segment(np.zeros(100, np.float32), 0, 0, 100, 0)
 
 
 class Gate:
@@ -31,7 +31,7 @@ class Gate:
     def prepare(self, _go_on: Callable[[], bool]) -> None:
         pass
 
-    def look(self, _piece: Piece) -> Recognised | None:
+    def search(self, _segment: Segment) -> Recognised | None:
         self.open.wait(5.0)
         self.thread = threading.current_thread().name
         return SENTENCE
@@ -41,13 +41,13 @@ class Broken:
     def prepare(self, _go_on: Callable[[], bool]) -> None:
         pass
 
-    def look(self, _piece: Piece) -> Recognised | None:
+    def search(self, _segment: Segment) -> Recognised | None:
         raise ImportError("no such library")
 
 
 def test_what_was_found_comes_back_from_another_thread() -> None:
     async def live() -> None:
-        work, gate, one = SecondPass(None), Gate(), piece()
+        work, gate, one = SecondPass(None), Gate(), segment()
         assert work.submit(one, gate)
         assert list(work.findings()) == []
         gate.open.set()
@@ -63,12 +63,12 @@ def test_what_was_found_comes_back_from_another_thread() -> None:
 def test_no_more_wait_than_can_be_told_in_time() -> None:
     async def live() -> None:
         work, gate = SecondPass(None), Gate()
-        assert all(work.submit(piece(), gate) for _ in range(MOST_WAITING))
-        assert not work.submit(piece(), gate)
+        assert all(work.submit(segment(), gate) for _ in range(MOST_WAITING))
+        assert not work.submit(segment(), gate)
         gate.open.set()
         await work.settled()
         assert len(work.findings()) == MOST_WAITING
-        assert work.submit(piece(), gate)
+        assert work.submit(segment(), gate)
         await work.close()
 
     asyncio.run(live())
@@ -76,7 +76,7 @@ def test_no_more_wait_than_can_be_told_in_time() -> None:
 
 def test_a_look_that_fails_finds_nothing() -> None:
     async def live() -> None:
-        work, one = SecondPass(None), piece()
+        work, one = SecondPass(None), segment()
         assert work.submit(one, Broken())
         await work.settled()
         assert list(work.findings()) == [(one, None)]
@@ -93,7 +93,7 @@ def test_a_broken_pool_is_replaced_and_reported() -> None:
     pools = iter((ThreadPoolExecutor(1, initializer=fails), ThreadPoolExecutor(1)))
 
     async def live() -> None:
-        work, gate, lost, found = SecondPass(None, lambda: next(pools)), Gate(), piece(), piece()
+        work, gate, lost, found = SecondPass(None, lambda: next(pools)), Gate(), segment(), segment()
         gate.open.set()
         assert work.submit(lost, gate)
         await work.settled()
@@ -116,7 +116,7 @@ def test_where_no_pool_works_the_robot_lives_without() -> None:
 
     async def live() -> None:
         work = SecondPass(None, closed)
-        assert not work.submit(piece(), Gate())
+        assert not work.submit(segment(), Gate())
         await work.close()
 
     asyncio.run(live())

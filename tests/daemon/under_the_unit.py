@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.daemon.allocator import tune_allocator
 from hvcpd.daemon.logging import set_up_logging
 from hvcpd.daemon.main_loop import Daemon

@@ -76,7 +76,7 @@ CHECKS = {
     "voice": (
         VOICE,
         "from pathlib import Path\n"
-        "from hvcpd.config.settings import load_settings\n"
+        "from hvcpd.config.settings_file import load_settings\n"
         "from hvcpd.assembly.sound import make_sound\n"
         "from hvcpd.synthesis.speaker import Speaker\n"
         "from hvcpd.synthesis.voices import voice_named\n"
@@ -89,7 +89,7 @@ CHECKS = {
     "driver": (
         DRIVER,
         "from pathlib import Path\n"
-        "from hvcpd.config.settings import load_settings\n"
+        "from hvcpd.config.settings_file import load_settings\n"
         "from hvcpd.daemon.devices import make_wheels\n"
         "none = Path('none.yaml')\n"
         "settings = load_settings(None, {'name': 'Rob', 'wheels.driver': 'tracked'}, system_path=none)\n"

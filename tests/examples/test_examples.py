@@ -17,7 +17,8 @@ from hil_fakes.ros_actions import ROS2_SUCCEEDED, RclpyServer
 from hil_fakes.skills import FakeHost, FakePump, Pump, Tank, usual_devices
 from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
 from hvcpd.assembly.sound import make_phrasebook, make_sound
-from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Use

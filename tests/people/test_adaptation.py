@@ -12,12 +12,11 @@ import pytest
 from hvcpd.daemon.adaptation import Adaptation
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
-from hvcpd.people.adaptation import ASKED_S, CONFIRMED_S, ConfirmedTakes, words_in
 from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
-from hvcpd.people.takes import distance, features
+from hvcpd.people.takes import ASKED_S, CONFIRMED_S, ConfirmedTakes, distance, features, words_in
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.second_look import Piece
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 
@@ -27,7 +26,7 @@ YES = Utterance("Anna", ToRobot("Rob"), statement=Confirmed(None, False))
 ORIGIN = 160_000
 
 
-def piece_of(*words: str) -> tuple[Piece, Recognised]:
+def piece_of(*words: str) -> tuple[Segment, Recognised]:
     """Words after half a second of noise, in a clock in which they begin at ORIGIN."""
     lead = SAMPLE_RATE_HZ // 2
     parts, spans, at = [np.zeros(lead, np.float32)], [], ORIGIN + lead
@@ -39,7 +38,7 @@ def piece_of(*words: str) -> tuple[Piece, Recognised]:
     sound = np.concatenate([*parts, np.zeros(lead, np.float32)])
     sound = np.asarray(sound + 1e-4 * np.random.default_rng(1).standard_normal(len(sound)), np.float32)
     sentence = Recognised(words, "stranger", spans[0].start_sample, at, 0.9, 30.0, tuple(spans))
-    return Piece(sound, lead, ORIGIN + lead, at, ORIGIN), sentence
+    return Segment(sound, lead, ORIGIN + lead, at, ORIGIN), sentence
 
 
 START_S = (ORIGIN + SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ
@@ -87,8 +86,8 @@ def confirm(people: dict[str, Person], state_dir: Path) -> list[Person]:
     """A daemon that knows these people hears Anna confirm two words; of whom it learns more."""
     learned: list[Person] = []
 
-    class Found(SecondPass[Piece, Recognised | None]):
-        def take_sentences(self) -> list[tuple[Piece, Recognised | None]]:
+    class Found(SecondPass[Segment, Recognised | None]):
+        def take_sentences(self) -> list[tuple[Segment, Recognised | None]]:
             return [piece_of("water", "rose")]
 
     def heard(utterance: Utterance, start_s: float, at_s: float) -> HeardRecord:

@@ -18,15 +18,14 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import probability
+from hvcpd.people.enrolled_listener import FeatureCache, features_of_take, probability
 from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
-from hvcpd.people.take_features import FeatureCache, features_of_take
 from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies, Features
-from hvcpd.recognition.second_look import AtOnce, Piece, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
@@ -131,17 +130,17 @@ def takes_of(speaker: Speaker, *words: str) -> dict[str, list[Energies]]:
     return {word: [energies] for word, energies in checks.items() if energies is not None}
 
 
-def alone(speaker: Speaker, text: str) -> Piece:
+def alone(speaker: Speaker, text: str) -> Segment:
     """One sentence, and 3.2 s of noise before it."""
     speech, lead = speaker.render([text.split()]), round(3.2 * SAMPLE_RATE_HZ)
-    return Piece(in_room([speech], 0.5), lead, 0, len(speech), -lead)
+    return Segment(in_room([speech], 0.5), lead, 0, len(speech), -lead)
 
 
 def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phrasebook, sound: Sound) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True)
-    found = [opinion.look(alone(speaker, text)) for text in ("turn left", "who is here")]
+    found = [opinion.search(alone(speaker, text)) for text in ("turn left", "who is here")]
     assert [(e.words, e.voice) for e in found if e is not None] == [
         (("turn", "left"), "anna, enrolled"),
         (("who", "is", "here"), STRANGER),
@@ -151,7 +150,7 @@ def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phra
 @pytest.mark.parametrize("text", ["stop", "rob stop", "who is here", "move forward"])
 def test_anybody_is_heard(book: Phrasebook, sound: Sound, text: str) -> None:
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
-    found = opinion.look(alone(stranger(sound), text))
+    found = opinion.search(alone(stranger(sound), text))
     assert found is not None
     assert found.words == tuple(text.split())
     # Sure enough to be obeyed, but for wheels that would move: those want a read-back.
@@ -168,18 +167,18 @@ def test_the_louder_it_is_the_less_sure_a_stranger_is(book: Phrasebook, sound: S
         found = opinion.likeliest(loud)
         sure.append(found.confidence if found is not None else 0.0)
     assert sure[0] > sure[1] > sure[2]
-    assert opinion.look(loud) is None
+    assert opinion.search(loud) is None
 
 
 def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) -> None:
-    """And a sentence may begin later than the piece does."""
+    """And a sentence may begin later than the segment does."""
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
     told = []
     for text in ("stop", "rob stop", "who is here", "move forward", "bot turn left", "hi all i am anna what is left"):
-        piece = alone(stranger(sound), text)
-        likeliest = opinion.likeliest(piece)
+        segment = alone(stranger(sound), text)
+        likeliest = opinion.likeliest(segment)
         assert likeliest is not None
-        alone_found, within = opinion.look(piece), opinion.look(replace(piece, within_talk=True))
+        alone_found, within = opinion.search(segment), opinion.search(replace(segment, within_talk=True))
         told.append((alone_found is not None, within is not None))
         assert within is None or alone_found is not None
     assert sum(alone for alone, _ in told) >= sum(within for _, within in told)
@@ -188,9 +187,9 @@ def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) ->
     gap = np.zeros(5000, np.float32)
     whole = np.concatenate([talk.sound[: talk.lead], 0.5 * before, gap, talk.sound[talk.lead :]])
     later = talk.start + len(before) + len(gap)
-    piece = Piece(whole, talk.lead, talk.start, talk.end + len(before) + len(gap), talk.origin, later=(later,))
-    assert [each.start for each in piece.beginnings] == [talk.start, later]
-    found = opinion.look(piece)
+    segment = Segment(whole, talk.lead, talk.start, talk.end + len(before) + len(gap), talk.origin, later=(later,))
+    assert [each.start for each in segment.beginnings] == [talk.start, later]
+    found = opinion.search(segment)
     assert found is not None
     assert found.words == ("bot", "turn", "left")
     assert found.start_sample >= later - 8000
@@ -204,12 +203,12 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
     for speech in (noise(0.0, 0.1), noise(1e-4, 0.1), noise(0.02, 0.1), noise(1.0, 0.0), np.sign(noise(1.0, 0.1))):
         for lead in (0, 8000):
-            piece = Piece(np.pad(speech, (lead, 0)), lead, 0, len(speech), -lead)
-            assert opinion.look(piece) is None
-            found = opinion.likeliest(piece)
+            segment = Segment(np.pad(speech, (lead, 0)), lead, 0, len(speech), -lead)
+            assert opinion.search(segment) is None
+            found = opinion.likeliest(segment)
             assert found is None or found.confidence < 0.5
     if strangers:  # none of them has spoiled what comes after
-        after = opinion.look(alone(stranger(sound), "rob stop"))
+        after = opinion.search(alone(stranger(sound), "rob stop"))
         assert after is not None
         assert after.words == ("rob", "stop")
 
@@ -229,7 +228,7 @@ def test_takes_are_made_ready_once_for_all_looks(book: Phrasebook, sound: Sound)
     opinion.prepare(lambda: True)
     assert len(made) == 3
     known["anna"] = known["anna"].with_takes(takes_of(speaker, "stop"))
-    found = opinion.look(alone(speaker, "turn left"))
+    found = opinion.search(alone(speaker, "turn left"))
     assert found is not None
     assert found.words == ("turn", "left")
     assert len(made) == 4  # the new word's
@@ -239,10 +238,10 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, False)
-    before = opinion.look(alone(speaker, "turn left"))
+    before = opinion.search(alone(speaker, "turn left"))
     assert before is None or before.words != ("turn", "left")
     known["anna"] = known["anna"].with_takes(takes_of(speaker, "left"))
-    after = opinion.look(alone(speaker, "turn left"))
+    after = opinion.search(alone(speaker, "turn left"))
     assert after is not None
     assert after.words == ("turn", "left")
 
@@ -250,15 +249,15 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
 class Interrupted(SecondPassRecogniser):
     """Another thread looks as soon as anything has changed in it."""
 
-    piece: Piece | None = None
+    segment: Segment | None = None
     found: tuple[str, ...] | None = None
 
     def __setattr__(self, name: str, value: object) -> None:
         super().__setattr__(name, value)
-        piece = self.piece if name not in ("piece", "found") else None
-        if piece is not None:
-            self.piece = None
-            found = self.look(piece)
+        segment = self.segment if name not in ("segment", "found") else None
+        if segment is not None:
+            self.segment = None
+            found = self.search(segment)
             self.found = found.words if found is not None else ()
 
 
@@ -268,7 +267,7 @@ def test_who_looks_while_another_thread_makes_ready_knows_the_new_words(book: Ph
     opinion = Interrupted(book.people_graph, sound.lexicon, known, False)
     opinion.prepare(lambda: True)
     known["anna"] = known["anna"].with_takes(takes_of(speaker, "left"))
-    opinion.piece = alone(speaker, "turn left")
+    opinion.segment = alone(speaker, "turn left")
     opinion.prepare(lambda: True)
     assert opinion.found == ("turn", "left")
 
@@ -278,6 +277,6 @@ def test_the_noise_is_that_of_the_quiet_before_the_speech() -> None:
     speech = 0.1 * np.sin(np.arange(SAMPLE_RATE_HZ))
     lead = quiet.copy()
     lead[:16000] += 0.3 * np.sin(np.arange(16000))  # somebody has spoken before
-    piece = Piece(np.concatenate([lead, speech]).astype(np.float32), len(lead), 0, SAMPLE_RATE_HZ, 0)
-    assert piece.snr_db == pytest.approx(17.0, abs=2.0)
-    assert Piece(speech.astype(np.float32), 0, 0, SAMPLE_RATE_HZ, 0).snr_db > 1e6
+    segment = Segment(np.concatenate([lead, speech]).astype(np.float32), len(lead), 0, SAMPLE_RATE_HZ, 0)
+    assert segment.snr_db == pytest.approx(17.0, abs=2.0)
+    assert Segment(speech.astype(np.float32), 0, 0, SAMPLE_RATE_HZ, 0).snr_db > 1e6

@@ -10,8 +10,8 @@ import pytest
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.bands import N_BANDS, Bands, heard_alone, levelled, logs_of, noise_of, upper_lost
+from hvcpd.people.enrolled_listener import MOST_OTHERS, FeatureCache, TandemTakes
 from hvcpd.people.phones import centred, phones_of
-from hvcpd.people.take_features import MOST_OTHERS, FeatureCache, TandemTakes
 from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Hearing, TemplateDecoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples

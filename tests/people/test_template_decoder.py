@@ -1,4 +1,4 @@
-"""The nearest sentence to a whole piece of sound: the least of all costs, and all of the sound explained."""
+"""The nearest sentence to a whole segment of sound: the least of all costs, and all of the sound explained."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.dtw import LEAP, SKIP, STAY, OnePassDtw
-from hvcpd.people.take_features import ComposedTakes
+from hvcpd.people.enrolled_listener import ComposedTakes
 from hvcpd.people.template_decoder import VOTE_COST, Hearing, Match, TemplateDecoder
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.network import Network
@@ -43,7 +43,7 @@ LENGTHS = {"hi": 18, "rob": 24, "bot": 24, "stop": 30}
 WORDS = {word: take(seed, frames) for seed, (word, frames) in enumerate(LENGTHS.items())}
 
 
-def piece(*words: str, pace: float = 1.0, gain: float = 1.0, seed: int = 1) -> Energies:
+def segment(*words: str, pace: float = 1.0, gain: float = 1.0, seed: int = 1) -> Energies:
     """The words one after the other, at so many times their length, with noise alone around them."""
     parts = [np.zeros((25, N_BANDS))]
     for word in words:
@@ -76,7 +76,7 @@ def hearing(sound: Energies, takes: Takes = ANNA, graph: WordGraph = GRAPH) -> H
 @pytest.mark.parametrize("words", SENTENCES)
 @pytest.mark.parametrize(("pace", "gain"), [(1.0, 1.0), (0.6, 0.05), (1.6, 30.0)])
 def test_a_sentence_is_found_at_any_pace_and_loudness(words: tuple[str, ...], pace: float, gain: float) -> None:
-    heard = hearing(piece(*words, pace=pace, gain=gain))
+    heard = hearing(segment(*words, pace=pace, gain=gain))
     match = heard.match
     assert heard.best == words
     assert words_of(match) == words
@@ -87,8 +87,8 @@ def test_a_sentence_is_found_at_any_pace_and_loudness(words: tuple[str, ...], pa
 
 
 def test_words_of_another_sentence_cannot_be_passed_over_for_nothing() -> None:
-    right = hearing(piece("hi", "rob", "stop")).match
-    wrong = hearing(piece("water", "the", "rose", "stop")).match
+    right = hearing(segment("hi", "rob", "stop")).match
+    wrong = hearing(segment("water", "the", "rose", "stop")).match
     assert right is not None
     assert wrong is not None
     unexplained = max(w.deficit for w in wrong.words) + wrong.passed_over
@@ -96,7 +96,7 @@ def test_words_of_another_sentence_cannot_be_passed_over_for_nothing() -> None:
 
 
 def test_too_little_sound_for_any_sentence_is_none() -> None:
-    heard = hearing(piece("stop")[:3])
+    heard = hearing(segment("stop")[:3])
     assert heard.match is None
     assert heard.best is None
     assert heard.vote(("stop",)) is None
@@ -104,7 +104,7 @@ def test_too_little_sound_for_any_sentence_is_none() -> None:
 
 def test_every_sentence_has_its_cost_but_those_of_which_nobody_has_the_words() -> None:
     takes = {"anna": {word: ANNA["anna"][word] for word in ("hi", "rob", "stop")}, "bert": {"bot": [WORDS["bot"]]}}
-    heard = hearing(piece("hi", "rob", "stop"), takes)
+    heard = hearing(segment("hi", "rob", "stop"), takes)
     right, wrong = heard.vote(("hi", "rob", "stop")), heard.vote(("stop",))
     assert right is not None
     assert wrong is not None
@@ -125,7 +125,7 @@ def test_voices_vote_on_what_none_of_them_says_alike() -> None:
     far = {"bot": [WORDS["bot"]]}
     voices = {"one": off("rob", 0.5, 5) | far, "two": off("rob", 0.5, 6) | far}
     odd = off("bot", 0.55, 7) | {"rob": [WORDS["stop"]]}
-    sound = piece("rob")
+    sound = segment("rob")
     assert words_of(hearing(sound, {"two": voices["two"], "odd": odd}, graph).match) == ("bot",)
     assert words_of(hearing(sound, {**voices, "odd": odd}, graph).match) == ("rob",)
 

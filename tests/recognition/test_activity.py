@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.recognition.activity import LONG_FRAMES, ActivityDetector, ActivitySettings
+from hvcpd.recognition.activity import LONG_FRAMES, ActivityDetector
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.noise import STEADY_NOISE
 
@@ -19,7 +19,7 @@ def _frames(n: int, level: float) -> Energies:
 
 @pytest.mark.parametrize("explained", [False, True])
 def test_what_is_explained_is_a_sign_of_nothing_else(explained: bool) -> None:
-    detector = ActivityDetector(ActivitySettings())
+    detector = ActivityDetector()
     for _ in range(LONG_FRAMES // 4):
         detector.push(_frames(4, 20.0), NOISE)
     detector.push(_frames(4, 1.0), NOISE)
@@ -30,7 +30,7 @@ def test_what_is_explained_is_a_sign_of_nothing_else(explained: bool) -> None:
 
 
 def test_whoever_goes_on_after_it_is_noticed() -> None:
-    detector = ActivityDetector(ActivitySettings())
+    detector = ActivityDetector()
     for _ in range(LONG_FRAMES // 4):
         detector.push(_frames(4, 20.0), NOISE)
     detector.account_for(0)

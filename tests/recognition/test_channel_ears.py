@@ -9,10 +9,10 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, REMEMBERED, ChannelEars
-from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, Look, Stretch
+from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_look import AtOnce, Looks, Piece, SecondEars, Worker
+from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener, Worker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
@@ -53,26 +53,26 @@ class Slow:
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Stretch, Looks[Stretch, Look]]] = []
+        self.waiting: list[tuple[Stretch, SegmentListener[Stretch, SearchResult]]] = []
         self.room = room
-        self.done: list[tuple[Stretch, Look]] = []
+        self.done: list[tuple[Stretch, SearchResult]] = []
 
-    def submit(self, job: Stretch, listener: Looks[Stretch, Look]) -> bool:
+    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
         if len(self.waiting) >= self.room:
             return False
         self.waiting.append((job, listener))
         return True
 
     def end(self) -> None:
-        self.done += [(job, listener.look(job)) for job, listener in self.waiting]
+        self.done += [(job, listener.search(job)) for job, listener in self.waiting]
         self.waiting.clear()
 
-    def findings(self) -> Sequence[tuple[Stretch, Look]]:
+    def findings(self) -> Sequence[tuple[Stretch, SearchResult]]:
         done, self.done = self.done, []
         return done
 
 
-def ears(script: Script, worker: Worker[Stretch, Look] | None = None) -> ChannelEars:
+def ears(script: Script, worker: Worker[Stretch, SearchResult] | None = None) -> ChannelEars:
     return ChannelEars(script, LISTENER, worker or AtOnce())
 
 
@@ -329,5 +329,5 @@ class Deaf:
     def prepare(self, go_on: Callable[[], bool]) -> None:
         pass
 
-    def look(self, _: Piece) -> None:
+    def search(self, _: Segment) -> None:
         return None

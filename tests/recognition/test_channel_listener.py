@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch, quiet_part
+from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch, quiet_part
 from hvcpd.recognition.events import Recognised, Source
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
@@ -19,18 +19,18 @@ LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
 AT, ORIGIN = 24_000, 500_000
 
 
-def look(*sounds: tuple[int, Samples], noise: float = 0.3, proposed: tuple[Recognised, ...] = ()) -> Look:
+def look(*sounds: tuple[int, Samples], noise: float = 0.3, proposed: tuple[Recognised, ...] = ()) -> SearchResult:
     """At sounds in noise, each noticed a little after its beginning."""
     n = max(at + len(sound) for at, sound in sounds) + 12_000
     noticed = tuple(at + 1000 for at, _ in sounds)
-    return LISTENER.look(Stretch(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000, noticed, proposed))
+    return LISTENER.search(Stretch(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000, noticed, proposed))
 
 
 def heard(text: str, voice: str = "oak", seed: int = 1) -> Samples:
     return through_a_room(spoken(text, voice), seed)
 
 
-def told(found: Look) -> set[tuple[str, str]]:
+def told(found: SearchResult) -> set[tuple[str, str]]:
     return {(" ".join(each.words), each.voice) for each in found.sentences}
 
 
@@ -94,11 +94,11 @@ def test_a_robot_that_is_cut_off_is_noticed_and_nothing_is_told(share: float) ->
 def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
     whole = heard("all, who is here")
     sound = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    found = LISTENER.look(Stretch(sound, 0, AT, (AT,)))
+    found = LISTENER.search(Stretch(sound, 0, AT, (AT,)))
     assert (found.sentences, found.robot) == ((), True)
     assert found.unfinished == pytest.approx(AT, abs=32)
     later = scene(AT + len(whole) // 2 + 2 * SAMPLE_RATE_HZ, (AT, whole[: len(whole) // 2]))
-    assert LISTENER.look(Stretch(later, 0, AT, (AT,))) == Look(robot=True)
+    assert LISTENER.search(Stretch(later, 0, AT, (AT,))) == SearchResult(robot=True)
 
 
 def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
@@ -106,15 +106,15 @@ def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
     begun = 0.5 * heard("all, who is here", "willow")[: len(heard("all, who", "willow")) // 2]
     later = AT + len(cut) + SAMPLE_RATE_HZ
     sound = scene(later + len(begun), (AT, np.concatenate([cut[: len(cut) - 6000], np.zeros(6000)])), (later, begun))
-    found = LISTENER.look(Stretch(sound, 0, AT, (AT, later), cut=True))
+    found = LISTENER.search(Stretch(sound, 0, AT, (AT, later), cut=True))
     assert found.unfinished == pytest.approx(later, abs=32)
 
 
 @pytest.mark.parametrize("seed", range(2))
 def test_strangers_and_noise_are_no_robots(seed: int) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book(f"elm {seed}")), seed)
-    assert look((AT, stranger)) == Look()
-    assert LISTENER.look(Stretch(scene(50_000, seed=seed), 0, AT, (AT,))) == Look()
+    assert look((AT, stranger)) == SearchResult()
+    assert LISTENER.search(Stretch(scene(50_000, seed=seed), 0, AT, (AT,))) == SearchResult()
 
 
 SOUNDS: dict[str, Callable[[int], Samples]] = {
@@ -136,9 +136,9 @@ SOUNDS: dict[str, Callable[[int], Samples]] = {
 )
 def test_any_sound_is_looked_at(name: str, n: int, lead: int, noticed: list[int]) -> None:
     with np.errstate(divide="raise", invalid="raise"):
-        found = LISTENER.look(Stretch(SOUNDS[name](n), 0, min(lead, n), tuple(noticed), (proposal("hi bot stop"),)))
+        found = LISTENER.search(Stretch(SOUNDS[name](n), 0, min(lead, n), tuple(noticed), (proposal("hi bot stop"),)))
     assert all(np.isfinite(each.snr_db) for each in found.sentences)
-    assert name == "a sentence and silence" or found == Look()
+    assert name == "a sentence and silence" or found == SearchResult()
 
 
 def test_a_sentence_in_digital_silence_is_heard() -> None:
@@ -171,5 +171,5 @@ def test_all_voices_are_made_ready() -> None:
 def test_what_others_propose_is_judged_where_no_first_word_was_found() -> None:
     late = scene(AT + 90_000, (AT, heard("all, who is here")))
     proposed = replace(proposal("all who is here"), start_sample=AT)
-    found = LISTENER.look(Stretch(late, 0, AT, (), (proposed,)))
+    found = LISTENER.search(Stretch(late, 0, AT, (), (proposed,)))
     assert told(found) == {("all who is here", "oak")}

@@ -9,8 +9,18 @@ from hypothesis import strategies as st
 from scipy.linalg import solve, toeplitz
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.response import LEAST_RIDGE, MOST_RIDGE, Taps, response, transform_size
-from hvcpd.recognition.channel.weighting import BACK, SHIFT, TAPS, WeightedSound, autocorrelations
+from hvcpd.recognition.channel.weighting import (
+    BACK,
+    LEAST_RIDGE,
+    MOST_RIDGE,
+    SHIFT,
+    TAPS,
+    Taps,
+    WeightedSound,
+    autocorrelations,
+    response,
+    transform_size,
+)
 from tests.recognition.way import Way
 
 

@@ -18,9 +18,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.graph import Arc, lengths_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch
+from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch, least_fit
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.verification import least_fit
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.paths import Voicebook, may_have, thirds_of
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
@@ -68,7 +67,7 @@ def test_of_a_sentence_cut_off_in_the_middle_nothing_is_told(team: Team, units: 
     book, books = team
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) // 2 + 12_000, (AT, heard[: len(heard) // 2]), noise=0.5)
-    look = ChannelListener(book.marked_graph, books).look(Stretch(sound, 0, AT, (AT,)))
+    look = ChannelListener(book.marked_graph, books).search(Stretch(sound, 0, AT, (AT,)))
     assert (look.sentences, look.robot) == ((), True)
     assert len(words) > 4
 

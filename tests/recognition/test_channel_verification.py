@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch
-from hvcpd.recognition.channel.response import response, responses
+from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch, is_preceded, least_fit
 from hvcpd.recognition.channel.search import ChannelSearch, Path
-from hvcpd.recognition.channel.verification import is_preceded, least_fit
-from hvcpd.recognition.channel.weighting import WeightedSound
+from hvcpd.recognition.channel.weighting import WeightedSound, response, responses
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
@@ -44,10 +42,10 @@ def test_the_end_of_a_longer_sentence_is_not_told() -> None:
     whole = heard("all, who is here")
     begins = len(heard("all,")) // 2  # half of the first word is lost
     sound = scene(AT + len(whole) + 9000, (AT, np.where(np.arange(len(whole)) < begins, 0.0, whole)), noise=0.3)
-    look = LISTENER.look(Stretch(sound, 0, AT, (AT + begins,)))
+    look = LISTENER.search(Stretch(sound, 0, AT, (AT + begins,)))
     assert all(sentence.words[0] == "all" for sentence in look.sentences)
     alone = scene(AT + len(whole) + 9000, (AT, heard("who is here")), noise=0.3)
-    assert [each.words for each in LISTENER.look(Stretch(alone, 0, AT, (AT,))).sentences] == [("who", "is", "here")]
+    assert [each.words for each in LISTENER.search(Stretch(alone, 0, AT, (AT,))).sentences] == [("who", "is", "here")]
 
 
 def test_what_goes_before_counts_only_in_the_same_voice() -> None:

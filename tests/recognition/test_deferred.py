@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvcpd.recognition.deferred import DeferredBuffer
+from hvcpd.recognition.decoder_session import DeferredBuffer
 from hvcpd.recognition.frontend import N_BANDS
 
 ENERGIES = np.arange(40 * N_BANDS, dtype=np.float32).reshape(40, N_BANDS)

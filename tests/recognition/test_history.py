@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.recognition.history import History
+from hvcpd.recognition.stream import History
 
 
 def filled(sizes: list[int], keep: int) -> History:

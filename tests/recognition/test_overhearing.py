@@ -10,9 +10,8 @@ import pytest
 from hvcpd.assembly.make import make_overhearing
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.echo import BLOCK, EchoCanceller
 from hvcpd.recognition.events import Urgent
-from hvcpd.recognition.overhearing import Overhearing
+from hvcpd.recognition.overhearing import BLOCK, EchoCanceller, Overhearing
 
 RT60_S = 0.45
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from release.deb import REPOSITORY
 
 pytestmark = pytest.mark.slow

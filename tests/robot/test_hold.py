@@ -16,8 +16,7 @@ from hvcpd.coordination.states import State
 from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
-from hvcpd.recognition.events import Event, Held, Released, Urgent
-from hvcpd.recognition.protocols import Overhears
+from hvcpd.recognition.events import Event, Held, Overhears, Released, Urgent
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.records import HoldRecord, PerformedRecord, Record, SaidRecord
 from hvcpd.robot.robot import Robot

@@ -22,7 +22,7 @@ from hil_fakes.ros_actions import (
     Values,
 )
 from hil_fakes.sound_server import wait_until
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import ConfigError
 from hvcpd.ros.action_rclpy import Listener as RclpyListener
 from hvcpd.ros.action_rclpy import RclpyAction, Server

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hil_fakes.pins import FOLDER_VARIABLE
-from hvcpd.config.settings import load_with_sources
+from hvcpd.config.settings_file import load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.control.cli import main
 from hvcpd.skills.checks import faults

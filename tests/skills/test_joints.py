@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.coordination.states import State
 from hvcpd.daemon.skill_hosting import JointService
 from hvcpd.hardware.wheels import DynamixelWheels

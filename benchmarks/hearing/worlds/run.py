@@ -21,8 +21,8 @@ from hvcpd.assembly.make import make_channel_ears, make_ears
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.protocols import Ears
-from hvcpd.recognition.second_look import AtOnce, SecondEars
+from hvcpd.recognition.events import Ears
+from hvcpd.recognition.second_pass import AtOnce, SecondEars
 
 MODES = ("first", "acquainted")
 NOISE_DBFS = -50.0

@@ -14,13 +14,13 @@ HEARING = "hvcpd.recognition"
 STAGES = {
     "front end": ("stream:energies_of",),
     "noise": ("noise:NoiseTracker.push", "noise:NoiseTracker.follow_step"),
-    "templates": ("spotter:Spotter.feed", "spotter:Spotter.wake"),
+    "templates": ("decoder_session:DecoderSession.feed", "decoder_session:DecoderSession.wake"),
     "waveforms": ("coherent:CoherentListener.push",),
     "keyword": ("keyword.listener:KeywordListener.hear",),
-    "channel search": ("channel.listener:ChannelListener.look",),
+    "channel search": ("channel.listener:ChannelListener.search",),
 }
 """None of them calls another one."""
-PEOPLE = "hvcpd.people.second_pass:SecondPassRecogniser.look"
+PEOPLE = "hvcpd.people.second_pass:SecondPassRecogniser.search"
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_look import AtOnce, Looks
+from hvcpd.recognition.second_pass import AtOnce, SegmentListener
 
 if TYPE_CHECKING:
     from hvcpd.daemon.wiring import Wiring
@@ -61,7 +61,7 @@ class Apart(AtOnce[Any, Any]):
         super().__init__()
         self.spent_s = 0.0
 
-    def submit(self, job: Any, listener: Looks[Any, Any]) -> bool:
+    def submit(self, job: Any, listener: SegmentListener[Any, Any]) -> bool:
         """As `Worker.submit`."""
         began_s = time.process_time()
         taken = super().submit(job, listener)

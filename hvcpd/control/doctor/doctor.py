@@ -8,7 +8,8 @@ import sys
 from collections.abc import Callable, Iterator
 from itertools import chain
 
-from hvcpd.config.settings import WheelSettings, load_settings
+from hvcpd.config.settings import WheelSettings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, note, wrong
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine

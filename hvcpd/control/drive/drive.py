@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import TextIO
 
-from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.drive.drive_show import DriveShow
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError

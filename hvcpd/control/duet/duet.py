@@ -18,7 +18,8 @@ from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
 from hvcpd.assembly.sound import user_cache_folder
-from hvcpd.config.settings import AudioSettings, load_settings
+from hvcpd.config.settings import AudioSettings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices

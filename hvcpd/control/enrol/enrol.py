@@ -66,7 +66,7 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
 
 
 def _state_dir(options: argparse.Namespace) -> Path:
-    from hvcpd.config.settings import load_settings
+    from hvcpd.config.settings_file import load_settings
 
     settings = load_settings(options.config, {}, name_needed=False)
     return options.state_dir or settings.state_dir

@@ -17,7 +17,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.second_look import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, SecondEars
 
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""

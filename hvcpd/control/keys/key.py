@@ -10,7 +10,7 @@ from contextlib import nullcontext
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import EX_OK, KeyFileError, unwritable
 from hvcpd.language.spelling import BITS, number_of, words_of
 from hvcpd.language.words import spoken_words

@@ -16,14 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.document import parse, read_bytes
-from hvcpd.config.settings import (
-    STAND_IN_NAME,
-    STATE_DIR,
-    SYSTEM_SETTINGS_PATH,
-    ControlSettings,
-    Settings,
-    load_with_sources,
-)
+from hvcpd.config.settings import STATE_DIR, ControlSettings, Settings
+from hvcpd.config.settings_file import STAND_IN_NAME, SYSTEM_SETTINGS_PATH, load_with_sources
 from hvcpd.config.sources import FILE_VARIABLE
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name

@@ -10,7 +10,8 @@ from collections.abc import Coroutine
 from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from pathlib import Path
 
-from hvcpd.config.settings import Settings, load_with_sources
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.control.live.daemon_client import find_daemon

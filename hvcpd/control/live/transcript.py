@@ -14,7 +14,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow

@@ -17,13 +17,14 @@ from rich.progress import Progress
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.sound import user_cache_folder
-from hvcpd.config.settings import Settings, load_with_sources
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import load_with_sources
 from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError
-from hvcpd.recognition.second_look import AtOnce
+from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
 SERVICE_USER = "hvcpd"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hvcpd.assembly.sound import make_sound
 from hvcpd.config.names import unsayable, valid_robot_name
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words

@@ -15,7 +15,7 @@ import numpy as np
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.names import unsayable
-from hvcpd.config.settings import load_settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words

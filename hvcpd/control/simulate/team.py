@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import cast
-from hvcpd.config.settings import Settings, load_settings
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError

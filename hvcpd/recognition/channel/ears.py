@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, Look, Stretch
-from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.protocols import Ears
-from hvcpd.recognition.second_look import LaterEars, Worker
+from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
+from hvcpd.recognition.second_pass import LaterEars, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
@@ -57,22 +56,22 @@ class _Open:
     held: list[Recognised | Garbled] = field(default_factory=list)
     closed_at: int = 0
     job: Stretch | None = None
-    look: Look | None = None
+    result: SearchResult | None = None
 
     @property
     def unfinished(self) -> int | None:
         """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
-        return self.look.unfinished if self.look is not None else None
+        return self.result.unfinished if self.result is not None else None
 
 
-class ChannelEars(LaterEars[Stretch, Look]):
+class ChannelEars(LaterEars[Stretch, SearchResult]):
     """Ears with a second pass for robots through any channel."""
 
     def __init__(
         self,
         ears: Ears,
         listener: ChannelListener,
-        worker: Worker[Stretch, Look],
+        worker: Worker[Stretch, SearchResult],
         varied: frozenset[str] = frozenset(),
     ) -> None:
         """`varied`: words that are also said in other ways than the listener knows."""
@@ -94,7 +93,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
-        return self._ears.busy or any(each.look is None for each in self._closed)
+        return self._ears.busy or any(each.result is None for each in self._closed)
 
     def succeed(self, predecessor: Self) -> None:
         """As `LaterEars.succeed`."""
@@ -108,13 +107,13 @@ class ChannelEars(LaterEars[Stretch, Look]):
         out: list[Event] = []
         for event in events:
             out += self._taken(event)
-        for job, look in self._worker.findings():
+        for job, result in self._worker.findings():
             for each in self._closed:
                 if each.job is job:
-                    each.look = look
-                    out += [self._tell(sentence) for sentence in look.sentences if not self._is_told(sentence)]
+                    each.result = result
+                    out += [self._tell(sentence) for sentence in result.sentences if not self._is_told(sentence)]
         for each in self._closed:
-            if self._is_over(each) or (each.look is not None and each.unfinished is None):
+            if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
@@ -122,7 +121,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
     def _let_go(self, stretch: _Open) -> list[Event]:
         """The events to report for everything that a stretch held."""
         held, stretch.held = stretch.held, []
-        return [told for event in held for told in self._released(event, stretch.look or Look())]
+        return [told for event in held for told in self._released(event, stretch.result or SearchResult())]
 
     def finish(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' last events and of the open stretches: the sound has ended."""
@@ -186,7 +185,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         stretch.closed_at = self._now
         self._closed.append(stretch)
         if self._is_dealt_with(stretch):
-            stretch.look = Look()
+            stretch.result = SearchResult()
             return
         begin = stretch.begin
         sound, lead = self._history.around(begin - LEAD, begin, self._now)
@@ -197,7 +196,7 @@ class ChannelEars(LaterEars[Stretch, Look]):
         )
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
-            stretch.look = Look()
+            stretch.result = SearchResult()
 
     def _is_dealt_with(self, stretch: _Open) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
@@ -223,15 +222,15 @@ class ChannelEars(LaterEars[Stretch, Look]):
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
             there = self._open = self._open or _Open(event.start_sample, event.end_sample, [event.start_sample])
-        if there.look is not None and there.unfinished is None:
-            return self._released(event, there.look)
+        if there.result is not None and there.unfinished is None:
+            return self._released(event, there.result)
         there.held.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on
             there.noticed.append(event.start_sample)
             self._close(cut=self._clatters)
         return []
 
-    def _released(self, event: Recognised | Garbled, look: Look) -> list[Event]:
+    def _released(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
         """The held events to report, if no sentence was found in their place.
 
         A sentence that templates found stands unless somebody is known to have said something else there: its words may
@@ -239,9 +238,9 @@ class ChannelEars(LaterEars[Stretch, Look]):
         """
         if any(_overlaps(event, each) for each in self._told):
             return []
-        if isinstance(event, Recognised) and (not look.robot or self._varied.intersection(event.words)):
+        if isinstance(event, Recognised) and (not result.robot or self._varied.intersection(event.words)):
             return [self._tell(event)]
-        return [Garbled(event.start_sample, event.end_sample, look.robot)]
+        return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
     def _is_over(self, stretch: _Open) -> bool:
         return self._now - stretch.closed_at > MOST_WAIT

@@ -18,15 +18,18 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.response import Taps, response, responses, transform_size
 from hvcpd.recognition.channel.weighting import (
     BACK,
     SHIFT,
     TAPS,
     Spectrum,
+    Taps,
     WeightedSound,
     autocorrelations,
     energy_weights,
+    response,
+    responses,
+    transform_size,
 )
 from hvcpd.recognition.paths import GREETING, Said, Voicebook, may_have, thirds_of
 

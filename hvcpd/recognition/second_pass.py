@@ -17,11 +17,9 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.history import History
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.long_talk import LongTalk, Stretch
-from hvcpd.recognition.protocols import Ears
-from hvcpd.recognition.stream import cleaned
+from hvcpd.recognition.stream import History, cleaned
 
 LEAD_S = 3.0
 """Sound kept before the speech, for its noise: the noise tracker's memory."""
@@ -46,7 +44,7 @@ MOST_WAIT_S = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class Segment:
     """Speech that was not understood, with the sound around it.
 
     `sound`, shape (n,), begins with `lead` samples from before the speech. `start` and `end` are where the speech was
@@ -75,7 +73,7 @@ class Piece:
         return round((PAUSES_S if self.within_talk else BEFORE_S) * SAMPLE_RATE_HZ)
 
     @property
-    def beginnings(self) -> list[Piece]:
+    def beginnings(self) -> list[Segment]:
         """This segment, and its shorter versions from each later beginning on."""
         return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
 
@@ -99,21 +97,21 @@ def snr_db(speech: Samples, noise_power: float) -> float:
     return 10.0 * math.log10(max(power / max(noise_power, 1e-12) - 1.0, 1e-3))
 
 
-Finding = tuple[Piece, Recognised | None]
+Finding = tuple[Segment, Recognised | None]
 Job = TypeVar("Job")
 Found = TypeVar("Found")
 JobIn = TypeVar("JobIn", contravariant=True)
 FoundOut = TypeVar("FoundOut", covariant=True)
 
 
-class Looks(Protocol[JobIn, FoundOut]):
+class SegmentListener(Protocol[JobIn, FoundOut]):
     """A listener that need not keep up with real time."""
 
-    def look(self, job: JobIn, /) -> FoundOut:
+    def search(self, job: JobIn, /) -> FoundOut:
         """Return the recognition result for a segment."""
 
 
-class LooksAgain(Looks[Piece, Recognised | None], Protocol):
+class PeopleListener(SegmentListener[Segment, Recognised | None], Protocol):
     """A listener that knows more voices: returns the sentence, in samples of the segment's own clock; None if there is
     none."""
 
@@ -124,7 +122,7 @@ class LooksAgain(Looks[Piece, Recognised | None], Protocol):
 class Worker(Protocol[Job, Found]):
     """Processes segments of sound, one job after the other."""
 
-    def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
+    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
         """Submit a job; false if the queue is full."""
 
     def findings(self) -> Sequence[tuple[Job, Found]]:
@@ -137,9 +135,9 @@ class AtOnce(Generic[Job, Found]):
     def __init__(self) -> None:
         self._found: list[tuple[Job, Found]] = []
 
-    def submit(self, job: Job, listener: Looks[Job, Found]) -> bool:
+    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
         """As `Worker.submit`."""
-        self._found.append((job, listener.look(job)))
+        self._found.append((job, listener.search(job)))
         return True
 
     def findings(self) -> Sequence[tuple[Job, Found]]:
@@ -222,17 +220,17 @@ class LaterEars(ABC, Generic[Job, Found]):
         """Start again: the robot itself speaks."""
 
 
-class SecondEars(LaterEars[Piece, Recognised | None]):
+class SecondEars(LaterEars[Segment, Recognised | None]):
     """Ears with a second pass for people's speech."""
 
-    def __init__(self, ears: Ears, listener: LooksAgain, worker: Worker[Piece, Recognised | None]) -> None:
+    def __init__(self, ears: Ears, listener: PeopleListener, worker: Worker[Segment, Recognised | None]) -> None:
         super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
         self._listener = listener
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
         """Speech that begins before this sample may lack its beginning."""
-        self._waiting: list[Piece] = []
+        self._waiting: list[Segment] = []
         self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
         self._stretches: list[Stretch] = []
         """Parts of talk for the second pass."""
@@ -271,29 +269,29 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
-            piece = self._piece(event) if isinstance(event, Garbled) and not event.robot else None
-            if piece is not None and self._worker.submit(piece, self._listener):
-                self._waiting.append(piece)
+            segment = self._segment(event) if isinstance(event, Garbled) and not event.robot else None
+            if segment is not None and self._worker.submit(segment, self._listener):
+                self._waiting.append(segment)
             else:
                 out.append(event)
         ends = [event.end_sample for event in out if isinstance(event, Recognised)]
         self._understood_until = max([self._understood_until, *ends])
         while self._stretches:
             self._look_within(self._stretches.pop(0))
-        for piece, found in self._worker.findings():
-            if piece in self._waiting:
-                self._waiting.remove(piece)
+        for segment, found in self._worker.findings():
+            if segment in self._waiting:
+                self._waiting.remove(segment)
                 if found is not None:
                     out.append(found)
-                elif not piece.within_talk:
-                    out.append(Garbled(piece.start, piece.end))
+                elif not segment.within_talk:
+                    out.append(Garbled(segment.start, segment.end))
         return out + self._given_up()
 
     def _given_up(self) -> list[Event]:
-        late = [piece for piece in self._waiting if self._now - piece.end > MOST_WAIT_S * SAMPLE_RATE_HZ]
-        for piece in late:
-            self._waiting.remove(piece)
-        return [Garbled(piece.start, piece.end) for piece in late if not piece.within_talk]
+        late = [segment for segment in self._waiting if self._now - segment.end > MOST_WAIT_S * SAMPLE_RATE_HZ]
+        for segment in late:
+            self._waiting.remove(segment)
+        return [Garbled(segment.start, segment.end) for segment in late if not segment.within_talk]
 
     def _look_within(self, stretch: Stretch) -> None:
         """Submit a part of talk for a second pass."""
@@ -306,11 +304,11 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         if len(sound) - lead < stretch.end - starts[0]:
             return
         later = tuple(starts[1:])
-        piece = Piece(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
-        if self._worker.submit(piece, self._listener):
-            self._waiting.append(piece)
+        segment = Segment(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
+        if self._worker.submit(segment, self._listener):
+            self._waiting.append(segment)
 
-    def _piece(self, event: Garbled) -> Piece | None:
+    def _segment(self, event: Garbled) -> Segment | None:
         """The sound of an event; None if it is too long, may be torn, or is no longer kept."""
         if event.start_sample < self._torn_until:
             return None
@@ -321,7 +319,7 @@ class SecondEars(LaterEars[Piece, Recognised | None]):
         sound, lead = self._history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
-        return Piece(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
+        return Segment(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
 
     def _waiting_at(self, event: Garbled) -> bool:
         return any(p.start < event.end_sample and event.start_sample < p.end for p in self._waiting)

@@ -1,11 +1,11 @@
 """Times the second look, with nobody enrolled and with up to four people.
 
-    python -m benchmarks.look_time [--people 0,1,4] [--sentences 8] [--seed 1]
+    python -m benchmarks.second_pass_time [--people 0,1,4] [--sentences 8] [--seed 1]
 
 Each person is one of our own synthesizer's voices with three takes of every word of the phrasebook, at other rates; all
 say sentences of the phrasebook, alone at 20 dB SNR in white noise. Prints the median and the longest time of a look on
 one core that does nothing else, for the enrolled alone and for strangers too, and how long the speech is. A look that
-takes longer than `hvcpd.recognition.second_look.MOST_WAIT_S` is given up.
+takes longer than `hvcpd.recognition.second_pass.MOST_WAIT_S` is given up.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from benchmarks.people_stage import SNR_DB, Stage
 from hvcpd.people.enrolled import Person, stretched
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.second_look import MOST_WAIT_S, Piece
+from hvcpd.recognition.second_pass import MOST_WAIT_S, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -37,12 +37,12 @@ def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
     )
 
 
-def told(label: str, opinion: SecondPassRecogniser, pieces: Sequence[Piece]) -> None:
-    opinion.look(pieces[0])  # loads what it needs
+def told(label: str, opinion: SecondPassRecogniser, segments: Sequence[Segment]) -> None:
+    opinion.search(segments[0])  # loads what it needs
     took = []
-    for each in pieces:
+    for each in segments:
         begin = time.thread_time()
-        opinion.look(each)
+        opinion.search(each)
         took.append(time.thread_time() - begin)
     print(f"{label:40} median {np.median(took):5.2f} s, longest {max(took):5.2f} s", flush=True)
 
@@ -57,9 +57,11 @@ def main() -> None:
     speakers = [Speaker(voice, stage.sound.lexicon, stage.sound.cache) for voice in VOICES[: len(NAMES)]]
     spoken = sentences(stage.book, o.sentences, o.seed)
     sounds = [speakers[n % len(speakers)].render(phrases) for n, phrases in enumerate(spoken)]
-    pieces = [alone(sound, SNR_DB, "white", o.seed + n) for n, sound in enumerate(sounds)]
-    lengths = [(each.end - each.start) / SAMPLE_RATE_HZ for each in pieces]
-    print(f"{len(pieces)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; given up after {MOST_WAIT_S:.0f} s")
+    segments = [alone(sound, SNR_DB, "white", o.seed + n) for n, sound in enumerate(sounds)]
+    lengths = [(each.end - each.start) / SAMPLE_RATE_HZ for each in segments]
+    print(
+        f"{len(segments)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; given up after {MOST_WAIT_S:.0f} s"
+    )
     graph = stage.book.people_graph
     everybody = [person(name, speaker, graph.words) for name, speaker in zip(NAMES, speakers, strict=True)]
     for number in map(int, o.people.split(",")):
@@ -67,7 +69,7 @@ def main() -> None:
         for strangers in (False, True):
             if known or strangers:
                 label = f"{number} enrolled{', and strangers' if strangers else ''}"
-                told(label, SecondPassRecogniser(graph, stage.sound.lexicon, known, strangers), pieces)
+                told(label, SecondPassRecogniser(graph, stage.sound.lexicon, known, strangers), segments)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.second_look import AtOnce, Finding, LooksAgain, Piece, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Finding, PeopleListener, SecondEars, Segment
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
@@ -44,14 +44,14 @@ class Looker:
 
     def __init__(self, found: Recognised | None) -> None:
         self.found = found
-        self.pieces: list[Piece] = []
+        self.segments: list[Segment] = []
         self.prepared = 0
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         self.prepared += go_on()
 
-    def look(self, piece: Piece) -> Recognised | None:
-        self.pieces.append(piece)
+    def search(self, segment: Segment) -> Recognised | None:
+        self.segments.append(segment)
         return self.found
 
 
@@ -59,18 +59,18 @@ class Slow:
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Piece, LooksAgain]] = []
+        self.waiting: list[tuple[Segment, PeopleListener]] = []
         self.room = room
         self.done: list[Finding] = []
 
-    def submit(self, piece: Piece, listener: LooksAgain) -> bool:
+    def submit(self, segment: Segment, listener: PeopleListener) -> bool:
         if len(self.waiting) >= self.room:
             return False
-        self.waiting.append((piece, listener))
+        self.waiting.append((segment, listener))
         return True
 
     def end(self) -> None:
-        self.done += [(piece, listener.look(piece)) for piece, listener in self.waiting]
+        self.done += [(segment, listener.search(segment)) for segment, listener in self.waiting]
         self.waiting.clear()
 
     def findings(self) -> list[Finding]:
@@ -101,12 +101,12 @@ def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
     looker = Looker(SENTENCE)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
     assert run(ears, 40) == [SENTENCE]
-    [piece] = looker.pieces
-    assert (piece.start, piece.end) == (32000, 40000)
+    [segment] = looker.segments
+    assert (segment.start, segment.end) == (32000, 40000)
     # The sound tells its own place: each block holds its number.
-    assert 1024 * piece.sound[piece.lead] == 32000 // BLOCK
-    assert piece.origin == piece.start - piece.lead
-    assert len(piece.sound) - piece.lead >= 8000
+    assert 1024 * segment.sound[segment.lead] == 32000 // BLOCK
+    assert segment.origin == segment.start - segment.lead
+    assert len(segment.sound) - segment.lead >= 8000
 
 
 def test_what_nobody_understands_stays_garbled() -> None:
@@ -118,7 +118,7 @@ def test_a_sentence_that_was_understood_is_not_looked_at() -> None:
     looker = Looker(None)
     ears = SecondEars(Script({29: [SENTENCE]}), looker, AtOnce())
     assert run(ears, 40) == [SENTENCE]
-    assert looker.pieces == []
+    assert looker.segments == []
 
 
 def test_the_robot_waits_for_a_slow_look_and_then_hears_it() -> None:
@@ -151,7 +151,7 @@ def test_endless_talk_is_not_looked_at() -> None:
     long = Garbled(32000, 32000 + 13 * SAMPLE_RATE_HZ)
     ears = SecondEars(Script({155: [long]}), looker, AtOnce())
     assert run(ears, 157) == [long]
-    assert looker.pieces == []
+    assert looker.segments == []
 
 
 def talk_without_an_end(looker: Looker, worker: AtOnce, understood: dict[int, list[Event]]) -> list[Event]:
@@ -170,18 +170,18 @@ def talk_without_an_end(looker: Looker, worker: AtOnce, understood: dict[int, li
 def test_endless_talk_is_looked_at_from_pause_to_pause_while_it_goes_on() -> None:
     looker = Looker(None)
     assert talk_without_an_end(looker, AtOnce(), {}) == []  # what is found to be none is not even garbled
-    ends = [piece.end / SAMPLE_RATE_HZ for piece in looker.pieces]
+    ends = [segment.end / SAMPLE_RATE_HZ for segment in looker.segments]
     assert ends[0] < 14.0
     assert ends[-1] > 19.0
-    assert all(piece.within_talk for piece in looker.pieces)
+    assert all(segment.within_talk for segment in looker.segments)
     # A sentence may begin after any of the last pauses: the sound of each is from there on.
-    last = looker.pieces[-1]
-    assert [piece.start for piece in last.beginnings] == [last.start, *last.later]
+    last = looker.segments[-1]
+    assert [segment.start for segment in last.beginnings] == [last.start, *last.later]
     assert len(last.later) == 2
-    for piece in last.beginnings:
-        assert piece.origin + piece.lead == piece.start
-        assert np.abs(piece.sound[piece.lead + 500 : piece.lead + 6000]).mean() > 0.05
-        assert np.abs(piece.speech[:2000]).mean() < 0.01
+    for segment in last.beginnings:
+        assert segment.origin + segment.lead == segment.start
+        assert np.abs(segment.sound[segment.lead + 500 : segment.lead + 6000]).mean() > 0.05
+        assert np.abs(segment.speech[:2000]).mean() < 0.01
 
 
 def test_a_sentence_within_endless_talk_is_told() -> None:
@@ -192,9 +192,9 @@ def test_what_a_robot_said_within_talk_is_not_looked_at_again() -> None:
     looker = Looker(None)
     robots = replace(SENTENCE, start_sample=13 * SAMPLE_RATE_HZ, end_sample=17 * SAMPLE_RATE_HZ)
     talk_without_an_end(looker, AtOnce(), {171: [robots]})
-    late = [piece for piece in looker.pieces if piece.end > robots.end_sample + 0.3 * SAMPLE_RATE_HZ]
+    late = [segment for segment in looker.segments if segment.end > robots.end_sample + 0.3 * SAMPLE_RATE_HZ]
     assert late
-    assert all(piece.start >= robots.end_sample for piece in late)
+    assert all(segment.start >= robots.end_sample for segment in late)
 
 
 def test_the_own_voice_is_not_in_the_sound() -> None:
@@ -202,7 +202,7 @@ def test_the_own_voice_is_not_in_the_sound() -> None:
     ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
     for k in range(30):
         ears.push(block(k), masked=10 <= k < 18)
-    assert not set(range(10, 18)) & numbers(looker.pieces[0].sound)
+    assert not set(range(10, 18)) & numbers(looker.segments[0].sound)
 
 
 def test_what_is_no_sound_is_not_looked_at() -> None:
@@ -210,7 +210,7 @@ def test_what_is_no_sound_is_not_looked_at() -> None:
     ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
     for k in range(30):
         ears.push(np.full(BLOCK, (np.nan, np.inf, -1e20)[k % 3], np.float32))
-    assert np.abs(looker.pieces[0].sound).max() <= 1.0
+    assert np.abs(looker.segments[0].sound).max() <= 1.0
 
 
 def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:
@@ -228,7 +228,7 @@ def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
     looker = Looker(SENTENCE)
     ears = SecondEars(Script({9: [Garbled(0, 8000)]}), looker, AtOnce())
     assert run(ears, 12) == [SENTENCE]
-    assert [piece.lead for piece in looker.pieces] == [0]
+    assert [segment.lead for segment in looker.segments] == [0]
 
 
 @pytest.mark.parametrize(
@@ -253,7 +253,7 @@ def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, 
     start = (10 + quiet_blocks) * BLOCK + lost + after
     script.events[29] = [Garbled(start, start + 8000)]
     run(ears, 30 - 10 - quiet_blocks, 10 + quiet_blocks)
-    assert bool(looker.pieces) == seen
+    assert bool(looker.segments) == seen
 
 
 def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
@@ -262,4 +262,4 @@ def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
     run(ears, 21)
     ears.lost(BLOCK)
     run(ears, 9, 21)
-    assert not looker.pieces
+    assert not looker.segments

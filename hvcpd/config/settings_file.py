@@ -1,0 +1,169 @@
+"""Reads the settings of one robot: defaults, a YAML file, the environment and options, the later over the earlier."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ParamSpec, cast
+
+from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
+from hvcpd.config.loading import Parts, structure
+from hvcpd.config.names import NameCheck, repeated_names
+from hvcpd.config.settings import DEFAULT_NAMES, PeerSettings, Settings
+from hvcpd.config.skill_settings import runnable
+from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
+from hvcpd.errors import did_you_mean
+
+_P = ParamSpec("_P")
+
+SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
+"""Read if no other file is named; it need not be there."""
+
+STAND_IN_NAME = "Rob"
+"""The name in the settings of a command that is no robot; the first of the paper's two."""
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Settings, and every key of them with its source, in the order of etc/hvcpd.yaml."""
+
+    settings: Settings
+    sources: tuple[Sourced, ...]
+    file: Path | None = None
+    skill_places: Mapping[str, str] = field(default_factory=dict)
+    """Where each skill is written, as "FILE:LINE"."""
+
+
+def load_with_sources(
+    path: Path | None = None,
+    overrides: Mapping[str, object] | None = None,
+    *,
+    name_needed: bool = True,
+    reserved: NameCheck | None = None,
+    system_path: Path = SYSTEM_SETTINGS_PATH,
+    environment: Mapping[str, str] = os.environ,
+) -> Loaded:
+    """The settings in the file `path`, with the environment's variables and then a command's options over them.
+
+    Without `path` the file that FILE_VARIABLE names is read, or else `system_path` if there is one. `overrides` maps
+    a key such as `name` or `audio.input_device` to an option's value; None means that the option was not given. With
+    `name_needed` false (commands that are no robot) STAND_IN_NAME takes the place of a missing name. `reserved` is the
+    phrasebook's check of names. File names in the file are relative to its directory. Raises ConfigError with every
+    fault.
+    """
+    if path is None and environment.get(FILE_VARIABLE):
+        path = Path(environment[FILE_VARIABLE])
+    if path is None and system_path.exists():
+        path = system_path
+    document = parse(read_bytes(path), str(path)) if path is not None else Document(Place("settings"))
+    overlay_environment(document, Settings, environment)
+    for key, value in (overrides or {}).items():
+        if value is not None:
+            plain = list(value) if isinstance(value, tuple) else value
+            document.overlay(tuple(key.split(".")), plain, f"--{key.replace('.', '-').replace('_', '-')}")
+    if not document.has(("name",)):
+        if name_needed:
+            document.fault(("name",), "the robot has no name; give --name NAME, or write `name: NAME` in the file")
+        else:
+            document.overlay(("name",), STAND_IN_NAME, "default")
+
+    def check(parts: Parts) -> None:
+        check_reserved(parts, reserved)
+        check_peers(parts, DEFAULT_NAMES)
+        _check_wheels(parts)
+
+    settings = _with_whole_paths(structure(document, Settings, check), document, path)
+    skill_places = {name: str(document.place(("skills", name))) for name in settings.skills}
+    return Loaded(settings, tuple(sources_of(settings, document)), path, skill_places)
+
+
+def _settings_of(load: Callable[_P, Loaded]) -> Callable[_P, Settings]:
+    def settings(*given: _P.args, **options: _P.kwargs) -> Settings:
+        return load(*given, **options).settings
+
+    return settings
+
+
+load_settings = _settings_of(load_with_sources)
+"""The settings of `load_with_sources` alone."""
+
+
+def _check_wheels(parts: Parts) -> None:
+    """Two motors on one bus have two identifiers."""
+    sides: tuple[tuple[KeyPath, int], ...] = (("wheels", "left_id"), 1), (("wheels", "right_id"), 2)
+    given = [(path, parts.get(path, int) if parts.has(path) else usual) for path, usual in sides]
+    (left, left_id), (right, right_id) = given
+    if left_id is not None and left_id == right_id:
+        text = f"{right[-1]}: both wheels have the identifier {left_id}; give each motor its own"
+        parts.fault(right if parts.has(right) else left, text)
+
+
+def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
+    """Return the settings with absolute file names, and with their own team among the teams."""
+
+    def whole(name: Path, *key: str) -> Path:
+        return _absolute(name, document, key, path)
+
+    control, clips, security = settings.control, settings.clips, settings.security
+    return dataclasses.replace(
+        settings,
+        teams=settings.teams if settings.team in settings.teams else (*settings.teams, settings.team),
+        tasks=whole(settings.tasks, "tasks"),
+        voice_folder=settings.voice_folder and whole(settings.voice_folder, "voice_folder"),
+        peers={name: _found(peer, document, name, path) for name, peer in settings.peers.items()},
+        lexicon=settings.lexicon and whole(settings.lexicon, "lexicon"),
+        state_dir=whole(settings.state_dir, "state_dir"),
+        control=dataclasses.replace(control, socket=control.socket and whole(control.socket, "control", "socket")),
+        skills={name: runnable(skill, path) for name, skill in settings.skills.items()},
+        clips=dataclasses.replace(clips, folder=clips.folder and whole(clips.folder, "clips", "folder")),
+        security=dataclasses.replace(security, key=security.key and whole(security.key, "security", "key")),
+    )
+
+
+def _found(peer: PeerSettings, document: Document, name: str, path: Path | None) -> PeerSettings:
+    folder = peer.voice_folder
+    key = ("peers", name, "voice_folder")
+    return dataclasses.replace(peer, voice_folder=folder and _absolute(folder, document, key, path))
+
+
+def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:
+    """A file name from the configuration file is relative to that file's directory; ~ is the home directory."""
+    if name.parts[:1] == ("~",):
+        name = Path.home().joinpath(*name.parts[1:])
+    from_file = path is not None and document.has(key) and document.place(key).source == str(path)
+    return path.parent / name if path is not None and from_file else name
+
+
+def check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
+    """No name is, or sounds like, a word of the phrasebook."""
+    if reserved is None:
+        return
+    paths: list[KeyPath] = [("name",), *(("names", index) for index in range(parts.length(("names",))))]
+    for path in paths:
+        name = parts.get(path, str)
+        text = reserved(name) if name is not None else None
+        if text is not None:
+            parts.fault(path, text)
+
+
+def check_peers(parts: Parts, default_names: tuple[str, ...]) -> None:
+    """Each peer is another robot among those that are known."""
+    names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else default_names
+    own = parts.get(("name",), str) or ""
+    peers = parts.get(("peers",), cast(type[Any], Any))
+    if names is None or not isinstance(peers, dict):
+        return
+    known = {name.casefold() for name in names}
+    told: list[str] = []
+    for peer in (peer for peer in peers if isinstance(peer, str)):
+        told.append(peer)
+        text = repeated_names(tuple(told))
+        if peer.casefold() == own.casefold():
+            text = f"{peer!r} is this robot itself; set its own `voice`, `pitch` and so on instead"
+        elif text is None and peer.casefold() not in known:
+            text = f"{peer[:40]!r} is not one of `names`; {did_you_mean(peer[:40], names)}"
+        if text is not None:
+            parts.fault(("peers", peer), text)

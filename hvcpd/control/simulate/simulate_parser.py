@@ -1,0 +1,77 @@
+"""The command line of `hvcpctl simulate`."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+from hvcpd.control import arguments
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -> None:
+    """Add `simulate`."""
+    c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
+    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    c.add_argument(
+        "--robots",
+        type=arguments.robot_names,
+        default=("Rob", "Bot"),
+        metavar="Rob,Bot",
+        help="who takes part (up to 12)",
+    )
+    c.add_argument("--seed", type=arguments.seed, default=1, metavar="N", help="same seed, same mission (default 1)")
+    c.add_argument(
+        "--mode",
+        choices=("volunteer", "coordinate"),
+        default="volunteer",
+        help="every robot picks tasks, or one gives orders",
+    )
+    c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
+    c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
+    hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
+    c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
+    lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
+    c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
+    c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
+    c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
+    c.add_argument(
+        "--noise-db",
+        type=arguments.level_db,
+        default=40.0,
+        metavar="DB",
+        help="ambient noise in dB SPL (default 40, a quiet room)",
+    )
+    c.add_argument(
+        "--room",
+        choices=("open", "furnished"),
+        default="open",
+        help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
+    )
+    c.add_argument("--strangers", action="store_true", help="robots do not know each other's names, and spell them")
+    c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
+    c.add_argument(
+        "--repeat", type=int, choices=(1, 2), help="how many times in a row to say each sentence (default 1)"
+    )
+    key = "seal what the robots say; without FILE, with a new key"
+    c.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=key)
+    c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
+    tank = "give each robot a pump and this much water"
+    c.add_argument("--tank", type=arguments.between(0.0, 1000.0), metavar="LITRES", help=tank)
+    c.add_argument(
+        "--without",
+        type=arguments.lack,
+        action="append",
+        default=[],
+        metavar="ROBOT=SKILL",
+        help="take a skill of the task file from a robot; may be repeated",
+    )
+    c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
+    c.add_argument("--allow-confusable", action="store_true", help="also use words that robots may confuse")
+    c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
+    c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
+    c.set_defaults(run=run)

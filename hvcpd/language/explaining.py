@@ -1,0 +1,31 @@
+"""Explains why words are no sentence of a phrasebook."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+
+from hvcpd.language.automaton import expected_after
+from hvcpd.language.graph import WordGraph
+from hvcpd.language.pattern import Words
+
+
+def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
+    """Where the words leave the sentences of the graph, and what is possible there."""
+    if not words:
+        return "there is no word to say; `hvcpctl phrases` lists what can be said"
+    known, expected = expected_after(graph, words)
+    written = " ".join(words[:known])
+    choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
+    where = f"after '{written}'" if written else "at the beginning"
+    if known == len(words):
+        return f"the sentence breaks off {where}; it could go on with: {choices}"
+    close = difflib.get_close_matches(words[known], expected, n=1)
+    hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
+    known_names = [name.lower() for name in names]
+    if not close and known and expected.issuperset(known_names) and words[known] not in graph.words:
+        told = ",".join((*names, words[known].capitalize()))
+        hint = f"known names are {', '.join(names)}; for a new one give all with --names {told}"
+    if "i" in expected and words[known] in graph.words:
+        hint = f"the speaker comes first: '{written} i am …'"
+    return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
