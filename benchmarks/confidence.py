@@ -1,4 +1,4 @@
-"""How sure the recogniser may be: whether sentences are right, against how they fared, and the curve that fits it.
+"""Fits the recogniser's confidence: the share of right sentences as a function of their score.
 
 Random sentences of two teams in noises and, with pyroomacoustics installed, in rooms (image sources); with --data also
 people who talk to each other, near and far. These are the recogniser's hypotheses before its decision. Prints how many

@@ -1,4 +1,4 @@
-"""Is the console quick, and is nobody kept out? Measured in a real headless Chromium.
+"""Speed and accessibility of the console, measured in a real headless Chromium.
 
     python -m benchmarks.console [--loads 5] [--sentences 20] [--hours 8]
 

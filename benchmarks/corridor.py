@@ -1,4 +1,4 @@
-"""Missions of robots that go through a corridor, both ways: did two meet in there, and who waited how long?"""
+"""Missions through a corridor in both directions: counts robots that met inside, and how long each waited."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much more noise speech that is shaped for it bears, at equal loudness, with PocketSphinx as the judge.
+"""The gain of shaping speech for noise: how much more noise it bears at equal loudness, judged by PocketSphinx.
 
 PocketSphinx has the phrasebook's network as its grammar. Random sentences, each voice in turn, are said plainly and as
 `hvcpctl say --lombard` says them but at the plain sentence's loudness, in white or pink noise. SNR: loudness of the

@@ -1,4 +1,4 @@
-"""Whole missions by seed: every task done exactly once? How much is said for it, and how fast does it run?
+"""Runs whole missions by seed: whether every task was done exactly once, how much was said, and how fast they ran.
 
     python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
         [--plants 5-12] [--noise-db 35-45]

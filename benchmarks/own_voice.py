@@ -1,4 +1,4 @@
-"""Is "stop" heard while the listening robot itself speaks? And how often is it heard where nobody said it?
+"""Detections of "stop" while the listening robot itself speaks, and false alarms.
 
     python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
         [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0] [--overlaps 60] [--overlap-db -15,-10,-5]

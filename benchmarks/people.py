@@ -1,4 +1,4 @@
-"""How well people and synthesizers are understood that no robot knows, beside PocketSphinx alone with the same grammar.
+"""Recognition of people and synthesizers that no robot knows, compared with PocketSphinx with the same grammar.
 
     python -m benchmarks.people [--data DIR] [--rows people,neural,talk,digits,strangers,enrolled,stop]
         [--sentences 20] [--most 200] [--takes 15] [--voices NAME,...] [--minutes 30] [--seed 1] [--wrong]

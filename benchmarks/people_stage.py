@@ -1,4 +1,4 @@
-"""Shared parts of the benchmarks of people: a team of robots, PocketSphinx, and the results of each."""
+"""Shared parts of the benchmarks with people: a team of robots, PocketSphinx, and the results of each."""
 
 from __future__ import annotations
 

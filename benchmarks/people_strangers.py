@@ -1,4 +1,4 @@
-"""People and voices that nothing was trained or fitted with: rows of `benchmarks.people`.
+"""People and voices that were not used for training or fitting: rows of `benchmarks.people`.
 
 Who and what is for tests is told by `benchmarks.phones.recorded`. Nobody is enrolled. Ours is the whole robot's ear and
 is told nothing but the sound; PocketSphinx has the same grammar and is told where each word or sentence is.

@@ -1,4 +1,4 @@
-"""What a mission's sentences alone tell people about it: a fixed bank of 20 questions, asked of the sentences.
+"""How much a mission's sentences tell people about it: a fixed bank of 20 questions, answered from the sentences alone.
 
 In each mission one robot fails at a task and says why, and a person stops all and has them go on. Answers are read from
 the words of the transcript, without the phrasebook; the mission itself tells which are right.

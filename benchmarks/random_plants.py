@@ -1,4 +1,4 @@
-"""Plants strewn over a room by seed, and how loud it is there: for missions with sound."""
+"""Random rooms for missions with sound: the places of the plants, and the noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""False alarms: commands recognised in people's talk and noise while nobody speaks to a robot; there should be none.
+"""False alarms: counts commands recognised in talk and noise while nobody speaks to a robot. There should be none.
 
     python -m benchmarks.rejection --data DIR [--names Rob,Bot;Max,Ann] [--gain-db 0,-12,12] [--minutes 60]
 

@@ -1,4 +1,4 @@
-"""The modified rhyme test: which of six words that differ in one consonant was said?
+"""The modified rhyme test: the listener picks one of six words that differ in one consonant.
 
 The fifty sets of House, Williams, Hecker and Kryter ("Articulation-testing methods: consonantal differentiation with a
 closed-response set", JASA 37, 1965), half of them with other first consonants, half with other last ones. PocketSphinx

@@ -1,4 +1,4 @@
-"""How late `heard` comes in ROS, and what the bridge costs: two daemons over a private PulseAudio, two roscores.
+"""The delay of `heard` in ROS and the cost of the bridge, with two daemons over a private PulseAudio and two roscores.
 
     python -m benchmarks.ros [--sentences 12]
 

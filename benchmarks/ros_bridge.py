@@ -1,4 +1,4 @@
-"""What the bridge alone takes: from an event of the daemon to a ROS 1 node that subscribes, and back for odometry.
+"""The delay of the bridge alone: from an event of the daemon to a subscribed ROS 1 node, and back for odometry.
 
     python -m benchmarks.ros_bridge [--events 200]
 

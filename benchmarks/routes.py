@@ -1,4 +1,5 @@
-"""How far teams drive, against the best assignments, found by brute force over subsets (Held and Karp 1962)."""
+"""The distance that teams drive, compared with the best assignments, found by dynamic programming over subsets (Held
+and Karp 1962)."""
 
 from __future__ import annotations
 

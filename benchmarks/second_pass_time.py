@@ -1,4 +1,4 @@
-"""How long a second look takes, with nobody enrolled and with up to four people.
+"""Times the second look, with nobody enrolled and with up to four people.
 
     python -m benchmarks.second_pass_time [--people 0,1,4] [--sentences 8] [--seed 1]
 

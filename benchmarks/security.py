@@ -1,4 +1,4 @@
-"""What sealed speech keeps out, lets in, and costs.
+"""Sealed speech: forgeries accepted, true sentences refused, and the cost in time.
 
     python -m benchmarks.security words|audio|honest|airtime|guess [--encrypted] [--n N] [--seed SEED]
 

@@ -1,4 +1,4 @@
-"""Is a sentence heard as it was said whatever silence is around it, or none?
+"""Checks that the silence around a sentence, or its absence, does not change what is heard.
 
     python -m benchmarks.silence [--names Rob,Bot] [--voices oak,rose,…] [--forms 12] [--beds zeros,lsb,noise,offset]
         [--leads 0,1] [--tails 0,1] [--seed 0] [--jobs 1]

@@ -1,4 +1,4 @@
-"""How fast a skill begins, and how fast all is safe: after a cancel at a random moment, and after kill -9.
+"""Times skills: how fast they begin, and how fast they are safe after a cancel at a random moment and after kill -9.
 
     python -m benchmarks.skills [--calls 1000] [--kills 50] [--hung 100] [--only PART] [--seed 1]
 

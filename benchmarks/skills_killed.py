@@ -1,4 +1,5 @@
-"""kill -9 of the daemon, of `hvcpctl skills`, and of a daemon with a joint: how soon a pin is off, and a joint safe.
+"""Kills the daemon, `hvcpctl skills`, and a daemon with a joint by kill -9, and times how soon a pin is off and a joint
+safe.
 
 A part of `python -m benchmarks.skills`.
 """

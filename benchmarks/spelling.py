@@ -1,4 +1,4 @@
-"""How well names are heard that are spelled in the radio alphabet, by voices that nobody knows, and what that costs.
+"""Recognition of names that unknown voices spell in the radio alphabet, and its cost.
 
 Random names in all eight voices in turn, at unknown times in one stream; then ordinary sentences of a team, none of
 which is to be taken for a name.

@@ -1,4 +1,4 @@
-"""Is "stop" heard when somebody says it, over a talking robot? And how often is it heard where nobody said it?
+"""Detections of "stop" over a talking robot, and false alarms.
 
     python -m benchmarks.stop [--calls 100] [--kinds robots,espeak-ng,flite,people] [--over-db none,-6,0,6,12,20]
         [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--peer]

@@ -1,4 +1,4 @@
-"""The callers of `benchmarks.stop`, and the way of their calls to the robot."""
+"""The callers of `benchmarks.stop`, and the acoustic path of their calls to the robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How soon a whole team stands that is too far apart to hear one call, in the middle of its talk.
+"""Times how soon a whole team stands after one "stop" when its robots are too far apart to hear it all.
 
     python -m benchmarks.stop_relay [--seeds 1-200] [--robots 6] [--spread-m 30] [--earshot-m 9,13,19] [--loss 0]
 

@@ -1,5 +1,5 @@
-"""Makes `hvcpd/people/take_bands.npz`, the net's mel bands of a sound by those of the front end, and `tandem.npz`, the
-principal axes of what is activations the net.
+"""Makes `hvcpd/people/take_bands.npz`, which predicts the net's mel bands from the front end's, and `tandem.npz`, the
+principal axes of the net's activations.
 
     python -m benchmarks.take_bands [--sentences 12] [--seed 1] [--out hvcpd/people]
 

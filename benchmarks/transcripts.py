@@ -1,4 +1,4 @@
-"""What a general recogniser, told nothing of the phrasebook, writes down of our voices and of others.
+"""Transcripts of our voices and of others by a general recogniser that does not know the phrasebook.
 
 Random sentences of the phrasebook are transcribed; a transcript counts as understood when, of the sentences said and
 600 others of the phrasebook, the one nearest to it (edit distance of the letters over the sentence's length) is the one

@@ -1,4 +1,4 @@
-"""Makes `hvcpd/people/upper_bands.npz`: what is above 4 kHz in speech, by what is below.
+"""Makes `hvcpd/people/upper_bands.npz`, which predicts the mel bands of speech above 4 kHz from those below.
 
     python -m benchmarks.upper_bands [--sentences 12] [--seed 1] [--out hvcpd/people/upper_bands.npz]
 

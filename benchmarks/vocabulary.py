@@ -1,4 +1,4 @@
-"""How often words are taken for one another in noise: what `check-vocabulary` predicts beside what is measured.
+"""Word confusions in noise: what `check-vocabulary` predicts, compared with what is measured.
 
 Words of the phrasebook and near neighbours of them are said with other pitch and rate than the templates', seeded
 noise is added, and the templates classify: a word is confused with another that costs less. Prints predicted and

@@ -1,4 +1,4 @@
-"""How well an independent recogniser understands our voices, beside espeak-ng and flite.
+"""Intelligibility of our voices to an independent recogniser, compared with espeak-ng and flite.
 
 PocketSphinx, which knows nothing of our synthesizer, hears random sentences of the phrasebook with the phrasebook's own
 network as its grammar, in near silence and in white noise 20 dB below the speech. Prints a table of sentences right

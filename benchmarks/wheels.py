@@ -1,4 +1,4 @@
-"""The wheels' figures: processor time of a cycle, courses, fault schedules, kill -9. On fakes; nothing here is a robot.
+"""The wheels' figures: processor time of a cycle, courses, fault schedules, kill -9. All on fakes, without a robot.
 
     python -m benchmarks.wheels [--trials 1000] [--cycles 2000] [--kills 5] [--kinds dynamixel,opencr]
 

@@ -1,1 +1,1 @@
-"""What each mechanism of the ear is worth: run `python -m benchmarks.ablation --help`."""
+"""The worth of each mechanism of the ear: run `python -m benchmarks.ablation --help`."""

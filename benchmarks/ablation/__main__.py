@@ -1,4 +1,4 @@
-"""What each mechanism of the ear is worth: it is taken out, and the same sound is heard again.
+"""The worth of each mechanism of the ear: the same sound is heard with the mechanism and without it.
 
     python -m benchmarks.ablation [--only NAME,...] [--conditions NAME,...] [--modes first] [--sentences 8]
         [--minutes 3] [--names Mia,Ted,Gus,Rex] [--seed 7] [--data DIR] [--out FILE.csv]

@@ -1,4 +1,5 @@
-"""An hour in the life of two daemons over real sound: nothing may grow, and no frame go missing unaccounted for.
+"""Endurance: two daemons talk over real sound for an hour. Memory must not grow, and every lost frame must be accounted
+for.
 
     python -m benchmarks.daemon.hour [--minutes 60] [--ask-every 60]
 

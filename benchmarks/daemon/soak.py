@@ -1,4 +1,5 @@
-"""Hours of virtual time in the life of one whole daemon: nothing may grow, and no frame go missing unaccounted for.
+"""Endurance in virtual time: one daemon runs for hours. Memory must not grow, and every lost frame must be accounted
+for.
 
     python -m benchmarks.daemon.soak [--hours 12] [--seed 1] [--talk-every 60]
 

@@ -1,4 +1,4 @@
-"""What a robot's memory writes to its card in an hour of talk: counted by the block device of an ext4 of its own.
+"""Writes of a robot's memory to its SD card in an hour of talk, counted at the block device of a separate ext4.
 
     sudo .venv/bin/python -m benchmarks.daemon.writes [--minutes 20] [--sentence-every 5] [--task-every 60]
 

@@ -1,4 +1,4 @@
-"""Feeds the parsers of what comes from outside with bytes that a coverage-guided fuzzer makes up.
+"""Fuzzes the parsers of external input with a coverage-guided fuzzer.
 
     pip install atheris
     python -m benchmarks.fuzz TARGET [--seconds 600] [--corpus DIR]

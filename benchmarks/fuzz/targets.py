@@ -1,4 +1,4 @@
-"""What is fuzzed: each parser of what comes from outside, with good inputs to begin with."""
+"""The fuzz targets: each parser of external input, with valid inputs as seeds."""
 
 from __future__ import annotations
 

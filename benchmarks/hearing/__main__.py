@@ -1,4 +1,5 @@
-"""Recognition of robots by robots, compared with PocketSphinx: sentences right, wrong, garbled, missed and inserted.
+"""Recognition of robots by robots, compared with PocketSphinx: counts right, wrong, garbled, missed and inserted
+sentences.
 
 Random sentences of the phrasebook, each in its speaker's voice, at unknown times in one stream of sound; the recogniser
 is given only the names. PocketSphinx gets the same sentences with the same grammar, but also the place of each

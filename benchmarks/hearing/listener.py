@@ -1,4 +1,5 @@
-"""A process that only listens, to be measured: `python -m benchmarks.hearing.listener WHO NAMES WORDS SPEECH NOISE`.
+"""A process that only listens, so that its cost can be measured: `python -m benchmarks.hearing.listener WHO NAMES WORDS
+SPEECH NOISE`.
 
 Prints a `cost.Cost` as JSON. Its `start_s` has the rendering of those words that the cache of units lacked.
 """

@@ -1,4 +1,4 @@
-"""The listeners: our recogniser, and PocketSphinx, which is given the place of each sentence.
+"""The listeners: our recogniser, and PocketSphinx, which is told where each sentence begins and ends.
 
 PocketSphinx gets the phrasebook's network as a finite-state grammar, as `hvcpd.evaluation.sphinx` makes it. It hears
 each sentence alone with half a second of the condition's noise at both ends (in digital silence it fares worse), with

@@ -1,4 +1,4 @@
-"""Mixes clips as they are heard: over talk and noise, in rooms, through loudspeakers, from faint to clipped.
+"""Mixes clips as a robot hears them: over talk and noise, in rooms, through loudspeakers, from faint to clipped.
 
 nice python -m benchmarks.keyword.material clips.npz --data DIR --out material.npz [--number 20000] [--seed 1]
     [--part train]

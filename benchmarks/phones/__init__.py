@@ -1,1 +1,1 @@
-"""Trains the net that tells sounds of English apart, whoever says them (`hvcpd.people.phones`), on synthetic speech."""
+"""Trains the speaker-independent phone net (`hvcpd.people.phones`) on synthetic speech."""

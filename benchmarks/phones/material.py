@@ -1,4 +1,4 @@
-"""Speech to train on, as it is heard: in rooms, through microphones, in noise.
+"""Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
         [--people] [--calibration]

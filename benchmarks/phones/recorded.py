@@ -1,4 +1,4 @@
-"""Recordings of real people, split by speaker, to train, to calibrate and to test with.
+"""Recordings of real people, split by speaker into training, calibration and test.
 
 The split is a rule: a hash of the speaker, or of the file where nobody knows who speaks (`part_of`). Nothing that is
 for tests is heard while the net is trained or its confidence fitted.

@@ -1,4 +1,4 @@
-"""What is said to train on: sentences of the phrasebook, calls, digits, single words, and pieces of English prose."""
+"""The training texts: sentences of the phrasebook, calls, digits, single words and pieces of English prose."""
 
 from __future__ import annotations
 

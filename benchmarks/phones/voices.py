@@ -1,4 +1,4 @@
-"""The speakers: synthetic voices of several makers, none of which is among those that `benchmarks.people` hears.
+"""The speakers: synthetic voices of several makers, none of which `benchmarks.people` tests.
 
 Held out, and never drawn: three of Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's;
 for calibration: two of Kokoro's, festival's kal, espeak-ng's variants of CALIBRATION.

@@ -1,1 +1,1 @@
-"""Learns how words are said from a pronouncing dictionary, and measures how well that holds for words kept back."""
+"""Learns letter-to-sound conversion from a pronouncing dictionary, and measures them on held-out words."""

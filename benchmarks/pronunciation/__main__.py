@@ -1,4 +1,4 @@
-"""Learns how words are said, and measures it on words that were kept back.
+"""Learns letter-to-sound conversion, and measures them on held-out words.
 
     python -m benchmarks.pronunciation learn CMUDICT             # writes the two files of data in hvcpd/synthesis
     python -m benchmarks.pronunciation judge CMUDICT [--words FILE] [--number 1000] [--seed 1] [--wrong]

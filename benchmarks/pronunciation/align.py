@@ -1,4 +1,4 @@
-"""Which phones each letter of a word stands for, learned from whole words by expectation maximisation.
+"""Aligns each letter of a word with its phones, by expectation maximisation over whole words.
 
 A letter stands for none, one or two phones (Jiampojamarn, Kondrak and Sherif, NAACL 2007; the hidden segmentation of
 Bisani and Ney, *Speech Communication* 50, 2008). Words of equal length are treated at once.

@@ -1,4 +1,4 @@
-"""The Carnegie Mellon Pronouncing Dictionary as its authors publish it: a line for each word, with stress."""
+"""The Carnegie Mellon Pronouncing Dictionary as published: one line for each word, with stress."""
 
 from __future__ import annotations
 

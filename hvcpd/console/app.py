@@ -1,4 +1,4 @@
-"""The page's addresses: the page itself, its parts, what happens as a stream, and the buttons."""
+"""The HTTP routes: the page, its parts, the stream of events, and the buttons."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from hvcpd.config.tasks import TENDING
 from hvcpd.console.guard import MAX_BODY_BYTES, Door, Guard
 from hvcpd.console.lines import Lines
 from hvcpd.console.viewers import Message, Viewers
@@ -27,13 +28,13 @@ from hvcpd.reporting.markup import escaped
 from hvcpd.reporting.palette import style_sheet
 
 KEEP_ALIVE_S = 15.0
-"""Longest silence towards a page: after a longer one a tunnel between may take the connection for dead."""
+"""Longest silence towards a page; a tunnel in between may drop a connection that is silent for longer."""
 
 _TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 
 
 class Stage(Protocol):
-    """The state shown live; `hvcpd.console.scene.Scene` is one."""
+    """The state shown live, such as `hvcpd.console.scene.Scene`."""
 
     viewers: Viewers
     lines: Lines
@@ -106,11 +107,15 @@ def _app(routes: list[Route], door: Door, lifespan: Any) -> Starlette:
     return Starlette(routes=[*routes, *parts], middleware=[Middleware(Guard, door=door)], lifespan=lifespan)
 
 
+_ACTIONS = "".join(f"<option>{action}</option>" for action in (*TENDING, "wait"))
+"""What a new task can have done at its place, as HTML."""
+
+
 def _page(mode: str, door: Door, title: Callable[[], str]) -> Callable[[Request], Awaitable[Response]]:
     template = Template(_own("index.html"))
 
     async def page(_: Request) -> Response:
-        text = template.substitute(mode=mode, token=door.token, title=escaped(title() or "a robot"))
+        text = template.substitute(mode=mode, token=door.token, title=escaped(title() or "a robot"), actions=_ACTIONS)
         return Response(text, media_type="text/html; charset=utf-8")
 
     return page
@@ -134,9 +139,9 @@ def _own(name: str) -> str:
 
 
 _FOR_ALL = {"again": "is done again", "skip": "is left out this time"}
-"""What the page can have done with a task by the whole team, and how what becomes of it is told;"""
+"""Changes of a task by the whole team, with the message for each."""
 _FOR_ONE = {"add": "is taken up as soon as its words are known", "remove": "is gone"}
-"""and by this robot alone."""
+"""Changes of a task by this robot alone, with the message for each."""
 _ACTS = ("stop", "resume", *_FOR_ALL, *_FOR_ONE)
 
 _PARTS = frozenset(
@@ -166,7 +171,7 @@ def _event(message: Message) -> str:
 
 
 async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
-    """Change a task; or stop or resume this robot, and with `all` have it call the same to all others, after itself."""
+    """Change a task, or stop or resume this robot; with `all` the robot then calls the same to all others."""
     word = wanted["do"]
     if word not in ("stop", "resume"):
         number, task = wanted.get("number"), wanted.get("task")
@@ -190,7 +195,7 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
 
 
 async def _body(request: Request) -> dict[str, Any] | None:
-    """The request's JSON object; None if it has none, or too much."""
+    """The request's JSON object; None if it has none or is too long."""
     raw = b""
     async for chunk in request.stream():
         raw += chunk

@@ -23,7 +23,7 @@ KEY_BYTES = 18
 """144 bits: cannot be guessed."""
 COOKIE = "hvcpd-console"
 TOKEN_HEADER = "x-hvcpd-token"
-"""No form of another site can set a header of its own (Fetch standard, CORS)."""
+"""A form of another site cannot set this header (Fetch standard, CORS)."""
 MAX_BODY_BYTES = 4096
 
 _LOOPBACK = re.compile(r"(localhost|127\.0\.0\.1|\[::1\])(:\d{1,5})?")
@@ -52,7 +52,7 @@ class Door:
     token: str = field(default_factory=lambda: token_urlsafe(KEY_BYTES))
 
     def knows(self, host: str) -> bool:
-        """Whether a page by this name is ours."""
+        """Whether the Host header names our page."""
         return _LOOPBACK.fullmatch(host.lower()) is not None or host.lower() in self.hosts
 
 
@@ -104,7 +104,7 @@ class Guard:
 
 
 def _same(given: str, right: str) -> bool:
-    """Compared in a time that does not tell how much of it is right."""
+    """Compare in constant time."""
     return hmac.compare_digest(given.encode(), right.encode())
 
 

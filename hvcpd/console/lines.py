@@ -1,4 +1,4 @@
-"""The conversation as the page lists it: numbered lines, of which many are kept and few are sent at once."""
+"""The conversation as the page lists it: numbered lines, many of them kept, few sent at a time."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from hvcpd.reporting.text import clean, skill_words
 Line = dict[str, Any]
 
 MAX_LINES = 40_000
-"""Kept: a day of a busy team, about 20 MB."""
+"""Lines kept: a day of a busy team, about 20 MB."""
 PAGE_LINES = 150
-"""Sent at once: some screens full."""
+"""Lines sent at a time: a few screens full."""
 SURE = 0.9
 """Confidence below which a sentence is marked as doubtful; the recogniser reports sentences from 0.75."""
 
@@ -31,7 +31,7 @@ class Slots:
 
 
 class Lines:
-    """The newest MAX_LINES lines, each with a number that it keeps; from 0."""
+    """The newest MAX_LINES lines, each with a fixed number, counted from 0."""
 
     def __init__(self) -> None:
         self._lines: deque[Line] = deque(maxlen=MAX_LINES)
@@ -64,7 +64,7 @@ Sort = tuple[str, str | None, str, list[dict[str, str]]]
 
 
 def is_passing(event: Event) -> bool:
-    """Whether it only tells how far a skill is: no line for each of those."""
+    """Whether the event only reports a skill's progress, which gets no line."""
     return event.get("event") == "skill" and event.get("state") in ("initializing", "running") and bool(event["share"])
 
 
@@ -83,17 +83,17 @@ def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str])
 
 
 def mark(kind: str, text: str) -> dict[str, str]:
-    """What stands small below a line: good, unsure, odd (understood otherwise) or bad."""
+    """The small print below a line: good, unsure, odd (understood differently) or bad."""
     return {"kind": kind, "text": text}
 
 
 def sealed(seal: str | None) -> list[dict[str, str]]:
-    """What stands below a sentence of its seal; nothing if it has none."""
+    """The small print about a sentence's seal; nothing if it has none."""
     return [mark("bad" if seal == "not trusted" else "good", clean(seal))] if seal else []
 
 
 def how_sure(confidence: float, snr_db: float | None = None) -> dict[str, str]:
-    """How surely a sentence was heard."""
+    """The small print about a sentence's confidence."""
     noise = f", {snr_db:.0f} dB over the noise" if snr_db is not None else ""
     return mark("good" if confidence >= SURE else "unsure", f"heard, {100 * confidence:.0f} % sure{noise}")
 

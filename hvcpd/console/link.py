@@ -1,4 +1,4 @@
-"""The way to the robot: one connection to its control socket, made again whenever it breaks."""
+"""The connection to the robot's control socket, which is made again whenever it breaks."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from hvcpd.daemon.control_socket import short_address
 from hvcpd.errors import HvcpdError, NotDoneError, NotRunningError
 
 LOOK_S = 1.0
-"""Between two looks at the state."""
+"""Interval between two requests for the state."""
 ANSWER_S = 5.0
 """A daemon that lives answers within about 0.05 s."""
 LEARNING = ("add", "remove")
 LEARN_S = 120.0
 """Comparing the words of new tasks with all others takes seconds, and longer on a small computer."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)
-"""Waits before it is looked for again; the last one for ever."""
+"""Delays before each new attempt to connect; the last one is repeated."""
 MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have about 30 kB."""
 BACK_S = 8 * 3600.0
-"""Length of the past that is asked for: a shift."""
+"""Length of the past transcript that is requested: a shift."""
 EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "performed", "statechanged", "moved", "level"]
 
 Reply = dict[str, Any]
@@ -47,7 +47,7 @@ class Taker(Protocol):
 
 
 class Link:
-    """Keeps a taker told of the daemon at `path`, and passes requests on to it."""
+    """Passes the events of the daemon at `path` to a taker, and requests to the daemon."""
 
     def __init__(self, path: Path, taker: Taker, wall_s: Callable[[], float] = time.time) -> None:
         self._path = path
@@ -149,7 +149,7 @@ class Link:
         return value
 
     async def _look(self) -> None:
-        """Subscribe, read what was said before, then look at state and board now and then."""
+        """Subscribe, read the transcript so far, then request state and board at intervals."""
         self._early = []
         await self.ask("subscribe", events=EVENTS)
         status = await self.ask("status")

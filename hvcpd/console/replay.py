@@ -1,4 +1,4 @@
-"""A recorded mission as the page plays it: what is there at the beginning, and every later change with its time."""
+"""A recorded mission as the page plays it: the initial state, and every later change with its time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from hvcpd.reporting.transcript import read_trails, read_transcript
 from hvcpd.reporting.watching import Watch
 
 FRAME_S = 0.2
-"""Between two places of a robot on its way: the page moves as smoothly as the eye needs on a map."""
+"""Interval between a robot's positions; short enough for smooth motion on the map."""
 
 Step = tuple[float, Message]
 
@@ -74,7 +74,7 @@ def _begin(story: Story, record: MissionRecord) -> Message:
 
 
 def _steps(story: Story, record: MissionRecord) -> list[Step]:
-    """All changes in their order; lines are numbered in it."""
+    """All changes in order of time; lines are numbered in this order."""
     steps = [*_spoken(story), *_boards(story, record), *_occupations(story)]
     for trail in record.trails:
         steps += _moves(trail, _slots(story).get(trail.robot, 0))

@@ -1,4 +1,4 @@
-"""Everything that the page shows of a running robot, as it is now; told to viewers as it changes."""
+"""The present state of a running robot as the page shows it; every change is sent to the viewers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Reply = Mapping[str, Any]
 
 
 class Scene:
-    """Takes what a daemon tells; `snapshot` is all of it, and every change goes to the viewers."""
+    """Takes a daemon's events and replies; `snapshot` returns the whole state, and every change goes to the viewers."""
 
     def __init__(self, viewers: Viewers) -> None:
         self.viewers = viewers
@@ -59,7 +59,7 @@ class Scene:
         return {"lines": self.lines.page(), "first": self.lines.first}
 
     def link(self, up: bool, text: str) -> None:
-        """Whether the daemon answers, and what there is to say of that; when that changes, much may have."""
+        """Note whether the daemon answers, with a message; on a change the viewers get a new snapshot."""
         before, self._link = self._link, {"kind": "link", "up": up, "text": text}
         if up and before != self._link:
             self.viewers.renew()
@@ -90,7 +90,7 @@ class Scene:
             self._draw()
 
     def rows(self, rows: Sequence[Reply]) -> None:
-        """Take rows of the transcript, oldest first, but for those that were shown already as events."""
+        """Take rows of the transcript, oldest first, except those that were already shown as events."""
         for row in rows:
             at_s = row["wall_s"] or 0.0
             key = (row["kind"], round(row["at_s"], 3), row["text"] if row["kind"] != "garbled" else "")

@@ -1,4 +1,4 @@
-"""Puts the page where a browser finds it: on a port of this computer, or in a UNIX socket behind a tunnel."""
+"""Serves the page on a port of this computer, or on a UNIX socket behind a tunnel."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ BACKLOG = 64
 GRACE_S = 1
 """Time that open pages have to end when the console ends."""
 SOCKET_MODE = 0o600
-"""Only who started the console: whoever may connect may stop and resume the robot."""
+"""Permissions of the socket: only the user who started the console, because any client may stop and resume the
+robot."""
 
 
 def is_loopback(address: str) -> bool:
@@ -84,7 +85,7 @@ def _remove_stale(path: Path) -> None:
 
 
 class PageServer(uvicorn.Server):
-    """Serves a page; `ready` is called once it is served, and `ending` before its open connections are waited for."""
+    """Serves a page; `ready` is called once it is served, and `ending` before the server waits for open connections."""
 
     def __init__(self, app: ASGIApp, ready: Callable[[], None], ending: Callable[[], None] = lambda: None) -> None:
         super().__init__(
@@ -105,11 +106,11 @@ class PageServer(uvicorn.Server):
         asyncio.run(self.serve(sockets=[listener]))
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """As uvicorn has it, and tell."""
+        """As uvicorn's; then call `ready`."""
         await super().startup(sockets)
         self._ready()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """Tell, and go on as uvicorn has it."""
+        """Call `ending`, then as uvicorn's."""
         self._ending()
         await super().shutdown(sockets)

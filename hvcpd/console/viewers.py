@@ -1,4 +1,4 @@
-"""Hands what happens to every viewer of the page. A viewer that does not keep up misses steps, and holds up nobody."""
+"""Sends every change to all viewers of the page. A viewer that does not keep up misses changes, and delays nobody."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 Message = dict[str, Any]
 
 MAX_VIEWERS = 24
-"""Phones and screens of a laboratory, with some to spare: each has a connection of its own."""
+"""Most viewers: the phones and screens of a laboratory, with some to spare; each has a connection of its own."""
 MAX_WAITING = 256
 """Lines that may wait for one viewer: some twenty minutes of talk."""
 REPLACED = frozenset({"robots", "board", "alarms", "level", "moved", "link"})
@@ -18,7 +18,7 @@ REPLACED = frozenset({"robots", "board", "alarms", "level", "moved", "link"})
 
 
 class Viewer:
-    """One open page: what it has still to be told."""
+    """One open page, and the messages that wait for it."""
 
     def __init__(self) -> None:
         self._waiting: deque[Message] = deque()
@@ -34,7 +34,7 @@ class Viewer:
         return len(self._waiting)
 
     def put(self, message: Message) -> None:
-        """Have it told; of kinds in REPLACED the newest only. Never waits."""
+        """Queue a message; of kinds in REPLACED only the newest is kept. Never waits."""
         if message["kind"] in REPLACED:
             self._newest[message["kind"], str(message.get("name", ""))] = message
         elif len(self._waiting) < MAX_WAITING:
@@ -44,17 +44,17 @@ class Viewer:
         self._wake.set()
 
     def renew(self) -> None:
-        """Have it shown everything anew."""
+        """Queue a new snapshot."""
         self._overrun = True
         self._wake.set()
 
     def end(self) -> None:
-        """Tell what waits, and then no more."""
+        """Send what waits, and then end."""
         self.ended = True
         self._wake.set()
 
     async def take(self, snapshot: Callable[[], Message]) -> list[Message]:
-        """All that is to be told now; waits until there is something. After an overrun that is a `snapshot` anew."""
+        """All messages that wait, as soon as there are some. After an overrun it is a new `snapshot`."""
         await self._wake.wait()
         self._wake.clear()
         told = [*self._newest.values(), *self._waiting]
@@ -74,12 +74,12 @@ class Viewers:
         return len(self._viewers)
 
     def tell(self, message: Message) -> None:
-        """Tell all. Never waits."""
+        """Send a message to all viewers. Never waits."""
         for viewer in self._viewers:
             viewer.put(message)
 
     def renew(self) -> None:
-        """Show everything anew to all."""
+        """Send a new snapshot to all viewers."""
         for viewer in self._viewers:
             viewer.renew()
 
@@ -89,13 +89,13 @@ class Viewers:
         return len(self._viewers) >= MAX_VIEWERS
 
     def join(self) -> Viewer:
-        """One more page."""
+        """Add a viewer."""
         viewer = Viewer()
         self._viewers.add(viewer)
         return viewer
 
     def end(self) -> None:
-        """Let all pages go: the console ends."""
+        """End all viewers, because the console ends."""
         for viewer in self._viewers:
             viewer.end()
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 
 def robot_names(text: str) -> tuple[str, ...]:
-    """Names of robots with commas between them."""
+    """Robots' names, separated by commas."""
     from hvcpd.config.names import repeated_names, valid_robot_name
 
     names = tuple(part.strip() for part in text.split(",") if part.strip())
@@ -40,7 +40,7 @@ def level_db(text: str) -> float:
 
 
 def lack(text: str) -> tuple[str, str]:
-    """ROBOT=SKILL: whom a skill is taken from."""
+    """ROBOT=SKILL: a robot and the skill that it lacks."""
     robot, _, skill = text.partition("=")
     if not robot or not skill:
         raise argparse.ArgumentTypeError(f"{text!r} is not ROBOT=SKILL, for example Bot=look")
@@ -48,7 +48,7 @@ def lack(text: str) -> tuple[str, str]:
 
 
 def between(least: float, most: float) -> Callable[[str], float]:
-    """A parser of numbers within bounds."""
+    """Return a parser for numbers within bounds."""
 
     def number(text: str) -> float:
         try:

@@ -48,7 +48,7 @@ _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def _lazy(module: str) -> Command:
-    """The `run` of a command's module, imported when it is wanted, so that every command starts in a blink."""
+    """The `run` of a command's module, imported only when it is needed, so that every command starts quickly."""
 
     def run(options: argparse.Namespace) -> int:
         from importlib import import_module
@@ -156,11 +156,11 @@ def _sound_in(text: str) -> Path:
 
 
 _NOT_WRITTEN = frozenset({".aac", ".aif", ".aiff", ".flac", ".m4a", ".mp3", ".oga", ".ogg", ".opus"})
-"""Endings of other formats of sound: a player would take the file for what it is not."""
+"""File name extensions of other sound formats, which would mislead a player."""
 
 
 def _sound_out(text: str) -> Path:
-    """Raises argparse's error for a terminal, which bytes of sound would upset, and for another format's ending."""
+    """Raises argparse's error for a terminal, which must not get bytes of sound, and for another format's extension."""
     if text != "-":
         path = Path(text)
         if path.suffix.lower() in _NOT_WRITTEN:

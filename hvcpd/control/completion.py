@@ -1,4 +1,4 @@
-"""`hvcpctl completion bash|zsh|fish`: shell completion, which shtab makes of the parser."""
+"""`hvcpctl completion bash|zsh|fish`: shell completion, which shtab generates from the parser."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def completion_of(parser: argparse.ArgumentParser, shell: str) -> str:
 
 
 def _offer_files(parser: argparse.ArgumentParser) -> None:
-    """Mark the arguments of all commands that take a file or a folder, which their metavars tell, for shtab."""
+    """Mark the arguments of all commands that take a file or a folder, by their metavars, for shtab."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             for command in action.choices.values():

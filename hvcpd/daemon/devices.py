@@ -18,6 +18,7 @@ from hvcpd.ports import Wheels
 
 if TYPE_CHECKING:
     from hvcpd.hardware.joints import Joint
+    from hvcpd.hardware.wheels_bus import MakePort
 
 
 class Button(Protocol):
@@ -29,15 +30,19 @@ class Button(Protocol):
     def close(self) -> None: ...
 
 
-def make_wheels(settings: WheelSettings, joints: Sequence[Joint] = ()) -> Wheels | None:
-    """The wheels that the settings ask for, with joints on their bus, not yet open; None for a robot that stands."""
+def make_wheels(
+    settings: WheelSettings, joints: Sequence[Joint] = (), make_port: MakePort | None = None
+) -> Wheels | None:
+    """The wheels that the settings ask for, with joints on their bus, not yet open; None for a robot that stands.
+    `make_port` opens their serial port, if not as usual."""
     if settings.driver == "none":
         return None
     if settings.driver == "ros":
         return RosBase(drive_of(settings))
     from hvcpd.hardware.wheels_find import FoundWheels
+    from hvcpd.hardware.wheels_port import WaitingPort
 
-    return FoundWheels(settings, joints=joints)
+    return FoundWheels(settings, make_port or WaitingPort, joints=joints)
 
 
 @dataclass(frozen=True)

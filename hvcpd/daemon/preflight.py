@@ -158,6 +158,8 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
         return Finding("wheels", "none, as wheels.driver says; the robot stands")
     if settings.driver == "ros":
         return Finding("wheels", f"by ROS ({settings.ros_mode}); the robot stands until `hvcpctl ros` runs beside it")
+    if not settings.on_serial_port:
+        return Finding("wheels", f"by the driver {settings.driver}")
     if settings.port == "auto":
         there = _ports(device_directory)
         if not there:

@@ -40,13 +40,17 @@ class RclpyPort:
         time: Any = ros_class("builtin_interfaces/Time")
         self._dialect = Dialect(time=lambda sec, nanosec: time(sec=sec, nanosec=nanosec), byte=lambda n: bytes([n]))
         signals: Any = import_module("rclpy.signals")
-        self._rclpy.init(args=[NODE, *wanted.arguments], signal_handler_options=signals.SignalHandlerOptions.NO)
+        try:
+            self._rclpy.init(args=[NODE, *wanted.arguments], signal_handler_options=signals.SignalHandlerOptions.NO)
+        except RuntimeError as error:  # RCLError, UnknownROSArgsError
+            raise ConfigError(f"ROS accepts no node with {' '.join(wanted.arguments)!r}: {error}") from None
         self._wanted = wanted
         self._report = report
         self.parameters = Parameters()
         self._problem = ""
         self._publishers: dict[Topic, Any] = {}
         self._subscriptions: list[Any] = []
+        self._clients: list[Any] = []
         self._nav2: Nav2 | None = None
         self._actions: dict[str, RclpyAction] = {}
         self._publishing = threading.Lock()
@@ -101,9 +105,9 @@ class RclpyPort:
         if not at_once:
             self._report(lambda bridge, now_s: bridge.deactivate(now_s))
             return
-        self._node.trigger_configure()
-        if self._problem:
-            raise ConfigError(self._problem)
+        done = import_module("rclpy.lifecycle").TransitionCallbackReturn.SUCCESS
+        if self._node.trigger_configure() != done:
+            raise ConfigError(self._problem or "ROS could not configure the node; its log says why")
         self._node.trigger_activate()
 
     def _configure(self) -> None:
@@ -138,7 +142,10 @@ class RclpyPort:
             self._node.destroy_publisher(each)
         for each in self._subscriptions:
             self._node.destroy_subscription(each)
+        for each in self._clients:
+            each.destroy()
         self._subscriptions.clear()
+        self._clients.clear()
         self._nav2, self._actions = None, {}
 
     def _dismiss(self) -> None:
@@ -254,7 +261,8 @@ class RclpyPort:
                 f"the action {ros_type} is not installed: `sudo apt install ros-$ROS_DISTRO-{known}`"
             ) from None
         action: Any = import_module("rclpy.action")
-        return Server(name, action.ActionClient(self._node, kind, name), kind.Goal, whose)
+        self._clients.append(action.ActionClient(self._node, kind, name))
+        return Server(name, self._clients[-1], kind.Goal, whose)
 
     def _in_turn(self, happening: Callable[[], None]) -> None:
         self._report(lambda _, __: happening())

@@ -41,8 +41,9 @@ VOICE: Recipe = {
 DRIVER: Recipe = {
     "hardware/wheels_tracked.py": (
         "",
-        '"""A tracked base."""\n\nclass TrackedWheels:\n    def open(self): ...\n'
-        "    def exchange(self, command): ...\n    def close(self): ...\n",
+        '"""A tracked base."""\n\nfrom hvcpd.ports import WheelReading\n\n\nclass TrackedWheels:\n'
+        "    def open(self): print('opened')\n    def exchange(self, command): return WheelReading(1.0, 1.0)\n"
+        "    def close(self): print('closed')\n",
     ),
     "config/settings.py": ('"ros", "none"] = "auto"', '"ros", "none", "tracked"] = "auto"'),
     "daemon/devices.py": (
@@ -92,7 +93,19 @@ CHECKS = {
         "from hvcpd.daemon.devices import make_wheels\n"
         "none = Path('none.yaml')\n"
         "settings = load_settings(None, {'name': 'Rob', 'wheels.driver': 'tracked'}, system_path=none)\n"
-        "assert type(make_wheels(settings.wheels)).__name__ == 'TrackedWheels'\n",
+        "assert type(make_wheels(settings.wheels)).__name__ == 'TrackedWheels'\n"
+        "Path('tracked.yaml').write_text('name: Rob\\nwheels: {driver: tracked}\\n')\n"
+        "from contextlib import redirect_stdout\n"
+        "from io import StringIO\n"
+        "from hvcpd.control.cli import main\n"
+        "for action in ('status', 'stop'):\n"
+        "    with redirect_stdout(StringIO()) as out:\n"
+        "        assert main(['drive', action, '--config', 'tracked.yaml']) == 0\n"
+        "    assert 'opened' in out.getvalue() and 'closed' in out.getvalue()\n"
+        "from hvcpd.control.doctor.doctor import look_at_wheels\n"
+        "from hvcpd.daemon.preflight import find_port\n"
+        "assert find_port(settings.wheels, Path('nowhere')).text == 'by the driver tracked'\n"
+        "assert all(found.ok for found in look_at_wheels(settings.wheels))\n",
     ),
     "motor": (
         MOTOR,

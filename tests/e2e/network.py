@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 UNIX = "unix"
@@ -12,18 +13,21 @@ _INTERNET_INODE = 9
 
 
 def socket_kinds(pid: int) -> set[str]:
-    """The kinds of all sockets that the process has open; "unknown" for one in no table."""
+    """The kinds of the sockets that the process keeps open; "unknown" for one in no table."""
+    before = _open_sockets(pid)
     tables = {name: _inodes(pid, name) for name in (*_INODE, *_INTERNET)}
-    kinds = set()
+    kept = before & _open_sockets(pid)  # others came or went while the tables were read
+    return {next((name for name, inodes in tables.items() if number in inodes), "unknown") for number in kept}
+
+
+def _open_sockets(pid: int) -> set[str]:
+    numbers = set()
     for link in Path(f"/proc/{pid}/fd").iterdir():
-        try:
+        with suppress(FileNotFoundError):  # closed since the folder was read
             target = str(link.readlink())
-        except FileNotFoundError:  # closed since the folder was read
-            continue
-        if target.startswith("socket:["):
-            number = target.removeprefix("socket:[").removesuffix("]")
-            kinds.add(next((name for name, inodes in tables.items() if number in inodes), "unknown"))
-    return kinds
+            if target.startswith("socket:["):
+                numbers.add(target.removeprefix("socket:[").removesuffix("]"))
+    return numbers
 
 
 def interfaces(pid: int) -> dict[str, int]:

@@ -1,9 +1,7 @@
 """The real bridge and a real ROS 2 node, on this computer only.
 
-ROS 2 is in no Debian and in no lock file: a Python that has rclpy and the messages (and, for the bridge, what hvcpd
-needs) is named by HVCPD_ROS2_PYTHON, for example a virtual environment with `ros-rclpy[fastrtps]`, `ros-std-msgs`,
-`ros-geometry-msgs`, `ros-nav-msgs`, `ros-diagnostic-msgs` and `ros-lifecycle-msgs` from PyPI; `release/ros/hvcpd_msgs`
-is built with them or not.
+ROS 2 is in no Debian: `make parts` installs one from PyPI into .ros2. HVCPD_ROS2_PYTHON names another Python, of our
+version, that has rclpy and the messages; there `release/ros/hvcpd_msgs` is built or not.
 """
 
 from __future__ import annotations
@@ -11,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import sysconfig
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -26,15 +25,30 @@ from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
 from tests.ros.test_bridge import HEARD, moving
 
 VARIABLE = "HVCPD_ROS2_PYTHON"
-PYTHON = os.environ.get(VARIABLE, "")
+ROOT = Path(__file__).parents[2]
+OURS = ROOT / ".ros2"
+PYTHON = os.environ.get(VARIABLE) or (str(OURS / "bin" / "python") if (OURS / "complete").exists() else "")
+PATHS = os.pathsep.join((str(ROOT), sysconfig.get_path("purelib"), os.environ.get("PYTHONPATH", "")))
+"""Where that Python, which is of our version, finds hvcpd and what hvcpd needs."""
+ENVIRONMENT = {
+    "PYTHONPATH": PATHS,
+    "ROS_DOMAIN_ID": str(50 + os.getpid() % 40),
+    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+}
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not PYTHON, reason=f"no ROS 2 here: name a Python that has rclpy in {VARIABLE}"),
+    pytest.mark.skipif(
+        not PYTHON, reason=f"no ROS 2 here: `make parts`, or name a Python that has rclpy in {VARIABLE}"
+    ),
 ]
 WAIT_S = 30.0
 COMMAND = [PYTHON, "-m", "hvcpd.control.cli", "ros", "--ros", "2"]
 IMPORT = [PYTHON, "-c", "import hvcpd_msgs.msg"]
-TYPED = bool(PYTHON) and subprocess.run(IMPORT, stderr=subprocess.DEVNULL, check=False).returncode == 0
+TYPED = (
+    bool(PYTHON)
+    and subprocess.run(IMPORT, env={**os.environ, **ENVIRONMENT}, stderr=subprocess.DEVNULL, check=False).returncode
+    == 0
+)
 CONFIGURE, CLEAN_UP, ACTIVATE, DEACTIVATE, SHUT_DOWN = range(1, 6)
 """Transitions of lifecycle_msgs/Transition; the last is that of a node that is not configured."""
 
@@ -65,13 +79,12 @@ class Scene:
 @contextmanager
 def on_stage(folder: Path, *arguments: str) -> Iterator[Scene]:
     record = folder / "ros2.jsonl"
-    environment = {"ROS_DOMAIN_ID": str(50 + os.getpid() % 40), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     peer = [PYTHON, str(Path(__file__).with_name("ros2_peer.py")), str(record)]
     command = [*COMMAND, "--socket", str(folder / "d.sock"), *arguments]
     with ExitStack() as stack:
         daemon = stack.enter_context(daemon_at(folder / "d.sock", "cmd_vel"))
-        node = stack.enter_context(running(peer, environment, folder / "peer.log"))
-        bridge = stack.enter_context(bridge_to(daemon, environment, command))
+        node = stack.enter_context(running(peer, ENVIRONMENT, folder / "peer.log"))
+        bridge = stack.enter_context(bridge_to(daemon, ENVIRONMENT, command))
         yield Scene(daemon, bridge, node, record)
 
 
@@ -129,16 +142,17 @@ def test_the_node_has_the_life_cycle_of_managed_nodes(tmp_path: Path) -> None:
         assert scene.bridge.returncode == EX_FAILURE
 
 
-def test_a_wrong_parameter_ends_the_bridge_with_the_reason(tmp_path: Path) -> None:
-    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+@pytest.mark.parametrize("wrong", [("-p", "base_frame:=5"), ("-r", "heard:=9//ears"), ("-r", "heard")], ids=" ".join)
+def test_a_wrong_argument_ends_the_bridge_with_the_reason(tmp_path: Path, wrong: tuple[str, str]) -> None:
     with daemon_at(tmp_path / "d.sock", "cmd_vel") as daemon:
         ended = subprocess.run(
-            [*COMMAND, "--socket", str(daemon.path), "--ros-args", "-p", "base_frame:=5"],
-            env=environment,
+            [*COMMAND, "--socket", str(daemon.path), "--ros-args", *wrong],
+            env={**os.environ, **ENVIRONMENT},
             capture_output=True,
             text=True,
             timeout=WAIT_S,
             check=False,
         )
     assert ended.returncode == EX_USER, ended.stderr
-    assert "base_frame" in ended.stderr
+    assert wrong[1].split(":=")[0] in ended.stderr
+    assert "Traceback" not in ended.stderr

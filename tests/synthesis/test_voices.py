@@ -28,8 +28,8 @@ def first_formant_hz(voice: Voice) -> float:
     return float(np.sum(hz[band] * power[band]) / np.sum(power[band]))
 
 
-def test_there_are_eight_and_every_two_differ_by_a_tenth_in_pitch_or_formants() -> None:
-    assert len({voice.name for voice in VOICES}) == len(VOICES) == 8
+def test_every_two_voices_differ_by_a_tenth_in_pitch_or_formants() -> None:
+    assert len({voice.name for voice in VOICES}) == len(VOICES) >= 8
     for a, b in combinations(VOICES, 2):
         pitch = max(a.f0_hz, b.f0_hz) / min(a.f0_hz, b.f0_hz)
         formants = max(a.formant_scale, b.formant_scale) / min(a.formant_scale, b.formant_scale)
@@ -64,7 +64,7 @@ def test_the_voice_of_a_name_never_changes() -> None:
 
 
 def test_many_names_use_all_voices() -> None:
-    assert len({voice_for(f"robot{k}").name for k in range(60)}) == 8
+    assert len({voice_for(f"robot{k}").name for k in range(60)}) == len(VOICES)
 
 
 def test_an_unknown_voice_is_an_error() -> None:

@@ -1,1 +1,1 @@
-"""Worlds between a robot's loudspeaker and another's ears: drawn from a seed, and a benchmark in them."""
+"""Random acoustic paths ("worlds") between one robot's loudspeaker and another's ears, and a benchmark in them."""

@@ -1,4 +1,4 @@
-"""What happens between the air and the samples that a listener gets: clock, noise suppression, gain control, codec."""
+"""The microphone's side: clock error, noise suppression, gain control and codec."""
 
 from __future__ import annotations
 

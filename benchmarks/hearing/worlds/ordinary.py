@@ -1,4 +1,4 @@
-"""Ordinary sounds that are no speech, made from a seed: animals, bells, knocks, music, engines, weather, alarms.
+"""Everyday sounds without speech, generated from a seed: animals, bells, knocks, music, engines, weather, alarms.
 
 All are events of one kind: something excites (pulses of a pitch that glides, noise, or a few partials), resonances
 colour it, an envelope gives it its time, and it is repeated, more or less regularly. A recipe says from what span each

@@ -1,4 +1,4 @@
-"""The row `sounds`: a robot's reports in an hour in which nobody speaks; there should be no sentence and no stop."""
+"""The row `sounds`: false alarms in an hour without speech. There should be no sentence and no stop."""
 
 from __future__ import annotations
 

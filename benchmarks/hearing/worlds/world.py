@@ -1,4 +1,4 @@
-"""A world: the path from one robot's speech to another one's samples; and worlds drawn at random."""
+"""A world is the path from one robot's speech to another's samples; worlds are drawn at random."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`hvcpctl bench`: what a robot's start, speaking and listening take on this computer."""
+"""`hvcpctl bench`: the cost of a robot's start, speaking and listening on this computer."""
 
 from __future__ import annotations
 
@@ -14,13 +14,15 @@ from pathlib import Path
 from hvcpd.errors import EX_FAILURE, EX_OK, HvcpdError
 
 PATIENCE_S = 600.0
-"""For one piece of work; a first start of ten seconds is some fifty on the oldest board that has 64 bits."""
+"""Time limit for one piece of work; a first start that takes ten seconds here takes about fifty on the slowest 64-bit
+board."""
 MOST_LOAD = 0.8
-"""Of one core in its busiest second of speech; sound cards and wheels need some too, as `hvcpctl doctor` has it."""
+"""Limit for the share of one core in the busiest second of speech, as in `hvcpctl doctor`; sound cards and wheels need
+the rest."""
 
 
 class BenchError(HvcpdError):
-    """A piece of work did not end well; the text has its last words."""
+    """A piece of work failed; the text has its last line of output."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +33,10 @@ class Row:
     work: str
     amount: int
     times: float = 1.0
-    """By this the difference to no work is multiplied."""
+    """Factor for the difference between the work and no work."""
     unit: str = "s"
     alone: bool = True
-    """Whether what precedes the work does not count."""
+    """Whether to subtract the cost of what precedes the work."""
 
 
 ROWS = (
@@ -45,12 +47,12 @@ ROWS = (
     Row("listening to quiet", "quiet", 20, 100 / 20, "% of a core"),
     Row("listening to a peer, with second passes", "speech", 20, 100 / 20, "% of a core"),
 )
-"""In this order: the first start fills the cache of the others."""
+"""The order matters: the first start fills the cache of the others."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """What a row came to, in its unit; and the share of a core in the busiest second, of a row that listens."""
+    """A row's result in its unit and, for a row that listens, the share of one core in the busiest second."""
 
     row: Row
     value: float
@@ -59,14 +61,14 @@ class Figure:
 
 @dataclass(frozen=True)
 class Cost:
-    """Of one process: in seconds, or in what else is counted."""
+    """The cost of one process, in s or in another unit that is counted."""
 
     amount: float
     busiest: float | None = None
 
 
 Measure = Callable[[str, Path, int], Cost]
-"""Does that much of a work, which keeps its things in the folder."""
+"""Does an amount of work, which keeps its files in the folder."""
 
 
 def table(measure: Measure, folder: Path) -> Iterator[Figure]:

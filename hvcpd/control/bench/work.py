@@ -45,7 +45,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _wiring(folder: Path) -> Wiring:
-    """Everything that `hvcpd` reads before it looks for its devices."""
+    """Read everything that `hvcpd` reads before it looks for its devices."""
     from hvcpd.config.settings import Settings
     from hvcpd.daemon.wiring import wire_up
 
@@ -55,7 +55,7 @@ def _wiring(folder: Path) -> Wiring:
 
 
 class Apart(AtOnce[Any, Any]):
-    """Looks again at what was not understood at once, where the daemon has threads for it, and counts the time."""
+    """Runs the second look, for which the daemon has threads, in this thread and counts its time."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -82,7 +82,7 @@ def _robot(wiring: Wiring, channel: Apart | None = None, second: Apart | None = 
 
 
 def _start(folder: Path, _: int) -> None:
-    """Everything of a start up to READY that needs no device, with all modules of the daemon."""
+    """Start as far as READY, without devices but with all modules of the daemon."""
     from hvcpd.daemon import main_loop  # noqa: F401  # for its own imports
 
     _robot(_wiring(folder))
@@ -136,7 +136,7 @@ def _sentence(wiring: Wiring, number: int) -> Samples:
 
 
 def _listen(folder: Path, seconds: int, sentences: Callable[[Wiring], Iterator[Samples]]) -> float:
-    """Have the robot take blocks; the share of one core that those of the busiest second took."""
+    """Feed the robot with blocks; returns the share of one core that the blocks of the busiest second took."""
     import numpy as np
 
     wiring = _wiring(folder)

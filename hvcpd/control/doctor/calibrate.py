@@ -1,4 +1,5 @@
-"""`hvcpctl calibrate`: sets the microphone's gain by the robot's own voice, and tells how far a peer will be heard."""
+"""`hvcpctl calibrate`: sets the microphone's gain by the robot's own voice, and estimates how far a peer will be
+heard."""
 
 from __future__ import annotations
 
@@ -21,11 +22,12 @@ from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_ra
 from hvcpd.hardware.audio import find_device
 
 PEAK_DBFS = -6.0
-"""Wanted of the own voice, the loudest that the microphone ever hears: no clipping, 6 dB for a louder word."""
+"""Target peak of the robot's own voice, the loudest sound at its microphone: no clipping, with 6 dB left for a louder
+word."""
 NEAR_DB = 3.0
-"""Nearer than this is near enough; mixers have steps of 1 to 3 dB."""
+"""Tolerance of the peak; mixers have steps of 1 to 3 dB."""
 MOST_CHANGE_DB = 20.0
-"""At once: of a clipped or buried voice the true peak is not known."""
+"""Largest change of the gain at a time, because the true peak of a clipped or buried voice is unknown."""
 ROUNDS = 4
 
 
@@ -35,7 +37,7 @@ def run(
     command: RunCommand = run_command,
     wall_s: Callable[[], float] = time.time,
 ) -> int:
-    """Rounds of saying, listening and setting; then the result, kept beside the robot's memory."""
+    """Speak, listen and set the gain in rounds; then keep the result beside the robot's memory."""
     where = devices or Devices()
     team = load_team(options)
     microphone = find_device(where.sound_backend(), "input", team.settings.audio.input_device)
@@ -56,7 +58,7 @@ def run(
 
 
 def _adjust(mixer: Mixer, control: Control, echo: Echo, options: argparse.Namespace) -> bool:
-    """Bring the own voice's peak nearer to PEAK_DBFS; whether that changed anything."""
+    """Bring the peak of the robot's own voice nearer to PEAK_DBFS; returns whether that changed anything."""
     missing_db = PEAK_DBFS - _db(echo.peak)
     before_db = mixer.gain_db(control)
     if abs(missing_db) <= NEAR_DB or before_db is None:

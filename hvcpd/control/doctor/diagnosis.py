@@ -9,7 +9,7 @@ from enum import StrEnum
 
 
 class Grade(StrEnum):
-    """How much a finding matters."""
+    """The severity of a finding."""
 
     OK = "ok"
     NOTE = "note"
@@ -19,7 +19,7 @@ class Grade(StrEnum):
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """One thing that was looked at: what is there, or what is wrong and what to do."""
+    """The result of one check: what was found, or what is wrong and what to do."""
 
     subject: str
     grade: Grade
@@ -28,7 +28,7 @@ class Diagnosis:
 
     @property
     def ok(self) -> bool:
-        """Whether the robot can work so."""
+        """Whether the robot can work with this."""
         return self.grade is not Grade.WRONG
 
 
@@ -48,7 +48,7 @@ def wrong(subject: str, text: str, **figures: float) -> Diagnosis:
 
 
 RunCommand = Callable[[Sequence[str]], str | None]
-"""Runs a command; its output, None if there is no such command."""
+"""Runs a command; returns its output, None if there is no such command."""
 
 
 def run_command(command: Sequence[str]) -> str | None:

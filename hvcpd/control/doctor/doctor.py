@@ -10,7 +10,7 @@ from itertools import chain
 
 from hvcpd.config.settings import WheelSettings
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, wrong
+from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, note, wrong
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
@@ -31,7 +31,7 @@ def run(
     make_port: MakePort = WaitingPort,
     board: Board | None = None,
 ) -> int:
-    """Look at everything, or at the subjects that were asked for; 0 only if nothing is wrong."""
+    """Check everything, or the given subjects; returns 0 only if nothing is wrong."""
     where = devices or Devices()
     subjects: dict[str, Callable[[Team], Iterator[Diagnosis]]] = {
         "machine": lambda team: chain(look_at_board(board or Board()), look_at_machine(team, machine or Machine())),
@@ -59,6 +59,9 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
     if settings.driver == "ros":
         yield fine("wheels", "ROS has them, as wheels.driver says; see `hvcpctl status` while `hvcpctl ros` runs")
         return
+    if not settings.on_serial_port:
+        yield note("wheels", f"of the driver {settings.driver}, which only `hvcpctl drive status` looks at")
+        return
     finding = examine(settings, make_port)
     for problem in finding.problems:
         yield wrong("wheels", problem)
@@ -75,7 +78,7 @@ def _verdict(found: list[Diagnosis]) -> Diagnosis:
 
 
 def _shown(diagnoses: Iterator[Diagnosis] | list[Diagnosis], as_json: bool) -> Iterator[Diagnosis]:
-    """Each is written as soon as it is known: looking takes a while."""
+    """Write each finding as soon as it is known, because the checks take a while."""
     for diagnosis in diagnoses:
         if as_json:
             fields = {"subject": diagnosis.subject, "grade": diagnosis.grade.value, "ok": diagnosis.ok}

@@ -1,4 +1,4 @@
-"""The doctor's look at the board: its supply, its system's width, and who has its sound cards."""
+"""The doctor's checks of the board: power supply, 32 or 64 bits, and programs that have its sound cards open."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
 
 UNDERVOLTAGE, CAPPED, THROTTLED, SOFT_LIMIT = (1 << bit for bit in range(4))
-"""Of the firmware's word, that `vcgencmd get_throttled` prints too; 16 bits higher: since the start. Raspberry Pi
-documentation, "vcgencmd", get_throttled."""
+"""Bits of the firmware's word, which `vcgencmd get_throttled` prints; the same bits 16 places higher mean "since the
+start". Raspberry Pi documentation, "vcgencmd", get_throttled."""
 SINCE_START = 16
 DESKTOP_SOUND = frozenset({"pipewire", "pipewire-pulse", "pulseaudio", "wireplumber"})
-"""Sound servers of a desktop's session, which keep a card for whoever is logged in."""
+"""Sound servers of a desktop session, which keep a card for the user who is logged in."""
 NARROW = {"armhf": "aarch64", "i386": "x86_64"}
-"""Debian's systems of 32 bits, and the kernel of 64 under which they run too."""
+"""Debian's 32-bit architectures, and the 64-bit kernel that they also run under."""
 
 
 @dataclass(frozen=True)
 class Board:
-    """Where the doctor looks; a test hands in others."""
+    """The folders and commands that the doctor reads; tests pass others."""
 
     throttled: Path = Path("/sys/devices/platform/soc/soc:firmware/get_throttled")
     boot: Path = Path("/boot/firmware/config.txt")
@@ -30,7 +30,7 @@ class Board:
 
 
 def look_at_board(board: Board) -> Iterator[Diagnosis]:
-    """Everything that is so on a Raspberry Pi and can be wrong there; on other computers only what they have too."""
+    """All checks of a Raspberry Pi; on other computers those that apply."""
     yield from _look_at_supply(board)
     yield from _look_at_width(board)
     yield from _look_at_overlays(board)
@@ -65,7 +65,7 @@ def _look_at_width(board: Board) -> Iterator[Diagnosis]:
 
 
 def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
-    """Whether a card that can record came up and, on a Raspberry Pi without one, what is asked for at its start."""
+    """Whether there is a card that can record and, on a Raspberry Pi without one, which overlays its start asks for."""
     if list(board.proc.glob("asound/card*/pcm*c")):
         return
     try:
@@ -82,7 +82,7 @@ def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
 
 
 def look_at_owners(board: Board) -> Iterator[Diagnosis]:
-    """Which other programs have sound cards open just now."""
+    """The other programs that have sound cards open now."""
     for pid, cards in sorted(_owners(board.proc).items()):
         try:
             name = (board.proc / str(pid) / "comm").read_text(encoding="utf-8", errors="replace").strip()
@@ -99,8 +99,8 @@ def look_at_owners(board: Board) -> Iterator[Diagnosis]:
 
 
 def _owners(proc: Path) -> Mapping[int, set[str]]:
-    """For each process that has a device of a sound card open, the cards: by the kernel's name, which does not change
-    with the order in which they were found."""
+    """The cards that each process has open, by the kernel's name, which does not depend on the order in which they were
+    found."""
     owners: dict[int, set[str]] = {}
     for path in sorted(proc.glob("asound/card*/pcm*/sub*/status")):
         try:

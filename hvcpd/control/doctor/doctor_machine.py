@@ -1,4 +1,4 @@
-"""The doctor's look at the computer: permissions, clock, disk, processor, service."""
+"""The doctor's checks of the computer: permissions, clock, disk, processor, service."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 GROUPS = {"audio": "snd/*", "dialout": "tty[AU][CS][MB][0-9]*"}
 """Groups that may use each kind of device on Debian, Ubuntu and Raspberry Pi OS."""
 LEAST_FREE_BYTES, FEW_FREE_BYTES = 60e6, 200e6
-"""The rendered words of a team take about 40 MB, a day's transcript less than one."""
+"""Least free space: the rendered words of a team take about 40 MB, a day's transcript less than one."""
 MOST_LOAD, HIGH_LOAD = 0.8, 0.4
-"""Of one core for decoding speech as fast as it comes; wheels, sound and the rest of the system need some too."""
+"""Limit for the share of one core that decoding speech in real time takes; wheels, sound and the system need the
+rest."""
 HOT_C = 80.0
-"""From 80 °C on a Raspberry Pi lowers its clock (documentation, "Frequency management and thermal control")."""
+"""A Raspberry Pi lowers its clock from 80 °C (documentation, "Frequency management and thermal control")."""
 BENCHMARK_SENTENCES = 4
 NOISE_RMS = 0.001
 """-60 dBFS beneath the benchmark's sentences, as a quiet room's."""
@@ -36,7 +37,7 @@ NOISE_RMS = 0.001
 
 @dataclass(frozen=True)
 class Machine:
-    """Where the doctor looks; a test hands in others."""
+    """The folders and commands that the doctor reads; tests pass others."""
 
     devices: Path = Path("/dev")
     thermal: Path = THERMAL
@@ -47,7 +48,7 @@ class Machine:
 
 
 def look_at_machine(team: Team, machine: Machine) -> Iterator[Diagnosis]:
-    """Everything but sound and wheels."""
+    """All checks but those of sound and wheels."""
     yield from _look_at_permissions(machine)
     yield _look_at_clock(machine)
     yield from _look_at_disk(team.settings.state_dir)
@@ -129,7 +130,7 @@ def _look_at_heat(machine: Machine) -> Iterator[Diagnosis]:
 
 
 def look_at_service(machine: Machine) -> Diagnosis:
-    """Whether systemd runs the daemon, and how that goes."""
+    """Whether systemd runs the daemon, and in which state it is."""
     told = machine.run(("systemctl", "show", "hvcpd.service", "-p", "LoadState,ActiveState,SubState,Result,NRestarts"))
     values = dict(line.split("=", 1) for line in (told or "").splitlines() if "=" in line)
     if "LoadState" not in values:

@@ -1,4 +1,4 @@
-"""The doctor's look at microphone, loudspeaker, and what the robot hears of itself."""
+"""The doctor's checks of microphone and loudspeaker, and of what the robot hears of itself."""
 
 from __future__ import annotations
 
@@ -19,12 +19,11 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 
 CARD_RATES_HZ = (16_000, 44_100, 48_000)
 CLIPPED_SHARE = 0.01
-"""Share of clipped samples from which on there is a note; 5 % cost no sentence (docs/recognition.md, "level -6
-dBFS")."""
+"""Share of clipped samples that is worth a note; 5 % cost no sentence (docs/recognition.md, "level -6 dBFS")."""
 LOUD_FLOOR_DBFS = -45.0
-"""A peer at 1 m comes at some -41 dBFS with the recommended gain (65 dB SPL, full scale at 106 dB SPL)."""
+"""A peer at 1 m arrives at about -41 dBFS with the recommended gain (65 dB SPL, full scale at 106 dB SPL)."""
 WEAK_SNR_DB = 10.0
-"""Least signal-to-noise ratio of the own voice, which is 20 dB nearer than a peer's at 1 m."""
+"""Least signal-to-noise ratio of the robot's own voice, which arrives 20 dB louder than a peer's at 1 m."""
 
 
 def look_at_sound(team: Team, devices: Devices, aloud: bool) -> Iterator[Diagnosis]:

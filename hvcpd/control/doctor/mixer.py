@@ -41,12 +41,12 @@ class Mixer:
         return Control(card, name) if card is not None and name is not None else None
 
     def gain_db(self, control: Control) -> float | None:
-        """Its setting; None if it is not given in dB."""
+        """The setting in dB; None if it is not given in dB."""
         told = self._run(("amixer", "-c", control.card, "sget", control.name))
         found = re.search(r"\[(-?[\d.]+)dB\]", told or "")
         return float(found[1]) if found else None
 
     def set_gain_db(self, control: Control, gain_db: float) -> float | None:
-        """Set it as near as the card can; what it then is."""
+        """Set it as closely as the card can; returns the setting."""
         self._run(("amixer", "-q", "-c", control.card, "sset", control.name, "--", f"{gain_db:.1f}dB"))
         return self.gain_db(control)

@@ -1,4 +1,4 @@
-"""Has the robot say a phrase and listen to itself: what the microphone took, and what was understood of it."""
+"""Has the robot say a phrase and listen to itself; reports the recorded level and what was understood."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 
 SETTLE_S = 0.5
-"""Sound cards click and adapt when they are opened; not looked at."""
+"""Ignored at the beginning, because sound cards click and adapt when they are opened."""
 QUIET_S = 2.0
-"""Listened to before anything is said: the noise floor."""
+"""Silence before the phrase, for the noise floor."""
 AFTER_S = 1.5
-"""Listened to afterwards: delays of sound servers are below half a second, and the recogniser waits for the end."""
+"""Silence after the phrase: sound servers delay by less than half a second, and the recogniser waits for the end."""
 
 MakeStream = Callable[[AudioSettings], SoundStream]
 
@@ -35,13 +35,13 @@ class SelfHearing:
     floor_dbfs: float
     clipped: float
     lost: int
-    """Samples that card or computer lost meanwhile."""
+    """Samples that the card or the computer lost in this round."""
     said: str | None = None
     echo: Echo | None = None
     understood: bool = False
     confidence: float = 0.0
     response: Response | None = None
-    """Of the loudspeaker, through the own microphone; None if too little was heard."""
+    """The loudspeaker's response, through the robot's own microphone; None if too little was heard."""
 
 
 def calibration_path(team: Team) -> Path:
@@ -81,8 +81,8 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
 
 
 async def exchange(stream: SoundStream, sound: Samples, after_s: float = AFTER_S) -> tuple[Samples, int]:
-    """Listen for QUIET_S, play, listen for `after_s`; all that was heard since SETTLE_S, and how much of it was
-    lost."""
+    """Listen for QUIET_S, play, listen for `after_s`; returns the sound since SETTLE_S, and the number of lost
+    samples."""
     total = round((SETTLE_S + QUIET_S + after_s) * SAMPLE_RATE_HZ) + len(sound)
     silent = round((SETTLE_S + QUIET_S) * SAMPLE_RATE_HZ)
     script = np.zeros(total, np.float32)

@@ -1,4 +1,4 @@
-"""`hvcpctl stop-test`: whether calls of "stop" are heard in one's own room, and how soon."""
+"""`hvcpctl stop-test`: whether and how soon calls of "stop" are heard in the user's room."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.speaker import Speaker
 
 LOUDNESSES_DB = (-40.0, -30.0, -20.0, -10.0, 0.0)
-"""Of the peak, by the loudspeaker's full scale: from a murmur to a shout, wherever its volume is set."""
+"""Peak levels relative to the loudspeaker's full scale: from a murmur to a shout, at any volume setting."""
 WAYS = ("quietly", "as you talk", "loudly")
-"""How somebody is asked to call."""
+"""The ways in which people are asked to call."""
 IN_TIME_S = 0.5
 SOONEST_S = 1.0
-"""A halt so long before the call's end was not for it: the word lasts half a second."""
+"""A halt earlier than this before the call's end has another cause; the word lasts half a second."""
 DECIDED_S = 3.0
-"""After the call: what was not sure is decided by then."""
+"""Time after the call within which an uncertain word is decided."""
 ASKED_S = 4.0
 LEAST_OVER_DB = 10.0
 """A call is at least this much louder than the room; steady noise varies by less from frame to frame."""
@@ -58,7 +58,7 @@ class Call:
 
 
 def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
-    """Call by call; then what that shows, and what it does not."""
+    """Report each call; then the conclusion, and its limits."""
     where, team = devices or Devices(), load_team(options)
     found = list(_told(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
     _tell_verdict(found, options.ask, options.json)
@@ -66,7 +66,7 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
 
 
 def _played(team: Team, devices: Devices, options: argparse.Namespace) -> Iterator[Call]:
-    """Calls in voices of the synthesizer that no robot of the team has, if there are such."""
+    """Calls in voices of the synthesizer that no robot of the team has, if there are any."""
     audio, chooser = team.settings.audio, random.Random(1)
     audio = replace(audio, output_device=options.output or audio.output_device)
     robots = {team.sound.voice_of(name).name for name in team.names}
@@ -99,8 +99,8 @@ def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterato
 
 
 def voice_in(heard: Samples) -> tuple[float, float] | None:
-    """When somebody in a recording, shape (n,), falls silent, s, and how much louder that was than the rest, dB; None
-    if nobody spoke."""
+    """The end of the speech in a recording, shape (n,), in s, and its level above the rest, in dB; None if nobody
+    spoke."""
     power = np.square(heard[: len(heard) // FRAME * FRAME].astype(np.float64)).reshape(-1, FRAME).mean(axis=1)
     floor = max(float(np.median(power)), 1e-12)
     loud = np.flatnonzero(power >= floor * 10.0 ** (LEAST_OVER_DB / 10.0))
@@ -131,7 +131,7 @@ def _first(times_s: Sequence[float]) -> float | None:
 
 
 def _told(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
-    """Tell each as it comes."""
+    """Report each call as it comes."""
     for number, call in enumerate(calls):
         if not number and not as_json:
             sys.stdout.write("call          over the noise  halted after  for good\n")
@@ -148,7 +148,7 @@ def _told(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
 
 
 def _tell_verdict(calls: Sequence[Call], asked: bool, as_json: bool) -> None:
-    """The results, and what they do not show."""
+    """The results and their limits."""
     arrived = [call for call in calls if call.over_noise_db is not None]
     in_time, for_good = sum(call.in_time for call in calls), sum(call.stopped_s is not None for call in calls)
     low, high = wilson(in_time, len(calls))

@@ -1,4 +1,4 @@
-"""`hvcpctl drive`: one robot by hand, and `--dry-run`: the same on wheels that only exist on paper."""
+"""`hvcpctl drive`: drives one robot by hand; with `--dry-run` only in a simulation."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from typing import TextIO
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.drive.drive_show import DriveShow
+from hvcpd.daemon.devices import make_wheels
 from hvcpd.errors import EX_FAILURE, EX_OK, ConfigError, DeviceError
 from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
 from hvcpd.hardware.drive_session import DriveSession, RehearsedWheels
@@ -27,7 +28,7 @@ from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.ports import STANDSTILL, Pose, Wheels
 
 MAX_MEASURED_M = 3.0
-"""Runs are 1 m long: beyond three times that it was centimetres or a slip."""
+"""Longest run that is believed; runs are 1 m long, so a larger number was in centimetres or a typing error."""
 
 
 class TapeMeasure:
@@ -80,8 +81,11 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
     if options.action == "stop":
         if options.dry_run:
             show.would_stop()
-        else:
+        elif settings.wheels.on_serial_port:
             show.stopped(stop_anyway(settings.wheels, make_port))
+        else:
+            _stop(settings)
+            show.stopped([f"wheels of the driver {settings.wheels.driver}"])
         return EX_OK
     wheels, session = _session(options, settings, make_port)
     with _interruptible(), show:
@@ -95,6 +99,14 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
             return _report(options, wheels, session, show)
         finally:
             wheels.close()
+
+
+def _stop(settings: Settings) -> None:
+    """Stop wheels of a driver without a handshake of its own. Raises DeviceError."""
+    wheels = make_wheels(settings.wheels)
+    if wheels is not None:
+        wheels.open()
+        wheels.close()
 
 
 def _settings(options: argparse.Namespace) -> Settings:
@@ -114,7 +126,8 @@ def _session(options: argparse.Namespace, settings: Settings, make_port: MakePor
     if options.dry_run:
         paper = RehearsedWheels()
         return paper, DriveSession(paper, paper.clock, paper.sleep, drive)
-    wheels = FoundWheels(settings.wheels, make_port)
+    wheels = make_wheels(settings.wheels, make_port=make_port)
+    assert wheels is not None  # `_settings` has refused a robot without wheels
     return wheels, DriveSession(wheels, time.monotonic, time.sleep, drive)
 
 

@@ -58,7 +58,7 @@ def add_drive(commands: Commands, run: Run) -> None:
 
 
 def add_port(parser: argparse.ArgumentParser) -> None:
-    """Which wheels, if not those of the settings."""
+    """Options for wheels other than those of the settings."""
     parser.add_argument("--port", metavar="PORT", help="serial port (default: as in the settings)")
     parser.add_argument("--driver", choices=("auto", "opencr", "dynamixel"), help="kind of wheels (default: settings)")
 

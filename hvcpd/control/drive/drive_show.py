@@ -1,4 +1,4 @@
-"""The output of `hvcpctl drive`: a live table on a terminal, plain lines elsewhere, JSON lines for machines."""
+"""The output of `hvcpctl drive`: a live table on a terminal, plain lines elsewhere, JSON lines for programs."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class DriveShow:
             )
 
     def stopped(self, what: Sequence[str]) -> None:
-        """Say what has confirmed that it stands."""
+        """Report what has confirmed a stop."""
         if self._json:
             self._print({"event": "stopped", "confirmed": list(what)})
         else:
@@ -101,7 +101,7 @@ class DriveShow:
         self._line(f"{tense}{state.value}{': ' + reason if reason else ''}; at {where}, after {way_m:.2f} m")
 
     def step(self, name: str, pose: Pose) -> None:
-        """Say what a calibration's run would have been."""
+        """Show what a run of the calibration would be."""
         self.end_live()
         if self._json:
             self._print({"event": "run", "name": name, **_pose(pose)})
@@ -109,7 +109,7 @@ class DriveShow:
             self._line(f"would drive {name}, and then ask where the robot stands (x ahead, y left, in metres)")
 
     def end_live(self) -> None:
-        """Take the live table down, so that something else can be said."""
+        """Remove the live table, so that other text can be printed."""
         if self._live is not None:
             self._live.stop()
             self._live = None

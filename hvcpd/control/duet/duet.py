@@ -33,20 +33,20 @@ from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.ports import Wheels
 
 START_X_M = -5.0
-"""Of the first robot; the others start beside it, 1 m apart."""
+"""Start of the first robot; the others start beside it, 1 m apart."""
 TYPED_BYTES = 4096
 """A terminal's longest line (termios(3)): it hands over whole lines."""
 VISITOR = "Anna"
-"""The name under which a person may speak, known to the robots beforehand."""
+"""The visitor's name, which the robots know from the start."""
 LEAVE_S = 8.0
-"""For the farewells after Ctrl-C, by the wall clock: two robots say theirs in turn, in 6.3 to 6.6 s (word-level
+"""Wall-clock time for the farewells after Ctrl-C: two robots say theirs in turn, in 6.3 to 6.6 s (word-level
 missions)."""
 SLOW_S = 10.0
-"""Between two looks at whether simulated air keeps real time."""
+"""Interval of the check that simulated air keeps real time."""
 SLOW_SHARE = 0.8
-"""Less than this share of real time and robots audibly take long to answer."""
+"""Below this share of real time robots audibly take long to answer."""
 LOOK_S = 0.5
-"""Between two looks at whether the robots listen and the sound flows; `LibraryOutput` must be read once a second."""
+"""Interval of the checks that robots listen and sound flows; `LibraryOutput` must be read once a second."""
 
 _WELCOME = """\
 {robots} {talk} {where}.
@@ -98,8 +98,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _open_log(robots: tuple[str, ...]) -> TextIO:
-    """Where warnings go, so that they do not stand between sentences; each duet begins it anew. Nowhere, without a home
-    that can be written to."""
+    """Open the file for warnings, so that they do not appear between sentences; each duet overwrites it. Without a
+    writable home folder, it is the null device."""
     folder = user_cache_folder()
     with suppress(OSError):
         if folder is not None:
@@ -140,7 +140,7 @@ def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCar
 
 
 def _real_time() -> Callable[[float], Awaitable[None]]:
-    """Holds simulated air back to the event loop's clock; after a stall it does not hurry."""
+    """Return a function that slows simulated air down to the event loop's clock; it does not catch up after a stall."""
     began_s: float | None = None
 
     async def pace(now_s: float) -> None:
@@ -174,7 +174,7 @@ def _wiring(options: argparse.Namespace, folder: Path, robot: str, place: int) -
 
 
 class Duet:
-    """Some daemons in one room, who looks on, and who joins in."""
+    """Some daemons in one room, with their onlookers and a visitor."""
 
     def __init__(
         self, wirings: list[Wiring], room: SharedRoom, visitor: Visitor, out: TextIO | None = None, ready: str = ""
@@ -216,7 +216,7 @@ class Duet:
                 await self._room.medium.close()
 
     async def _watch(self, drain: Callable[[], None]) -> None:
-        """Tell once that all listen, and each trouble when it begins."""
+        """Report once that all robots listen, and each problem when it begins."""
         slow = SlowAir(asyncio.get_running_loop().time(), self._room.now_s)
         while True:
             drain()
@@ -236,7 +236,7 @@ class Duet:
             await asyncio.sleep(LOOK_S)
 
     def leave(self, lives: list[asyncio.Task[None]]) -> None:
-        """Have the robots say that they leave; asked a second time, or too long after the first, end at once."""
+        """Have the robots say that they leave; end at once on the second call, or LEAVE_S after the first."""
         if self._ended or not all(daemon.listening for daemon in self.daemons):
             self._ended = True
             for life in lives:
@@ -249,7 +249,7 @@ class Duet:
         asyncio.get_running_loop().call_later(LEAVE_S, self.leave, lives)
 
     def _listen(self, typed: Any) -> bool:
-        """Take lines as they are typed; False where that cannot be waited for, as with a file."""
+        """Take lines as they are typed; False for an input that cannot be polled, such as a file."""
 
         def take() -> None:
             data = os.read(typed.fileno(), TYPED_BYTES)
@@ -273,14 +273,14 @@ class Duet:
 
 
 class SlowAir:
-    """Whether simulated air lately took longer than real time; a card cannot, it loses sound instead."""
+    """Detects that simulated air has fallen behind real time; a sound card loses sound instead."""
 
     def __init__(self, clock_s: float, air_s: float) -> None:
         """`clock_s` is the event loop's time, `air_s` the room's."""
         self._clock_s, self._air_s, self._is_slow = clock_s, air_s, False
 
     def look(self, clock_s: float, air_s: float) -> bool:
-        """Judged every SLOW_S."""
+        """Whether it is behind, judged every SLOW_S."""
         if clock_s - self._clock_s >= SLOW_S:
             self._is_slow = air_s - self._air_s < SLOW_SHARE * (clock_s - self._clock_s)
             self._clock_s, self._air_s = clock_s, air_s

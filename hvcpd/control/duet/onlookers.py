@@ -19,20 +19,20 @@ from hvcpd.reporting.text import clock
 from hvcpd.synthesis.speaker import Speaker
 
 LOOK_S = 0.05
-"""Between two looks for a daemon's socket at its start."""
+"""Interval of the attempts to reach a daemon's socket at its start."""
 PAGE_NEEDS = ("starlette", "uvicorn")
 ANSWER_S = 4.0
-"""From when a visitor has spoken until somebody has understood it, with the search that a sentence may take."""
+"""Time after a visitor's sentence within which a robot reports it, including the search for its channel."""
 TIMES = 2
-"""A visitor says a sentence so often before it gives up."""
+"""Attempts of a visitor at one sentence."""
 ECHO_S = 1.0
-"""A robot's "Stop" and the same call as another one hears it begin no further apart."""
+"""Largest difference between the beginnings of a robot's "Stop" and of the same call as another robot hears it."""
 UNHEARD = "nobody understood that; say it again"
 
 
 class Visitor:
-    """Says sentences of the phrasebook in a voice of its own. `play` says a sound, and returns what tells whether it is
-    said. Raises PhraseError."""
+    """Says sentences of the phrasebook in a voice of its own. `play` plays a sound and returns a function that tells
+    whether it is over. Raises PhraseError."""
 
     def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], Callable[[], bool]]) -> None:
         self._name = name
@@ -48,7 +48,8 @@ class Visitor:
 
 
 class Visit:
-    """A sentence of a visitor, `line` for the terminal; `say` says it and returns what tells whether it is said."""
+    """A visitor's sentence, with its `line` for the terminal; `say` says it and returns a function that tells whether
+    it is over."""
 
     def __init__(self, line: str, say: Callable[[], Callable[[], bool]]) -> None:
         self.line = line
@@ -64,7 +65,7 @@ class Visit:
         self._is_said = self._say()
 
     def failed(self, now_s: float) -> bool:
-        """Whether nobody understood it any of the times; call it now and then."""
+        """Whether all attempts failed; repeats the sentence when it is time. Call it regularly."""
         if self._said_s is None:
             self._said_s = now_s if self._is_said() else None
         elif now_s - self._said_s > ANSWER_S:
@@ -75,7 +76,7 @@ class Visit:
 
 
 class Onlooker:
-    """Writes what robots say, what they hear from anybody else, and what a visitor says whom nobody understands."""
+    """Writes what robots say and what they hear from people, and has a visitor repeat what nobody understood."""
 
     def __init__(self, robots: Sequence[str], out: TextIO) -> None:
         self._robots = frozenset(robots)
@@ -103,13 +104,13 @@ class Onlooker:
         self._visit = visit
 
     def look(self, now_s: float) -> None:
-        """Have a visitor whom nobody understood say it again; say so, once, if that does not help either."""
+        """Have a visitor repeat what nobody understood; after the last attempt write UNHEARD."""
         if self._visit is not None and self._visit.failed(now_s):
             self._visit = None
             self.note(UNHEARD)
 
     def tell(self, event: dict[str, Any], robot: str) -> None:
-        """Write what happened at a robot, if it is news to people in the room."""
+        """Write a robot's event if it is news to people in the room."""
         match event.get("event"):
             case "said":
                 self._said[event["text"]] = event["at_s"]
@@ -175,4 +176,4 @@ def page(socket: Path, port: int) -> Iterator[str]:
 
 
 GRACE_S = 3.0
-"""For open pages to end."""
+"""Time for open pages to end."""

@@ -1,4 +1,4 @@
-"""`hvcpctl enrol`: takes of a person's words, from the microphone or from WAVs, and where they are kept."""
+"""`hvcpctl enrol`: records or reads takes of a person's words, and keeps them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from hvcpd.recognition.frontend import Energies
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
 FIRST = ("stop", "hi", "all", "i", "am")
-"""Asked for before all others: who is interrupted has the words that matter most."""
+"""Words that are asked for first, so that an interrupted session has the most important ones."""
 HOW_IT_COUNTS = "a running robot loads them with: hvcpctl reload"
 
 
@@ -194,7 +194,7 @@ def _from_folder(
 
 
 def _consistent(word: str, takes: Sequence[Energies], report: Report) -> list[Energies]:
-    """The takes without those unlike all others; all of them where no two are alike: nobody knows which is right."""
+    """The takes without outliers; all of them where no two are alike, because none is known to be right."""
     odd = odd_takes(takes)
     if len(odd) == len(takes) > 1:
         report.rejected.append(f"'{word}' sounds different each time; say it again: --words {word}")

@@ -8,7 +8,7 @@ from hvcpd.config.command_line import with_examples
 from hvcpd.control.drive.drive_parser import Commands, Run
 
 TAKES = 3
-"""Of each word: people do not say a word twice in the same way."""
+"""Takes of each word, because people do not say a word twice in the same way."""
 
 
 def add_enrol(commands: Commands, run: Run) -> None:

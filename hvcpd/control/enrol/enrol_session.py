@@ -1,4 +1,4 @@
-"""Leads a person through the words at the microphone: asks, listens, shows the level, and asks again where it must."""
+"""Leads a person through the words at the microphone: asks, listens, shows the level, and asks again if necessary."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ SETTLE_S = 0.5
 NOISE_S = 1.0
 """Listened to before the first word."""
 BEFORE_S = 0.3
-"""Kept before the word."""
+"""Sound kept before the word."""
 AFTER_S = 0.5
-"""Of quiet ends it."""
+"""Quiet that ends a word."""
 WAIT_S = 6.0
-"""For a word to begin, before it is asked for again."""
+"""Time for a word to begin, before it is asked for again."""
 LONGEST_S = 3.0
 ONSET_DB = 12.0
-"""Over the noise."""
+"""Least level of a word above the noise."""
 TRIES = 4
-"""For one take; then the word is left out, and can be enrolled later."""
+"""Attempts at one take; then the word is left out, and can be enrolled later."""
 _BARS = " ▁▂▃▄▅▆▇█"
 _BAR_DB = 7.0
 """One step of the meter, from -70 dBFS on."""

@@ -62,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check_folder(path: Path) -> None:
-    """Before the listening, which may take minutes."""
+    """Warn before listening, which may take minutes."""
     number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
     if number:
         raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")

@@ -1,4 +1,4 @@
-"""Sentences that a command has heard, as it shows them: who says what to whom, how surely, and with what seal."""
+"""Sentences as commands show them: speaker, addressee, text, confidence and seal."""
 
 from __future__ import annotations
 

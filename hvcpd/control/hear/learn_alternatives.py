@@ -33,17 +33,17 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice
 
 ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
-"""A sentence counts however badly it fits."""
+"""Accept a sentence however badly it fits."""
 FREELY = replace(ANYTHING, session=SessionSettings(beam=Beam(max_instances=2000)))
-"""About 1,400 words compete in one place: with the usual 100 the right one is often not followed to its end."""
+"""Beam width: about 1,400 words compete in one place, and the usual 100 paths often lose the right one."""
 DOUBTFUL = 0.5
-"""Words whose own confidence is less are looked at: words that were said have 0.95 and more, others 0.02."""
+"""Words of lower confidence are examined: words that were said have 0.95 and more, others 0.02."""
 MOST_DOUBTFUL = 2
-"""Words of a sentence that are looked at, the most doubtful first: with three wrong words it is another sentence."""
+"""Words of a sentence that are examined, the most doubtful first; with three wrong words it is another sentence."""
 LEAD_S = 3.0
-"""Length of the recording before the stretch that is heard with it, for the noise: the noise tracker's memory."""
+"""Length of recording heard before the stretch, so that the noise tracker can settle: its memory."""
 TAIL_S = 1.0
-"""Length of the recording after the stretch that is heard with it: longer than a sentence needs to end."""
+"""Length of recording heard after the stretch: longer than a sentence needs to end."""
 MAX_SYLLABLES = 2
 """Most syllables of a word that is tried; longer ones are made of several."""
 
@@ -164,7 +164,7 @@ def free_words(sound: Sound) -> list[str]:
 
 
 def as_yaml(found: Sequence[Proposal], team: Team) -> str:
-    """The key `alternatives` of a task file, with those of it now, and where each new one comes from."""
+    """The key `alternatives` of a task file: the present ones, and the new ones with their sources."""
     lines, accepted = [], list(team.phrasebook.vocabulary.alternatives)
     for p in found:
         phrase = " ".join(p.phrase)

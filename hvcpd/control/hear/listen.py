@@ -1,4 +1,4 @@
-"""`hvcpctl listen`: follows by ear what robots say, and reads it if it is encrypted and the key is there."""
+"""`hvcpctl listen`: follows by ear what robots say, and decrypts it with the key."""
 
 from __future__ import annotations
 

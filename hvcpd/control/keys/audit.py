@@ -1,4 +1,4 @@
-"""`hvcpctl audit`: who ordered whom, what was refused and why, and how the tasks were shared."""
+"""`hvcpctl audit`: counts orders, refusals with their reasons, and each robot's share of the tasks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ORDERS = (m.Order, m.ComeBack, m.MoveBy, m.TurnBy)
 
 @dataclass
 class Audit:
-    """Counts over a transcript. Names that gave none stand as "somebody"."""
+    """Counts over a transcript. A speaker without a name counts as "somebody"."""
 
     sentences: Counter[str] = field(default_factory=Counter)
     """By speaker."""
@@ -54,7 +54,7 @@ class Audit:
 
     @property
     def shares(self) -> Counter[str]:
-        """How many tasks each robot did; those that claimed and did none stand with 0."""
+        """The number of tasks that each robot did, 0 for robots that only claimed."""
         shares = Counter(self.done.values())
         for name in self.claims:
             shares.setdefault(name, 0)

@@ -43,7 +43,7 @@ def today() -> date:
 
 
 def run(options: argparse.Namespace, day: Today = today) -> int:
-    """Do what was asked for; keys go into their file, and nowhere else unless a sheet is asked for."""
+    """Carry out the action; keys go into their file, and nowhere else unless a sheet is requested."""
     keep_out_of_dumps()
     path = _path(options)
     with nullcontext() if options.action in _ONLY_READ else changing(path):

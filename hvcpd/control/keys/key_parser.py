@@ -11,7 +11,7 @@ Command = Callable[[argparse.Namespace], int]
 _Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 MAX_CODES = 500
-"""On a sheet; more are never crossed out."""
+"""Codes on a sheet; more are never used up."""
 
 
 def _whole(least: int, most: int, what: str = "number") -> Callable[[str], int]:

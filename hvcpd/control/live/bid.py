@@ -1,4 +1,4 @@
-"""`hvcpctl stop`, `resume` and `reload`: a running robot is told to."""
+"""`hvcpctl stop`, `resume` and `reload`: gives a running robot this command."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hvcpd.errors import EX_OK, NotDoneError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Tell the robot, and say what became of it."""
+    """Give the command, and report its result."""
     with closing(find_daemon(options)) as daemon:
         if options.command == "reload":
             daemon.patience_s = LEARN_S

@@ -1,4 +1,4 @@
-"""`hvcpctl console`: a live page in the browser about a running robot, or a recorded mission to see and hear again."""
+"""`hvcpctl console`: a live page in the browser about a running robot, or the replay of a recorded mission."""
 
 from __future__ import annotations
 

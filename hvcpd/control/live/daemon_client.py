@@ -32,14 +32,15 @@ from hvcpd.errors import (
 )
 
 ANSWER_S = 10.0
-"""A daemon that lives answers within about 0.05 s, two blocks of sound; more if its computer is overloaded."""
+"""Time limit of an answer; a running daemon answers within about 0.05 s, two blocks of sound, or later on an overloaded
+computer."""
 
 LEARN_S = 120.0
-"""For new words, which are compared with all others first: a second or two on a desktop computer, on a Pi some ten
-times more."""
+"""Time limit for new words, which are compared with all others first: a second or two on a desktop computer, about ten
+times as long on a Pi."""
 
 CHUNK_BYTES = 65536
-"""Read at once: a line of events has some hundred."""
+"""Bytes read at a time; a line of events has a few hundred."""
 
 REPEATABLE = frozenset({"stop", "status", "tasks", "config"})
 """Commands that may be sent twice without harm."""
@@ -50,16 +51,16 @@ _REFUSALS: dict[str, type[HvcpdError]] = {
     "not_in_phrasebook": PhraseError,
     "busy": BusyError,
 }
-"""The protocol's codes for what the user can mend in the command, or by trying again."""
+"""The protocol's codes for errors that the user can fix in the command, or by trying again."""
 
 
 class DaemonClient:
-    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if it has no time for us."""
+    """One connection to a daemon. Raises NotRunningError, NotAllowedError, and BusyError if the daemon is too busy."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.patience_s = ANSWER_S
-        """How long an answer may take."""
+        """The time limit for an answer."""
         self._connect()
 
     def _connect(self) -> None:
@@ -85,7 +86,7 @@ class DaemonClient:
 
     @property
     def name(self) -> str:
-        """The robot's."""
+        """The robot's name."""
         return str(self._greeted().get("name"))
 
     def _greeted(self) -> dict[str, Any]:
@@ -132,7 +133,7 @@ class DaemonClient:
         raise NotDoneError("the daemon gave no reason")
 
     def events(self, timeout_s: float | None = None) -> Iterator[dict[str, Any]]:
-        """What comes after a `subscribe`, until the daemon ends. Raises NotDoneError if none comes for `timeout_s`."""
+        """The events after a `subscribe`, until the daemon ends. Raises NotDoneError if none comes for `timeout_s`."""
         self._greeted()
         while True:
             self._socket.settimeout(timeout_s)
@@ -148,7 +149,7 @@ class DaemonClient:
             return None
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         self._socket.close()
 
     def _read(self) -> dict[str, Any]:
@@ -160,7 +161,7 @@ class DaemonClient:
             ) from None
 
     def _line(self) -> bytes:
-        """One line; what came of it before a TimeoutError is kept for the next call."""
+        """One line; a part received before a TimeoutError is kept for the next call."""
         while b"\n" not in self._unread:
             try:
                 more = self._socket.recv(CHUNK_BYTES)
@@ -200,7 +201,7 @@ def connect_in_turn(connection: socket.socket, address: str, patience_s: float =
 
 
 def _raise_refusal(reply: Mapping[str, Any]) -> None:
-    """Raise what a reply says that went wrong, if it says so."""
+    """Raise the error that a reply reports, if it reports one."""
     refusal = reply.get("error")
     if isinstance(refusal, dict):
         kind: type[HvcpdError] = _REFUSALS.get(str(refusal.get("code")), NotDoneError)
@@ -239,7 +240,8 @@ def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | Non
 
 
 def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tuple[Settings, str | None]:
-    """The settings, and the robot's name if there is one; faults in them must not keep anybody from saying stop."""
+    """The settings, and the robot's name if there is one; errors in them must not keep anybody from stopping a
+    robot."""
     name = getattr(options, "name", None)
     try:
         loaded = load_with_sources(options.config, {"name": name}, name_needed=False, environment=environment)
@@ -252,7 +254,7 @@ def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tu
 
 
 def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
-    """What tells where the socket lies, as far as it can be read from a file with faults."""
+    """The settings that say where the socket is, as far as they can be read from a file with errors."""
     path = Path(file)
     try:
         value = parse(read_bytes(path), str(path)).value
@@ -287,7 +289,7 @@ def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...]) -> Da
 
 
 def _running(folders: tuple[Path, ...]) -> list[Path]:
-    """The sockets in these folders that a daemon answers at, or may."""
+    """The sockets in these folders at which a daemon answers or may answer."""
     found = []
     for folder in folders:
         with suppress(OSError):

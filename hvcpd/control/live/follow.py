@@ -1,4 +1,4 @@
-"""`hvcpctl follow`: what a robot says, hears and does, as it happens; lines for a pipe, a picture for a terminal."""
+"""`hvcpctl follow`: what a robot says, hears and does, as it happens; lines in a pipe, a live screen on a terminal."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from hvcpd.control.live.follow_lines import FollowLines
 
 LOOK_S = 1.0
-"""Between two looks at the state and the board, and before a daemon that has ended is looked for again."""
+"""Interval between two requests for state and board, and between two attempts to reach a daemon that has ended."""
 
 
 class Show(Protocol):
-    """Somebody who is shown what happens."""
+    """A display of what happens."""
 
     def event(self, event: dict[str, Any], wall_s: float) -> None: ...
 
@@ -33,8 +33,7 @@ class Show(Protocol):
 
 @dataclass
 class Following:
-    """Two connections to one daemon: events come over one while the other is asked, for an answer ends what came
-    before it."""
+    """Two connections to one daemon: one for events, one for requests, because a reply would interrupt the events."""
 
     asking: DaemonClient
     hearing: DaemonClient
@@ -43,7 +42,7 @@ class Following:
     _looked_s: float = field(default=float("-inf"))
 
     def close(self) -> None:
-        """Let go of both."""
+        """Close both connections."""
         self.asking.close()
         self.hearing.close()
 
@@ -71,21 +70,21 @@ class Following:
 
 
 class JsonShow:
-    """Each event as a JSON object on a line, with the time by the clock on the wall."""
+    """Prints each event as a JSON object on a line, with the wall-clock time."""
 
     def event(self, event: dict[str, Any], wall_s: float) -> None:
         sys.stdout.write(json.dumps({**event, "wall_s": round(wall_s, 3)}) + "\n")
         sys.stdout.flush()
 
     def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
-        """Not told: `hvcpctl status --watch --json` does."""
+        """Prints nothing; `hvcpctl status --watch --json` does."""
 
     def note(self, text: str) -> None:
         sys.stderr.write(f"hvcpctl: {text}\n")
 
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
-    """Follow until interrupted; a daemon that ends is waited for."""
+    """Follow until interrupted; wait for a daemon that has ended."""
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
         watch(options, show, wait, n_events, ("moved",) if options.poses else ())

@@ -22,7 +22,7 @@ Parts = list[Any]
 
 
 class FollowLines:
-    """A line for each event; on a terminal below them, state and board, always as they are now."""
+    """Prints a line for each event; on a terminal also the present state and board below them."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -55,7 +55,7 @@ class FollowLines:
         self._live.update(Group(Rule(style="dim"), status_screen(status), tasks_screen(tasks)), refresh=True)
 
     def note(self, text: str) -> None:
-        """Say something of the connection."""
+        """Print a message about the connection."""
         self._console.print(Text(text, "bold yellow"), soft_wrap=not self._console.is_terminal)
 
     def line(self, event: Event, wall_s: float) -> Text | None:
@@ -73,7 +73,7 @@ class FollowLines:
         return [(speaker, f"bold {self._style(speaker)}"), ": ", clean(event["text"])]
 
     def task(self, number: int) -> str:
-        """A task as it is told."""
+        """The text for a task."""
         name = self._tasks.get(number)
         return f"task {number}, {clean(name)}" if name else f"task {number}"
 
@@ -86,7 +86,7 @@ def _said(show: FollowLines, event: Event) -> Parts:
 
 
 def _seal(event: Event) -> Parts:
-    """What is known of its seal, where there is a key."""
+    """What is known about the sentence's seal, if there is a key."""
     seal = clean(event.get("seal", ""))
     return [(f"  {seal_words(seal)}", "bold yellow" if seal == "not trusted" else "green")] if seal else []
 

@@ -20,7 +20,7 @@ LAST_S = 2.0**64 / 1e9
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read it whole, and write the file whole."""
+    """Read the whole recording, then write the whole file."""
     messages = [*messages_of(options.recording)]
     if not messages:
         raise ConfigError(f"{options.recording} has no events")

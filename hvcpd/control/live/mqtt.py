@@ -22,7 +22,7 @@ from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
 """Fields of a status that change without an event; they alone are not a reason to send the status again."""
 STATUS_EVERY = 30
-"""Looks of a second after which the status is sent in any case, so that levels and counts are no older."""
+"""Seconds after which the status is sent in any case, so that levels and counts are no older."""
 WILDCARDS = frozenset("+#\0")
 """Not allowed in a topic that is published to (MQTT 3.1.1, section 4.7)."""
 MOST_UNSENT = 1000
@@ -88,7 +88,7 @@ class Broker:
         self._publish(topic, text, retain=True)
 
     def tell(self, topic: str, text: str) -> None:
-        """Send what is of the moment: while there is no connection it is dropped."""
+        """Send a momentary message, which is dropped while there is no connection."""
         self._publish(topic, text, retain=False)
 
     def _publish(self, topic: str, text: str, retain: bool) -> None:
@@ -98,7 +98,7 @@ class Broker:
             self._n_dropped += 1
 
     def _command(self, message: Any, obey: Callable[[str], None]) -> None:
-        """Obey, but no command that the broker has kept: it would be carried out again at each connection."""
+        """Obey, except retained commands, which would be carried out again after each connection."""
         if message.retain:
             sys.stderr.write("hvcpctl: MQTT: retained commands are ignored; send them without `retain`\n")
         else:
@@ -149,7 +149,7 @@ class MqttShow:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Bridge until interrupted; a daemon that ends is waited for."""
+    """Bridge until interrupted; wait for a daemon that has ended."""
     with closing(find_daemon(options)) as daemon:
         name, path = daemon.name, daemon.path
     with Broker(options, name, lambda text: _obey(text, path, options.commands)) as broker:
@@ -161,7 +161,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _obey(text: str, path: Path, all_commands: bool) -> None:
-    """Carry out `stop`, and with `all_commands` `resume` and `say SENTENCE`; what fails is told in one line."""
+    """Carry out `stop`, and with `all_commands` also `resume` and `say SENTENCE`; errors are one line each."""
     command, _, sentence = text.strip().partition(" ")
     try:
         if command == "stop" or (all_commands and command == "resume"):

@@ -12,7 +12,7 @@ from hvcpd.ros.command import base_of, choose_ros, ros2_words, run_bridge, start
 
 
 def run(options: argparse.Namespace) -> int:
-    """Find the daemon and its settings, then bridge; begin anew whenever ROS's master has ended."""
+    """Find the daemon and its settings, then bridge; restart whenever ROS's master has ended."""
     for each in options.remap:
         if ":=" not in each:
             raise ConfigError(f"{each!r} is not a remapping; write name:=other, _parameter:=value, or --ros-args …")

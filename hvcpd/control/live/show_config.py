@@ -17,8 +17,8 @@ from hvcpd.errors import EX_OK
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the settings that a daemon started now would have, with --running those of the one that runs, or with
-    --example a file of them to begin with."""
+    """Print the settings that a daemon started now would have; with --running those of the running daemon; with
+    --example a settings file to start from."""
     if options.example:
         sys.stdout.write(commented_settings())
         return EX_OK
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _told(each: Sourced) -> dict[str, Any]:
-    """Its fields; a robot's name has no default, and the name that stands in for it here is none."""
+    """The setting's fields; the name that stands in for a missing robot's name is shown as none."""
     return {**vars(each), "value": None} if (each.key, each.source) == ("name", "default") else vars(each)
 
 
@@ -56,5 +56,5 @@ WIDEST_VALUE = 32
 
 
 def value_text(value: object) -> str:
-    """A setting as it is written in the file: JSON is YAML too; text stands without its quotes."""
+    """A setting as it is written in the file: as JSON, which is also YAML, but text without quotes."""
     return value if isinstance(value, str) and value.isprintable() else json.dumps(value, ensure_ascii=False)

@@ -25,7 +25,7 @@ from hvcpd.skills.runners import Program, Runner
 
 
 def run(options: argparse.Namespace) -> int:
-    """Find the robot, make its skills ready, and serve; again and again where the daemon is started anew."""
+    """Find the robot, prepare its skills, and serve them; repeat if the daemon restarts."""
     loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
     settings = loaded.settings
     tasks = load_tasks(settings.tasks)
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 async def until_ended(serving: Coroutine[None, None, None]) -> None:
-    """Serve until SIGTERM, as until Ctrl-C: what is under way is cancelled, and safe."""
+    """Serve until SIGTERM or Ctrl-C; a skill under way is then cancelled and made safe."""
     task = asyncio.ensure_future(serving)
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
     with suppress(asyncio.CancelledError):
@@ -59,15 +59,15 @@ async def until_ended(serving: Coroutine[None, None, None]) -> None:
 
 
 def offered(settings: Settings, tasks: TaskRepository) -> tuple[str, ...]:
-    """The skills that the settings name, but for joints, which the daemon has, and actions of ROS, which
-    `hvcpctl ros` has; and declared ones of Python packages."""
+    """The skills of the settings, without joints (the daemon's) and actions of ROS (`hvcpctl ros`), and the declared
+    skills of Python packages."""
     declared = {skill.name for skill in tasks.skills}
     own = {name for name, skill in settings.skills.items() if skill.run or skill.gpio is not None}
     return tuple(sorted(own | declared.intersection(installed()) - settings.skills.keys()))
 
 
 async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
-    """Offer the skills to the daemon at `path` for ever. Raises HvcpdError for what trying again does not mend."""
+    """Offer the skills to the daemon at `path` for ever. Raises HvcpdError for an error that a retry does not fix."""
     async with AsyncExitStack() as stack:
         with ExitStack() as opened:
             pins = {skill.gpio.pin: skill.gpio.active_high for skill in settings.skills.values() if skill.gpio}

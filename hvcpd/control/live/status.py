@@ -16,11 +16,11 @@ from hvcpd.hardware.heat import processor_heat_c
 from hvcpd.reporting.metrics import metrics_of
 
 EVERY_S = 1.0
-"""Between two looks of `--watch`."""
+"""Interval of `--watch`."""
 
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep) -> int:
-    """Show it once, or with --watch again and again until interrupted."""
+    """Show it once, or with --watch repeatedly until interrupted."""
     with closing(find_daemon(options)) as daemon:
         if options.prometheus:
             sys.stdout.write(metrics_of(daemon.ask("status"), processor_heat_c()))

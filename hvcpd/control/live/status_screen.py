@@ -69,7 +69,7 @@ def _talk(talk: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableType]
 
 
 def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
-    """What is wrong with a memory as `status` tells of it, the worst first; older daemons tell only `lost`."""
+    """The faults of a memory in `status`, the worst first; older daemons report only `lost`."""
     if memory.get("unkept"):
         yield f'"stop" and "resume" would not survive a restart: {memory["unkept"]}'
     if memory.get("fault"):
@@ -131,7 +131,7 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
 
 
 def _way(place: Mapping[str, Any]) -> str:
-    """Who has a place that only one robot fits in, and who waits for it."""
+    """The robot in each shared place, and the robots that wait for it."""
     keeper, waiting = place["keeper"], [clean(name) for name in place["waiting"]]
     has = "nobody has it" if keeper is None else f"{clean(keeper)} has it"
     here = ", in it now" if place["inside"] else ", waited for" if place["wanted_s"] is not None else ""

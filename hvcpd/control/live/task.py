@@ -1,4 +1,4 @@
-"""`hvcpctl task`: have a task done again, or left out this time, while the robots work; add and remove tasks."""
+"""`hvcpctl task`: repeats or skips a task while the robots work; adds and removes tasks."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ OTHERS = {
     "add": "it starts when its words are ready; the other robots do not know it, so give each the same command",
     "remove": "the other robots keep it, so give each the same command",
 }
-"""A reminder, because robots do not tell each other about these."""
+"""Reminder for changes that robots do not announce to each other."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Tell the robot; of a change for this time it tells the others."""
+    """Give the robot the change; it announces repeats and skips to the others."""
     arguments: dict[str, Any] = {"do": options.do}
     arguments |= {"task": task_of(options)} if options.do == "add" else {"number": options.number}
     with closing(find_daemon(options)) as daemon:
@@ -65,7 +65,7 @@ def _action(text: str) -> object:
 
 
 def _value(text: str, option: str) -> object:
-    """What is written as in YAML."""
+    """Parse a value as YAML does."""
     document = parse(text.strip().encode("utf-8", "surrogateescape"), option)
     for fault in document.faults():
         raise ConfigError(fault)

@@ -41,7 +41,7 @@ class AskedRows:
         self._daemon = daemon
 
     def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]:
-        """As `TranscriptReader` has it. Raises NotRunningError once the daemon has ended."""
+        """As `TranscriptReader`'s. Raises NotRunningError once the daemon has ended."""
         found: list[TranscriptRow] = []
         since = {"since_s": since_wall_s} if since_wall_s > 0 else {}
         while True:
@@ -51,12 +51,12 @@ class AskedRows:
             found += [_row(each) for each in page]
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection."""
         self._daemon.close()
 
 
 def open_transcript(options: argparse.Namespace) -> Rows:
-    """The memory that the options select: the named file, the running robot's, or that of the robot in the settings."""
+    """The memory that the options select: the given file, the running robot's, or that of the robot in the settings."""
     if options.memory is not None:
         return TranscriptReader(Path(options.memory))
     try:
@@ -117,5 +117,5 @@ def line_of(row: TranscriptRow, as_json: bool) -> str:
 
 
 def _plain(text: str) -> str:
-    """Without characters that a terminal would obey: the file may come from elsewhere."""
+    """The text without control characters, because the file may come from elsewhere."""
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)

@@ -1,4 +1,4 @@
-"""`hvcpctl check-vocabulary`: which words and phrases of a team would be taken for one another, and what to say."""
+"""`hvcpctl check-vocabulary`: finds words and phrases of a team that sound alike, and suggests others."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from hvcpd.errors import EX_FAILURE, EX_OK
 from hvcpd.reporting.text import listed
 
 SHOWN = 10
-"""Rows of the table when nothing is confusable: the nearest ones, to see how far off they are."""
+"""Rows of the table when nothing is confusable: the nearest pairs."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the pairs, worst first; 1 if a team's own words would be confused."""
+    """Print the pairs, worst first; returns 1 if a team's own words would be confused."""
     team = load_team(options, options.names or (), allow_confusable=True)
     found = check(team.phrasebook, team.names, team.sound, vocabulary_cache())
     refused = [c for c in found if c.confusable and not c.fixed]

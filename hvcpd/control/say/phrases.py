@@ -1,4 +1,4 @@
-"""`hvcpctl phrases`: the card of all that can be said."""
+"""`hvcpctl phrases`: the card of all sentences that can be said."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.playground import make_scenes, page
 
 MOST_ROBOTS = 4
-"""Each adds 1.3 MB to the page."""
+"""Most robots; each adds 1.3 MB to the page."""
 
 
 def run(options: argparse.Namespace) -> int:

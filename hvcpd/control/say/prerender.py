@@ -1,4 +1,4 @@
-"""`hvcpctl prerender`: make beforehand what a robot's service makes ready at its first start, with a progress bar."""
+"""`hvcpctl prerender`: renders in advance what a robot's service renders at its first start."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
 SERVICE_USER = "hvcpd"
-"""As systemd/hvcpd.sysusers makes it."""
+"""The service's user, as in systemd/hvcpd.sysusers."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fill the cache of the service, or else this user's own; what is there already is not made again."""
+    """Fill the service's cache, or else this user's; what is already there is not rendered again."""
     team = load_team(options, options.names or ())
     settings = team.settings if options.names is None else replace(team.settings, names=options.names)
     names = settings.names if options.names is not None else _own_name(options.config) or settings.names
@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
-    """All that the daemon makes for this robot, and it in a robot that is thrown away."""
+    """Render all that the daemon renders for this robot, in a robot that is discarded afterwards."""
     wiring = wire_up(settings, allow_confusable=True)
     sound = replace(wiring.sound, cache=UnitCache(folder))
     if for_service:
@@ -79,13 +79,13 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
 
 
 def _own_name(config: Path | None) -> tuple[str, ...]:
-    """The robot's, if the settings name it; several robots that share them do not."""
+    """The robot's name in the settings; empty for settings that several robots share."""
     sources = load_with_sources(config, name_needed=False).sources
     return tuple(str(each.value) for each in sources if each.key == "name" and each.source != "default")
 
 
 def _become_owner(folder: Path) -> None:
-    """Root writes as the user whose folder it is: what is root's the service could not keep in order."""
+    """Have root write as the owner of the folder, because the service could not maintain root's files."""
     with suppress(OSError):
         owner = folder.stat()
         if os.geteuid() == 0 != owner.st_uid:

@@ -1,4 +1,4 @@
-"""`hvcpctl pronounce`: how words are said, and why so."""
+"""`hvcpctl pronounce`: how words are pronounced, and why."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _print_word(word: str, known: Sequence[Known], as_json: bool) -> None:
 
 
 def _print_table(lexicon: Lexicon, as_json: bool) -> None:
-    """The paper's table I, with what our voices say where the paper's said one and the same everywhere."""
+    """The paper's table I, with our voices' pronunciations of words that the paper's voice said alike."""
     rows = [paper_row(word, lexicon) for word in PAPER_TABLE]
     if as_json:
         for row in rows:
@@ -101,7 +101,7 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
 
 
 def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexicon: Lexicon) -> None:
-    """The words as sound or as the synthesizer's frames, if that was asked for."""
+    """Play the words, or print the synthesizer's frames, if requested."""
     name: str = options.voice_of
     if options.output is not None:
         write_wav(options.output, Speaker(voice_for(name), lexicon).render(phrases))

@@ -1,8 +1,7 @@
 """`hvcpctl say`: one sentence of the phrasebook, by a running robot, to the loudspeaker or to a file.
 
-A robot that runs on this computer says what is said in its name itself, on its turn of the floor; whatever tells how or
-where it is to sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard) or --local has this command make the
-sound.
+A robot that runs on this computer says a sentence in its name itself, when its turn comes. With --local, or with an
+option about the sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard), this command makes the sound.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ HEARD_RATES = (0.7, 1.75)
 """Slowest and fastest speaking rate that robots understand, relative to the usual one (measured; a template is
 stretched to twice its length or half of it)."""
 HEARD_DB = 0.05
-"""A difference of level below this is not worth a note."""
+"""Differences of level below this are not reported."""
 
 
 SAID_WITHIN_S = 60.0
-"""A robot's turn comes within seconds among few, within a minute in a crowd that never falls silent."""
+"""Time for a robot's turn to come: seconds among few robots, up to a minute in a crowd that never falls silent."""
 
 _SPEAKER = re.compile(r"\bi\s+am\s+([a-z][a-z0-9]*)", re.IGNORECASE)
 
@@ -53,7 +52,7 @@ def _makes_the_sound(options: argparse.Namespace) -> bool:
 
 
 def _daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
-    """The daemon of who says "I am …"; of a sentence without a name the one that the options mean."""
+    """The daemon of the speaker in "I am …"; for a sentence without a name, the one that the options select."""
     if options.name is not None or options.socket is not None:
         return find_daemon(options)
     speaker = _SPEAKER.search(options.text)
@@ -116,7 +115,7 @@ def _play(options: argparse.Namespace) -> int:
 def _speaker(
     options: argparse.Namespace, team: Team, delivery: Delivery, name: str, phrases: tuple[tuple[str, ...], ...]
 ) -> Speaker:
-    """The recorded voice that was asked for, or the named robot's."""
+    """The recorded voice that the options select, or that of the given robot."""
     if options.voice is not None:
         return recorded_voice(options.voice, (word for phrase in phrases for word in phrase), team.sound.lexicon)
     if name.lower() in team.sound.recorded:

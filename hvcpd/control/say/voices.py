@@ -1,4 +1,4 @@
-"""`hvcpctl voices`: the eight voices side by side, to read and to hear."""
+"""`hvcpctl voices`: compares the eight voices in a table and by ear."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _phrases(text: str) -> list[list[str]]:
 
 
 def _whose(voice: Voice, names: Sequence[str], sound: Sound) -> list[str]:
-    """The robots of these names that speak with the voice; those with recordings have none of ours."""
+    """Those of these robots that speak with the voice; robots with recorded voices have none of ours."""
     return [name for name in names if name.lower() not in sound.recorded and sound.voice_of(name) == voice]
 
 

@@ -1,6 +1,6 @@
 """`hvcpctl simulate --hours`: hours or days of a team at the level of words, in minutes, and a report of the shift.
 
-The robots' own conversation, over air that carries words and no sound; driving and skills take time, and nothing else.
+The robots' own conversation over simulated air that carries words without sound; driving and skills only take time.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ BEGIN_S = (BEGIN + timedelta(weeks=1)).timestamp()
 """Midnight before a Monday, local time: every such shift begins then, so that the same seed gives the same shift."""
 HOUR_S = 3600.0
 FOR_SOUND = ("play", "key", "encrypted", "mute", "strangers", "tank")
-"""Options that are about sound, or need it."""
+"""Options that need sound."""
 
 
 def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> int:
-    """Run it, show the shift, write its page; 0 only if all that was due was done, and nothing twice."""
+    """Run it, show the shift, write its page; returns 0 only if everything due was done, and nothing twice."""
     useless = next((name for name in FOR_SOUND if getattr(options, name)), None)
     if useless is not None:
         raise ConfigError(f"--hours simulates words, without sound; leave out --{useless}")
@@ -76,7 +76,7 @@ def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, spee
 
 
 def _shift(mission: WordMission, team: Team, length_s: float) -> Shift:
-    """The shift as it was in the air, told as the first robot's."""
+    """The shift as heard in the air, in the form of the first robot's transcript."""
     begin_s = mission.plan.begin_s
     rows = [
         TranscriptRow(

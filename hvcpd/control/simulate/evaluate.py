@@ -23,7 +23,7 @@ INTERVALS = "Intervals are of 95 % (shares: Wilson; pivotal distances: profile l
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run one experiment or all, write what was found, and say where."""
+    """Run one experiment or all, write the findings, and print where."""
     if options.from_recordings is not None and options.experiment != "wake":
         raise ConfigError(f"--from-recordings: {options.experiment} has no recordings; use it with wake")
     names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
@@ -95,7 +95,7 @@ def _sweep(name: str, scale: Scale, out: Path, workers: Workers, progress: Calla
 
 
 def _jobs(options: argparse.Namespace) -> int:
-    """As asked for; else a process for each core, or one where there is no dask to start more."""
+    """The number of processes: as requested, else one for each core, or a single one without dask."""
     if options.jobs is not None:
         return int(options.jobs)
     return (os.cpu_count() or 1) if importlib.util.find_spec("distributed") is not None else 1

@@ -1,4 +1,4 @@
-"""`hvcpctl new-team`: a team of one's own, from a few answers, checked and tried."""
+"""`hvcpctl new-team`: writes the settings and tasks of a new team from a few answers, and checks them."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Console:
 
 
 def run(options: argparse.Namespace, console: Console | None = None) -> int:
-    """Ask for what is not given, check it all, write the two files, and simulate the team if that is wanted."""
+    """Ask for what is missing, check everything, write the two files, and simulate the team if requested."""
     folder: Path = options.folder
     for name in ("hvcpd.yaml", "tasks.yaml"):
         if (folder / name).exists():
@@ -233,7 +233,7 @@ def tasks_of(folder: Path, robots: tuple[str, ...], skills: list[SkillAnswer], t
 
 
 def _check(robots: tuple[str, ...], settings: str, tasks: str) -> None:
-    """Whether a robot would take both files, and could tell all their words apart. Raises ConfigError."""
+    """Check that a robot would accept both files, and could tell all their words apart. Raises ConfigError."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "hvcpd.yaml").write_text(settings)

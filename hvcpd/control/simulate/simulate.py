@@ -35,7 +35,7 @@ from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.skills.checks import faults
 
 MAX_ROBOTS = 12
-"""More do not fit into the start corner, nor into the air: each task takes about 13 s of talk."""
+"""Most robots; more fit neither into the start corner nor into the air, because each task takes about 13 s of talk."""
 
 ANOTHER_FOLDER = "name another directory"
 
@@ -44,7 +44,7 @@ Pace = Callable[[float, Samples], None]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the mission, show it, write the report; 0 only if every task was done exactly once."""
+    """Run the mission, show it, write the report; returns 0 only if every task was done exactly once."""
     robots: tuple[str, ...] = options.robots
     if len(robots) > MAX_ROBOTS:
         raise ConfigError(f"--robots: {len(robots)} is too many; at most {MAX_ROBOTS}")
@@ -98,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _keys(options: argparse.Namespace) -> KeyRing | None:
-    """The team's, or for a mission without a file one that follows from the seed, so that it can be run again."""
+    """The team's key; without a file one made from the seed, so that the mission can be repeated."""
     if options.key is None:
         return None
     if options.key == Path():
@@ -108,7 +108,7 @@ def _keys(options: argparse.Namespace) -> KeyRing | None:
 
 
 def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) -> dict[str, dict[str, FakeDevice]]:
-    """Each robot's own fake devices, as the settings have them, but for what it is to lack."""
+    """Each robot's fake devices, as in the settings, without those that it is to lack."""
     if wrong := list(faults(team.settings, team.tasks, programs_too=False)):
         raise ConfigError("\n".join(wrong))
     skills = {name: usual_devices(team.tasks, team.settings.skills, options.tank) for name in robots}
@@ -123,7 +123,7 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
 
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
-    """As the options say, or else the settings."""
+    """From the options, or else from the settings."""
     return Speech(options.slow or settings.rate == "slow", options.repeat or settings.repeat)
 
 
@@ -181,7 +181,7 @@ class _Show:
 
 @contextmanager
 def pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[Pace]:
-    """How fast the mission goes: as the loudspeaker plays, by the clock on the wall, or at once."""
+    """The pace of the mission: the loudspeaker's, the wall clock's, or unlimited."""
     with ExitStack() as stack:
         pace: Pace = RealTime() if options.play or options.speed == "real" else lambda _now, _sound: None
         if options.play:
@@ -195,7 +195,7 @@ def pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[
 
 
 class _Louder:
-    """The listener's sound, brought to a level for people, through the loudspeaker."""
+    """Plays the listener's sound through the loudspeaker, at a level for people."""
 
     def __init__(self, player: AbstractContextManager[Pace]) -> None:
         self._player = player
@@ -209,7 +209,7 @@ class _Louder:
 
 
 class RealTime:
-    """Holds the mission back to the pace of a clock on the wall."""
+    """Slows the mission down to the wall clock."""
 
     def __init__(self) -> None:
         self._began_s = time.monotonic()
@@ -253,7 +253,7 @@ def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: b
 LISTENER_GAIN = np.float32(30.0)
 """A robot 5 m from the listener's microphone has −55 dBFS there; this brings it to −25 dBFS."""
 PEAK = 0.7
-"""Of full scale, about −3 dBFS: the microphone's own level is too low for a person's loudspeaker."""
+"""Peak of what is played, of full scale, about −3 dBFS; the microphone's own level is too low for people."""
 
 
 def _audible(sound: Samples) -> Samples:

@@ -1,4 +1,4 @@
-"""A team as the commands see it: its names, tasks and pronunciations."""
+"""A team as the commands load it: names, tasks and pronunciations."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class Team:
     phrasebook: Phrasebook
     sound: Sound
     people: Mapping[str, Person]
-    """Those of the names that are enrolled, by name in lower case."""
+    """The enrolled people among the names, by name in lower case."""
 
 
 def vocabulary_cache() -> Path | None:
-    """Where a person's commands keep what the vocabulary check found; None without a home."""
+    """Where commands cache the results of the vocabulary check; None without a home folder."""
     units = user_cache_folder()
     return units.parent / "vocabulary" if units is not None else None
 
@@ -91,7 +91,7 @@ def _enrolled(settings: Settings) -> dict[str, Person]:
 
 
 def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:
-    """Raises ConfigError for the first two names that are pronounced alike: nobody could tell whom is spoken of."""
+    """Raises ConfigError for the first two names that are pronounced alike."""
     said = {name: set(sound.lexicon.sounds(name)) for name in names}
     for first, second in combinations(names, 2):
         if said[first] & said[second]:
