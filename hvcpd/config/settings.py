@@ -201,6 +201,7 @@ class Settings:
     control: ControlSettings = ControlSettings()
     clips: ClipSettings = ClipSettings()
     voices: Literal["robots", "enrolled", "any"] = "any"
+    learn_voices: bool = True
     security: SecuritySettings = SecuritySettings()
     skills: Mapping[str, SkillSettings] = field(default_factory=dict, metadata=checked(valid_skills))
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))

@@ -153,8 +153,9 @@ class Daemon:
             self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up)
             stack.push_async_callback(self._name_learning.close)
             body.join, body.retask = self._name_learning.join, self._name_learning.retask
-            self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
-            stack.push_async_callback(self._adaptation.settled)
+            if settings.learn_voices:
+                self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
+                stack.push_async_callback(self._adaptation.settled)
 
             self._button = self._devices.make_stop_button(settings.stop_button)
             if self._button is not None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -50,6 +50,10 @@ class Hypotheses:
     speech_s: float
     fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
     """The fits of sentences other than `by_phones`, where requested."""
+
+    def through(self, log_posteriors: LogPosteriors) -> Hypotheses:
+        """The same with posteriors of another output layer."""
+        return replace(self, log_posteriors=log_posteriors, by_phones=self.search.best(log_posteriors), fits={})
 
     @property
     def sentences(self) -> list[Words]:

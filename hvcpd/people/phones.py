@@ -71,6 +71,30 @@ class NetOutput:
     activations: Logs
 
 
+@dataclass(frozen=True, eq=False)
+class OutputLayer:
+    """The last layer: `weights`, shape (width, len(PHONES) + 1), and `bias`."""
+
+    weights: Logs
+    bias: Logs
+
+    def logits(self, activations: Logs) -> Logs:
+        """Before the softmax, shape (frames, len(PHONES) + 1)."""
+        return np.asarray(activations @ self.weights + self.bias, np.float32)
+
+    def log_posteriors(self, activations: Logs) -> LogPosteriors:
+        """Of frames of the last hidden layer, shape (frames, width), at GAP_COST for a frame of none."""
+        logits = self.logits(activations)
+        logits[:, -1] -= GAP_COST
+        logits -= logits.max(axis=1, keepdims=True)
+        return np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32)
+
+
+def anybodys_layer() -> OutputLayer:
+    """The layer as it was trained, for any voice."""
+    return OutputLayer(_weights()["weights_out"], _weights()["bias_out"])
+
+
 def phones_of(logs: Logs) -> NetOutput:
     """The net's output for `centred` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
     weights, sound = _weights(), logs
@@ -78,10 +102,7 @@ def phones_of(logs: Logs) -> NetOutput:
         step = 2 if number == HALVES else 1
         found = _layer(sound, weights[f"weights{number}"], weights[f"bias{number}"], apart, step)
         sound = found if number <= HALVES else sound + found
-    logits = sound @ weights["weights_out"] + weights["bias_out"]
-    logits[:, -1] -= GAP_COST
-    logits -= logits.max(axis=1, keepdims=True)
-    return NetOutput(np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32), sound)
+    return NetOutput(anybodys_layer().log_posteriors(sound), sound)
 
 
 def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Logs:
