@@ -54,7 +54,7 @@ def check(net: nn.Module, data: Data) -> list[Told]:
     words, others = [list[float]() for _ in TOLD_S], [list[float]() for _ in TOLD_S]
     chunks = [0 for _ in TOLD_S]
     with torch.no_grad():
-        for _, sound, labels in data.batches(None, np.flatnonzero(~data.inside)):
+        for sound, labels in data.batches(np.flatnonzero(~data.inside)):
             for curve, logits in enumerate(net(sound).unbind(1)):
                 is_told = labels[:, curve] == TOLD
                 window = torch.where(is_told, logits[:, None], torch.tensor(-40.0))
@@ -94,7 +94,7 @@ def main() -> None:
     parser.add_argument("--net", type=Path, nargs="+", default=[WEIGHTS])
     o = parser.parse_args()
     torch.set_num_threads(1)
-    data = Data.load([o.material])
+    data = Data.load(o.material)
     for path in o.net:
         with np.load(path) as file:
             lines = list(zip(file["slopes"], file["intercepts"], strict=True))

@@ -1,36 +1,43 @@
 """Trains the net of `hvcpd.recognition.keyword` (needs PyTorch: pip install torch) and writes its weights.
 
-    nice python -m benchmarks.keyword.train material.npz... --check validation.npz --out stop.npz [--steps 7500]
-        [--seed 1] [--start stop.npz] [--keep 0,0.2,0.4] [--rate 0.003]
+    nice python -m benchmarks.keyword.train clips.npz --data DIR --out stop.npz [--steps 7500] [--seed 1]
+        [--start stop.npz] [--keep 0,0.2,0.4] [--rate 0.003]
 
 Two curves: that the word was said, which may be told at any time within 0.2 s of its end, and that it was a call and no
 part of a sentence, for which there are 0.75 s. What is told while the word ends, and soon after, does not count. Takes
-that are easy are passed over more often than not (A. Shrivastava et al., "Training region-based object detectors with
-online hard example mining", CVPR 2016).
+are mixed anew for each batch; clips that were hard are drawn more often (after A. Shrivastava et al., "Training
+region-based object detectors with online hard example mining", CVPR 2016).
 """
 
 from __future__ import annotations
 
 import argparse
 import datetime
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import torch
 from torch import Tensor, nn
+from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
+from benchmarks.keyword.clips import Clip, load
+from benchmarks.keyword.mixing import EnergyMixer, Takes
 from benchmarks.keyword.model import Folded, Net, averaged, folded, save, started, stored
 from benchmarks.keyword.score import calibrated, check
-from benchmarks.keyword.takes import NOTHING, TOLD, Data
+from benchmarks.keyword.takes import BATCH, NOTHING, TOLD, Data, inputs, labels_of, leave_out
+from hvcpd.recognition.stream import CHUNK_FRAMES
 
-EASY = 0.03
-"""A take whose loss was below this is easy."""
-PASSED_OVER = 0.7
-"""Share of the easy takes that are passed over."""
-AT_RATE = 10.0
+VALIDATION_BATCHES = 30
+VALIDATION_SEED = 9
+AT_RATE = 30.0
 """False ones an hour at which the best mean of weights is chosen."""
+AVERAGED = 0.99
+"""Weight of the earlier ones in the running mean of weights: of about 100 steps."""
+WARM_UP = 50
+"""Steps until the rate is reached."""
 PRINTED = 500
-"""Steps from one check to the next."""
+"""Steps from one check, and one file written, to the next."""
 
 
 def loss_of(logits: Tensor, labels: Tensor, weight: float) -> Tensor:
@@ -43,54 +50,77 @@ def loss_of(logits: Tensor, labels: Tensor, weight: float) -> Tensor:
     return found + weight * wrong
 
 
-def trained(net: Net, data: Data, validation: Data, o: argparse.Namespace) -> None:
-    """Train the net for `o.steps` batches."""
+def batch(mixer: EnergyMixer, rng: np.random.Generator) -> tuple[Takes, Tensor, Tensor]:
+    """Takes, their inputs and their labels."""
+    takes = mixer.draw(BATCH)
+    sound = inputs(takes.energies, rng)
+    leave_out(sound, rng)
+    labels = labels_of(takes.ends, takes.inside, sound.shape[1] // CHUNK_FRAMES)
+    return takes, torch.from_numpy(sound.transpose(0, 2, 1).copy()), torch.from_numpy(labels)
+
+
+def validating(clips: Sequence[Clip], data: Path) -> Data:
+    """Takes of the part to choose weights with."""
+    mixer = EnergyMixer(clips, data, "validate", VALIDATION_SEED)
+    takes = [mixer.draw(BATCH) for _ in range(VALIDATION_BATCHES)]
+    logs = np.log(np.concatenate([each.energies for each in takes])).astype(np.float16)
+    ends, inside = (np.concatenate([getattr(each, key) for each in takes]) for key in ("ends", "inside"))
+    return Data(logs, labels_of(ends, inside, logs.shape[1] // CHUNK_FRAMES), inside)
+
+
+def trained(net: Net, mixer: EnergyMixer, o: argparse.Namespace) -> Iterator[tuple[int, float, Net]]:
+    """Train the net for `o.steps` batches at one rate; now and then, the steps so far, the mean loss since, and the net
+    of the running mean of weights (B. Polyak & A. Juditsky, "Acceleration of stochastic approximation by averaging",
+    SIAM J. Control Optim. 30(4), 1992)."""
     rng = np.random.default_rng(o.seed)
     optimizer = torch.optim.AdamW(net.parameters(), lr=o.rate, weight_decay=0.01)
-    losses, last = list[float](), np.full(len(data.logs), np.inf)
-    while len(losses) < o.steps:
-        takes = np.flatnonzero((last > EASY) | (rng.random(len(last)) > PASSED_OVER))
-        for some, sound, labels in data.batches(rng, takes):
-            share = len(losses) / o.steps
-            for group in optimizer.param_groups:
-                group["lr"] = o.rate * min(share / 0.03 + 0.05, 1.0) * 0.5 * (1.0 + np.cos(np.pi * share)) + 1e-5
-            optimizer.zero_grad()
-            with torch.autocast("cpu", torch.bfloat16):  # half the time where the processor has it
-                logits = net(sound)
-            each = loss_of(logits.float(), labels, o.weight)
-            last[some] = each.detach().numpy()
-            loss = each.mean()
-            loss.backward()  # type: ignore[no-untyped-call]
-            nn.utils.clip_grad_norm_(net.parameters(), 5.0)
-            optimizer.step()
-            losses.append(float(loss.detach()))
-            if len(losses) % PRINTED == 0:
-                score = " | ".join(map(str, check(net, validation)))
-                print(f"{len(losses):6d} {len(takes)} {np.mean(losses[-PRINTED:]):.3f} {score}", flush=True)
-            if len(losses) == o.steps:
-                return
+    mean = AveragedModel(net, multi_avg_fn=get_ema_multi_avg_fn(AVERAGED), use_buffers=True)
+    losses = list[float]()
+    for step in range(1, o.steps + 1):
+        takes, sound, labels = batch(mixer, rng)
+        for group in optimizer.param_groups:
+            group["lr"] = o.rate * min(step / WARM_UP, 1.0)
+        optimizer.zero_grad()
+        with torch.autocast("cpu", torch.bfloat16):  # half the time where the processor has it
+            logits = net(sound)
+        each = loss_of(logits.float(), labels, o.weight)
+        mixer.learned(takes, each.detach().numpy())
+        loss = each.mean()
+        loss.backward()  # type: ignore[no-untyped-call]
+        nn.utils.clip_grad_norm_(net.parameters(), 5.0)
+        optimizer.step()
+        mean.update_parameters(net)
+        losses.append(float(loss.detach()))
+        if step % PRINTED == 0 or step == o.steps:
+            yield step, float(np.mean(losses[-PRINTED:])), mean.module
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("material", type=Path, nargs="+")
-    parser.add_argument("--check", type=Path, required=True)
+    parser.add_argument("clips", type=Path)
+    parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--steps", type=int, default=7500)
     parser.add_argument("--weight", type=float, default=0.5, help="of what is told in error")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--rate", type=float, default=3e-3)
+    parser.add_argument("--rate", type=float, default=1e-3)
     parser.add_argument("--start", type=Path, help="go on from these weights")
     parser.add_argument("--keep", default="0,0.2,0.4", help="shares of those to try in what is written")
     o = parser.parse_args()
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
-    data, validation = Data.load(o.material), Data.load([o.check])
-    some = np.arange(0, len(data.logs), 20)
+    clips = load(o.clips)
+    mixer, validation = EnergyMixer(clips, o.data, "train", o.seed), validating(clips, o.data)
     net = Net()
     if o.start is not None:
-        net = started(o.start, torch.cat([sound for _, sound, _ in data.batches(None, some)]))
-    trained(net, data, validation, o)
+        net = started(o.start, torch.cat([batch(mixer, np.random.default_rng(k))[1] for k in range(8)]))
+    for step, loss, mean in trained(net, mixer, o):
+        print(f"{step:6d} {loss:.3f}", flush=True)
+        write(mean, validation, step, o)
+
+
+def write(net: Net, validation: Data, step: int, o: argparse.Namespace) -> None:
+    """Write the best mean of these weights and those that it started from."""
     pairs, shares = folded(net), [0.0]
     if o.start is not None:
         shares = [float(share) for share in o.keep.split(",")]
@@ -102,7 +132,7 @@ def main() -> None:
     found = scores[best]
     today = datetime.date.today().isoformat()
     score, kept = " | ".join(map(str, found)), f", {best} of {o.start.name} kept" if best else ""
-    notes = f"{today}, {len(data.logs)} takes, seed {o.seed}, {o.steps} steps{kept}; validation: {score}"
+    notes = f"{today}, {BATCH * step} takes, seed {o.seed}, {step} steps{kept}; validation: {score}"
     save(o.out, means[best], [calibrated(each.words, each.others) for each in found], notes)
 
 

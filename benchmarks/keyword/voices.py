@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks.judging import Phrases, text_of
 from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
-from benchmarks.keyword.texts import OWN_WORDS, alike, call, inside
+from benchmarks.keyword.texts import OWN_WORDS, alike, call, inside, near_part_of
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, neural, own, piper
 from hvcpd.hardware.soundfile import read_wav
@@ -30,12 +30,12 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
 PLAN = {
-    "own": {"stop": 120, "talk": 250, "word": 200, "inside": 30},
-    "like own": {"stop": 230, "talk": 100, "word": 400, "inside": 60},
-    "natural": {"stop": 150, "talk": 350, "word": 200, "inside": 50},
-    "like natural": {"stop": 250, "talk": 150, "word": 300, "inside": 80},
-    "foreign": {"stop": 650, "talk": 700, "word": 750, "inside": 280},
-    "neural": {"stop": 300, "talk": 300, "word": 450, "inside": 120},
+    "own": {"stop": 120, "talk": 200, "word": 600, "inside": 30},
+    "like own": {"stop": 230, "talk": 100, "word": 600, "inside": 60},
+    "natural": {"stop": 150, "talk": 150, "word": 500, "inside": 40},
+    "like natural": {"stop": 200, "talk": 100, "word": 300, "inside": 50},
+    "foreign": {"stop": 400, "talk": 300, "word": 600, "inside": 150},
+    "neural": {"stop": 200, "talk": 150, "word": 400, "inside": 60},
 }
 """By whom what is said how often: the robots' own voices and others that their synthesizers might have, formant or
 natural; espeak-ng and flite; neural synthesizers."""
@@ -117,7 +117,8 @@ def said(job: Job) -> Clip:
     source, kind, phrases, seed = job
     sound = trimmed(_talker(source)(phrases, random.Random(seed)))
     text = " ".join(word for phrase in phrases for word in phrase)
-    return clip_of(sound, kind, part_of(f"{text} {len(sound)}").replace("test", "train"), f"{source}: {text}")
+    part = near_part_of(text) if kind == "word" else part_of(f"{text} {len(sound)}").replace("test", "train")
+    return clip_of(sound, kind, part, f"{source}: {text}")
 
 
 def main() -> None:

@@ -36,8 +36,7 @@ class BeliefSettings:
     """Longest wait for the end of such a sentence, which is reported after 0.25 s of rest."""
     fair: float = 0.5
     """Least probability that counts if the word was heard twice, or over a sentence in which something else was heard.
-    Of
-    people's talk one piece in eight minutes has it, of their single words one in twenty."""
+    Of people's talk one piece in eight minutes has it, of their single words one in twenty."""
     gone: float = 0.12
     """Probability below which the residual without the sentence does not contain the word."""
     left: float = 0.4
