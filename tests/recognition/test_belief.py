@@ -8,6 +8,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
+from hvcpd.recognition.keyword.net import Chances
 
 SETTINGS = BeliefSettings()
 SURE = 0.999
@@ -191,9 +192,20 @@ def test_stopped_does_not_hide_a_call_that_covers_it(excess: float, verdict: Ver
 GONE, LEFT = SETTINGS.gone, SETTINGS.left
 
 
-def asked(left: float) -> Belief:
-    """In every sentence, this chance of the word is left without it."""
-    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: left)
+def asked(left: float, call: float = SETTINGS.certain) -> Belief:
+    """In every sentence, these chances of the word and of a call are left without it."""
+    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: Chances(left, call if left >= LEFT else 0.0))
+
+
+@pytest.mark.parametrize(("chance", "verdict"), [(FAIR - 0.1, Verdict.UNCHANGED), (FAIR, Verdict.SAID)])
+def test_a_faint_word_counts_over_a_sentence_only_as_a_certain_call(chance: float, verdict: Verdict) -> None:
+    """At 12 dB over the noise, what subtraction left of "Hi Rob" kept 0.40 of the word and 0.22 of a call."""
+    held = asked(LEFT, call=SETTINGS.certain - 0.01)
+    word(held, 1.2, chance)
+    assert held.sentence(sentence(1.0, unsure=0)) is verdict
+    held = asked(LEFT)
+    word(held, 1.2, chance)
+    assert held.sentence(sentence(1.0, unsure=0)) is Verdict.SAID
 
 
 @pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Verdict.RELEASED), (LEFT, Verdict.SAID)])

@@ -48,7 +48,8 @@ def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: f
     begin, end = BEGIN + late, BEGIN + late + len(talk)
     remainder.understood([Coherent((HeardWord("green", begin, end, 1.0, 50.0, Way(talk)),), "oak", 500.0, gain=GAIN)])
     told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, ())
-    return remainder.chance(told, BEGIN + at, BEGIN + at + len(CALL))
+    chances = remainder.chances(told, BEGIN + at, BEGIN + at + len(CALL))
+    return chances.word if chances is not None else None
 
 
 @pytest.mark.parametrize("at", [6_000, 14_000, 30_000])
@@ -66,5 +67,5 @@ def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
     remainder = Remainder(KeywordNet(Weights.load()))
-    assert remainder.chance(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
+    assert remainder.chances(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
     assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=0.04 * KEPT_CHUNKS) is None

@@ -14,6 +14,7 @@ from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.keyword.net import Chances
 
 
 class Verdict(Enum):
@@ -40,7 +41,8 @@ class BeliefSettings:
     gone: float = 0.12
     """Probability below which the residual without the sentence does not contain the word."""
     left: float = 0.4
-    """Probability above which it was said over the sentence. Between the two, it is undecided."""
+    """Probability from which a word that was `fair` was said over the sentence; another one must be a call there for
+    `certain`. Between `gone` and this, it is undecided."""
     sentence_confidence: float = 0.9
     late_s: float = 0.3
     """Longest part of a word that may still arrive after its sentence was reported."""
@@ -61,8 +63,9 @@ class BeliefSettings:
     """Time after the first call in which a person who sees the robots go on can say it again."""
 
 
-Left = Callable[[Recognised, int, int], float | None]
-"""The probability of the word between two samples once the sentence is removed from the sound; None: unknown."""
+Left = Callable[[Recognised, int, int], Chances | None]
+"""The probabilities of the word and of a call between two samples once the sentence is removed from the sound; None:
+unknown."""
 
 
 @dataclass(frozen=True)
@@ -163,11 +166,12 @@ class Belief:
     def _is_sure(self, word: _Word) -> bool:
         return word.chance >= self._settings.certain
 
-    def _is_over(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
+    def _is_over(self, sentence: Recognised, word: _Word, left: Chances | None) -> bool:
         """Whether it was said over the sentence, in which something else was heard there."""
+        s = self._settings
         if left is not None:
-            return left >= self._settings.left
-        return word in self._open and word.chance >= self._settings.fair and self._is_within(sentence, word)
+            return left.call >= s.certain or (word.chance >= s.fair and left.word >= s.left)
+        return word in self._open and word.chance >= s.fair and self._is_within(sentence, word)
 
     def _is_said_again(self, word: _Word) -> bool:
         """Whether another unexplained detection happened shortly before."""
@@ -198,13 +202,13 @@ class Belief:
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         return any(span.word in self._texts and span.deficit <= self._settings.most_own_deficit for span in there)
 
-    def _explains(self, sentence: Recognised, word: _Word, left: float | None) -> bool:
+    def _explains(self, sentence: Recognised, word: _Word, left: Chances | None) -> bool:
         """Whether only the sentence was heard where the word was detected."""
         s = self._settings
         if not self._is_within(sentence, word):
             return False
-        if left is not None and (left < s.gone or left >= s.left):
-            return left < s.gone  # the sound itself decides: the words' deficits add nothing
+        if left is not None and (left.word < s.gone or left.word >= s.left):
+            return left.word < s.gone  # the sound itself decides: the words' deficits add nothing
         if self._shows(sentence, word):
             return True  # the sentence itself names its addressee
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
+from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import KeywordSpotter, Net
 from hvcpd.recognition.paths import Coherent
@@ -57,8 +58,8 @@ class KeywordListener:
         """Drop the current word: its sound was lost."""
         return self._tell(self._belief.unclear())
 
-    def _left(self, sentence: Recognised, start: int, end: int) -> float | None:
-        return self._remainder.chance(sentence, start, end) if self._remainder is not None else None
+    def _left(self, sentence: Recognised, start: int, end: int) -> Chances | None:
+        return self._remainder.chances(sentence, start, end) if self._remainder is not None else None
 
     def _found(self, event: Event) -> list[Event]:
         verdict = self._belief.sentence(event) if isinstance(event, Recognised) else self._belief.unclear()

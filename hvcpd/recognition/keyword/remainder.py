@@ -15,17 +15,19 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
-from hvcpd.recognition.keyword.net import KeywordNet
+from hvcpd.recognition.keyword.net import Chances, KeywordNet
 from hvcpd.recognition.keyword.words import LOOKS, second_highest
 from hvcpd.recognition.paths import Coherent
-from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 
 KEPT_CHUNKS = 300
 """12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and the sound before it."""
 BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
 AFTER = 3 * SAMPLE_RATE_HZ // 10
-"""The net detects a word within 0.3 s."""
+"""The net detects a word within 0.3 s,"""
+AFTER_CALL = 3 * SAMPLE_RATE_HZ // 4
+"""and knows within 0.75 s whether it was a call."""
 MOST_SENTENCES = 4
 
 
@@ -51,21 +53,29 @@ class Remainder:
         """Take sentences that may be reported next."""
         self._known = (*self._known, *sentences)[-MOST_SENTENCES:]
 
-    def chance(self, sentence: Recognised, start: int, end: int) -> float | None:
-        """The highest probability of the word between samples `start` and `end` without that sentence; None if the
-        sentence's samples are unknown, or no longer kept."""
+    def chances(self, sentence: Recognised, start: int, end: int) -> Chances | None:
+        """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
+        sentence; None if the sentence's samples are unknown, or no longer kept."""
         oldest = self._end - sum(map(len, self._kept))
         known = [each for each in self._known if _is_same(each, sentence)]
         first = max(start - BEFORE, oldest)
         if not known or first > start:
             return None
-        heard = np.concatenate(self._kept)[first - oldest : end + AFTER - oldest]
+        heard = np.concatenate(self._kept)[first - oldest : end + AFTER_CALL - oldest]
         energies = energies_of(heard - known[-1].sound(first, len(heard)))
         chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
         self._net.reset()
-        chances = [self._net.hear(chunk).word for chunk in chunks][(start - first) // (CHUNK_FRAMES * HOP_SAMPLES) :]
-        windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
-        return max(map(second_highest, windows), default=None)
+        chances = [self._net.hear(chunk) for chunk in chunks][(start - first) // CHUNK_SAMPLES :]
+        in_word = (end + AFTER - start) // CHUNK_SAMPLES
+        word = _highest([each.word for each in chances[:in_word]])
+        call = _highest([each.call for each in chances])
+        return Chances(word, call) if word is not None and call is not None else None
+
+
+def _highest(chances: Sequence[float]) -> float | None:
+    """The highest probability that counts; None if there are too few."""
+    windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
+    return max(map(second_highest, windows), default=None)
 
 
 def _is_same(known: Coherent, sentence: Recognised) -> bool:
