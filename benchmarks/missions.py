@@ -3,7 +3,7 @@
     python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
         [--plants 5-12] [--noise-db 35-45]
     python -m benchmarks.missions relay [--seeds 1-3]
-    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
+    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2] [--talk normal | --anything]
     python -m benchmarks.missions earshot [--seeds 1-200]
     python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2]
     python -m benchmarks.missions days [--seeds 1-10000] [--hours 72]
@@ -45,14 +45,17 @@ from hil_fakes.bench_plans import relay_plan
 from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import (
     NAMES,
+    any_plan,
     fading_plan,
     omniscient_airtime_s,
     random_plan,
     random_tasks,
     recurring_plan,
+    with_talk,
 )
 from hvcpd.assembly.sound import make_sound
 from hvcpd.config.tasks import Tend
+from hvcpd.coordination.actions import Talk
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m
 from hvcpd.reporting.events import Said, Summary
@@ -123,7 +126,8 @@ def words(o: argparse.Namespace) -> None:
     ended_s = 0.0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):
-        plan = random_plan(seed, loss=loss, outages_max=o.outages)
+        usual = random_plan(seed, loss=loss, outages_max=o.outages)
+        plan = any_plan(seed) if o.anything else with_talk(usual, o.talk)
         result = WordMission(plan).run()
         n += 1
         tasks += len(plan.tasks)
@@ -285,6 +289,8 @@ def main() -> None:
     c.add_argument("--seeds", default="1-10000")
     c.add_argument("--loss", default="0-0.3")
     c.add_argument("--outages", type=int, default=2)
+    c.add_argument("--anything", action="store_true", help="also skills, orders, tasks for two, talk, order of tasks")
+    c.add_argument("--talk", choices=(*(talk.value for talk in Talk), "mixed"), default="normal")
     c.set_defaults(run=words)
     c = kinds.add_parser("earshot")
     c.add_argument("--seeds", default="1-200")

@@ -15,13 +15,16 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.keyword.clips import trimmed
-from benchmarks.people_material import FIRST_WORDS, QUIET_RMS, SPEECH_RMS, Said, levelled, sentences, stream
+from benchmarks.people_material import FIRST_WORDS, QUIET_RMS, SPEECH_RMS, Said, alone, levelled, sentences, stream
 from benchmarks.people_stage import BLOCK, NAMES, Stage, found, listen
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, kokoro
 from hvcpd.assembly.make import make_recogniser
+from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.people.enrolled import Person
+from hvcpd.people.known_sentences import spoken
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
@@ -53,6 +56,10 @@ class Count:
         """With those of another."""
         for name in ("right", "wrong", "theirs", "theirs_wrong", "n"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
+
+    def told_alone(self, label: str) -> None:
+        """One line without PocketSphinx, which nobody enrols with."""
+        print(f"{label:52} right {_share(self.right, self.n)}, wrong {_share(self.wrong, self.n)}", flush=True)
 
     def told(self, label: str) -> None:
         """One line."""
@@ -142,6 +149,30 @@ def neural_row(stage: Stage, n: int, seed: int) -> None:
         alexa.add(heard(stage, calls, 20.0, "white", seed + number))
     total.told("sentences by Kokoro's voices, 20 dB")
     alexa.told("Alexa by the same, told as anything")
+
+
+def enrolment_row(stage: Stage, n: int, seed: int) -> None:
+    """Sentences by Kokoro's voices with five sentences enrolled: nobody's, the speaker's, somebody else's."""
+    voices, rng = kokoro(), random.Random(seed)
+    texts = sentences_for(stage.book, "Rob", "Anna", stage.sound.lexicon.sounds)
+    people = {
+        name: Person("Anna", {}, tuple(spoken(alone(say([text], rng), 20.0, "white", seed), text) for text in texts))
+        for name, say in voices.items()
+    }
+    totals = {label: Count() for label in ("nobody", "the speaker", "somebody else")}
+    for number, (name, say) in enumerate(voices.items()):
+        other = list(voices)[number - 1]
+        enrolled = ({}, {"anna": people[name]}, {"anna": people[other]})
+        listeners = [SecondPassRecogniser(stage.book.people_graph, stage.sound.lexicon, who, True) for who in enrolled]
+        for phrases in sentences(stage.book, n, seed + number):
+            words = tuple(word for phrase in phrases for word in phrase)
+            segment = alone(say(phrases, rng), 20.0, "white", rng.randrange(1 << 16))
+            for total, listener in zip(totals.values(), listeners, strict=True):
+                found = listener.search(segment)
+                right = found is not None and found.words == words
+                total.add(Count(right, found is not None and not right, n=1))
+    for label, total in totals.items():
+        total.told_alone(f"Kokoro's voices, second pass, enrolled: {label}")
 
 
 def digits_rows(data: Path, right: Callable[[str, float | None, int], Count], most: int) -> None:

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.assembly.make import templates_of
+from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, References, VoiceSounds
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, Features, energies_of, features_of, power_weights
-from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, References, VoiceSounds
 from hvcpd.recognition.templates import trimmed_energies
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice, voice_named

@@ -26,7 +26,7 @@ from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import BodyPlan, HearingPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.assembly.sound import Sound
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import Role, Speech, Timing
+from hvcpd.coordination.actions import Role, Speech, Talk, Timing
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.errors import PhraseError
@@ -82,6 +82,8 @@ class BenchPlan:
     strangers: bool = False
     """Each robot knows only its own name in advance."""
     speech: Speech = field(default_factory=Speech)
+    talk: Talk = Talk.NORMAL
+    """How much all robots say."""
     """The delivery of all robots' sentences."""
     keys: KeyRing | None = None
     """The team's keys; None: no sentence is sealed."""
@@ -231,6 +233,7 @@ class Bench:
             unable=plan.unable.get(name, frozenset()) | plan.tasks.lacking(skills),
             listed=not plan.strangers,
             speech=plan.speech,
+            talk=plan.talk,
         )
         names = (name,) if plan.strangers else plan.names
         robot_plan = RobotPlan(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -33,6 +33,7 @@ from hvcpd.coordination.actions import (
     SaveStopped,
     SaveTask,
     Say,
+    Talk,
 )
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
@@ -61,6 +62,8 @@ class WordMission:
         self.said: list[tuple[float, str, m.Utterance]] = []
         self.off_in_mid_task = False
         self.halted_s: dict[str, float] = {}
+        self._level_db: defaultdict[str, float] = defaultdict(float)
+        """The level of each speaker's last sentence, relative to the usual one."""
         self._rng = random.Random(plan.seed)
         self._pending = 0
         self._names = {name.lower(): name for name in plan.names}
@@ -175,6 +178,7 @@ class WordMission:
                 plan.speech, sealed=plan.seals is not None, encrypted=plan.seals is not None and plan.seals.encrypts
             ),
         )
+        role = replace(role, talk=plan.talks.get(name, Talk.NORMAL), softly_db=plan.softly_db)
         if plan.seals is not None:
             plan.seals.switch_on(name, role.roster)
         self.robots[name] = Coordination(
@@ -220,7 +224,8 @@ class WordMission:
         robot.sensed(here=self.bodies[name].at(self.air.now))
         for action in robot.actions(self.air.now):
             match action:
-                case Say(utterance, slowly, times):
+                case Say(utterance, slowly, times, level_db):
+                    self._level_db[name] = level_db
                     if self.plan.seals is not None:
                         utterance = self.plan.seals.marked(name, utterance, self.air.now)
                     self.speak(name, utterance, slowly, times)
@@ -280,7 +285,8 @@ class WordMission:
         self.air.refresh((name,))
 
     def _in_earshot(self, speaker: str, listener: str) -> bool:
-        return self.plan.earshot_m is None or self._apart_m(speaker, listener) <= self.plan.earshot_m
+        carried = 10.0 ** (self._level_db[speaker] / 20.0)
+        return self.plan.earshot_m is None or self._apart_m(speaker, listener) <= carried * self.plan.earshot_m
 
     def _fading(self, speaker: str, listener: str) -> float:
         """The loss by distance alone: none up to `clear_m`, all at `earshot_m`, and evenly more between."""

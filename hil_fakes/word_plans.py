@@ -11,6 +11,7 @@ from hil_fakes.word_lengths import WordLengths
 from hil_fakes.word_mission import Outage, WordPlan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Tend
+from hvcpd.coordination.actions import Talk
 from hvcpd.language import messages as m
 
 NAMES = tuple("Rob Bot Max Zoe Ada Kim Leo Mia Tom Eva Sam Ida Ben Joy Pip Gus Ned Una Vic Wil".split())
@@ -34,6 +35,9 @@ FADING_LIMIT_S = 4000.0
 """By then all is done six times over."""
 NEAREST = 0.75
 """Share of teams that take the nearest tasks, as by default."""
+AFTER, LACKING, ORDERING = 0.2, 0.2, 0.15
+"""In missions drawn from everything: shares of tasks that come after another one, of tasks that a robot lacks the means
+for, and of teams with a coordinator."""
 LATE = 0.3
 """Share of missions of three and more robots in which one comes late."""
 
@@ -69,6 +73,39 @@ def random_plan(
     drawn = random_tasks(rng.randint(*tasks), rng)
     nearest = rng.random() < NEAREST
     return WordPlan(names, drawn, seed, conditions, outages=outages, late=late, nearest_first=nearest)
+
+
+def with_talk(plan: WordPlan, talk: str) -> WordPlan:
+    """The same mission of robots that say so much: `full`, `normal`, `terse`, or `mixed`, in turn."""
+    kinds = tuple(Talk) if talk == "mixed" else (Talk(talk),)
+    return replace(plan, talks={name: kinds[n % len(kinds)] for n, name in enumerate(plan.names)})
+
+
+def any_plan(seed: int) -> WordPlan:
+    """A mission in which everything is drawn at once: tasks in order or for two robots, robots that cannot do some of
+    them, how much each says, where it begins, orders or volunteers, losses and outages. No robot stays off, and some
+    two robots can do each task."""
+    rng = random.Random(f"any {seed}")
+    plan = random_plan(seed, robots=(2, 8), tasks=(2, 16))
+    two = rng.random() < 0.5
+
+    def vary(task: TaskDefinition) -> TaskDefinition:
+        before = {rng.randint(1, task.number - 1)} if task.number > 1 and rng.random() < AFTER else set()
+        place = task.place if rng.random() < 0.8 else None
+        actions = task.actions if place is not None else task.actions[1:]
+        robots = rng.choice((1, 1, 2)) if two else 1
+        priority = rng.choice((0, 0, 0, 1))
+        return replace(task, place=place, actions=actions, robots=robots, priority=priority, after=frozenset(before))
+
+    tasks = tuple(map(vary, plan.tasks))
+    lacking = {name: frozenset(t.number for t in tasks if rng.random() < LACKING) for name in plan.names[2:]}
+    starts = {name: Place(rng.uniform(-ROOM_M, ROOM_M), rng.uniform(-ROOM_M, ROOM_M)) for name in plan.names}
+    outages = tuple(replace(each, back_s=each.back_s or rng.uniform(5.0, 200.0)) for each in plan.outages)
+    plan = replace(plan, tasks=tasks, unable=lacking, starts=starts if rng.random() < 0.5 else {}, outages=outages)
+    # Who only gives orders does no task, and tasks for two take two others.
+    orders = rng.random() < ORDERING and not two and not plan.outages and not plan.late
+    plan = replace(plan, coordinator=plan.names[-1] if orders and len(plan.names) > 2 else None)
+    return with_talk(plan, rng.choice(("full", "normal", "terse", "mixed")))
 
 
 def fading_plan(seed: int, coordinate: bool) -> WordPlan:

@@ -10,7 +10,7 @@ from hil_fakes.word_occurrences import BEGIN_S
 from hil_fakes.word_seals import WordSeals
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination.actions import Speech, Timing
+from hvcpd.coordination.actions import Speech, Talk, Timing
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,10 @@ class WordPlan:
     """No robot knows another one's name in advance."""
     speech: Speech = field(default_factory=Speech)
     """The delivery of all robots' sentences."""
+    talks: Mapping[str, Talk] = field(default_factory=dict)
+    """How much each robot says; the others say the usual."""
+    softly_db: float = 0.0
+    """The level of all robots' speech relative to the usual one: below 0 in quiet hours. `earshot_m` is for 0."""
     timing: Timing = field(default_factory=Timing)
     seals: WordSeals | None = None
     """Seals of a team with a key; None: no sentence is sealed."""

@@ -59,7 +59,7 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._judge", None),
-        _files("recognition", "decoder_session decoder scorer network lattice pruning confidence templates"),
+        _files("recognition", "decoder_session decoder scorer network pruning confidence templates"),
     ),
     Mechanism(
         "waveforms",
@@ -136,7 +136,11 @@ RULES = (
         "a longer word instead of a word is awaited",
         answering(f"{COHERENT}._may_be_longer", False),
     ),
-    Mechanism("wave-goes-on", "a sentence has ended only where no word follows", answering(f"{COHERENT}._look", False)),
+    Mechanism(
+        "wave-goes-on",
+        "a sentence has ended only where no word follows",
+        answering(f"{COHERENT}._may_go_on", False),
+    ),
     Mechanism(
         "wave-hopeless",
         "paths that a surer one explains are dropped",

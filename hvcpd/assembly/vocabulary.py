@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.assembly.make import templates_of
+from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.assembly.sound import Sound
 from hvcpd.errors import PhraseError
 from hvcpd.language.competition import Pair, Phrase, competing_phrases
@@ -27,7 +28,6 @@ from hvcpd.language.rewording import (
     known_names,
 )
 from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
-from hvcpd.recognition.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.synthesis.lexicon import Origin
 from hvcpd.synthesis.likeness import phone_distance
 from hvcpd.synthesis.unit_cache import recipe
@@ -312,8 +312,9 @@ def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
 def _recipe() -> str:
     """A digest of the programs that decide, so that cached results of older ones are not reused."""
     folder = Path(__file__).parents[1]
-    names = "separation templates frontend decoder scorer".split()
-    programs = [folder / "language" / "competition.py", *(folder / "recognition" / f"{name}.py" for name in names)]
+    names = "templates frontend decoder scorer".split()
+    others = [folder / "language" / "competition.py", folder / "assembly" / "separation.py"]
+    programs = [*others, *(folder / "recognition" / f"{name}.py" for name in names)]
     sources = [Path(__file__), SYNONYMS_PATH, *programs]
     return recipe() + hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()
 

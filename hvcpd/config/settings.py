@@ -10,6 +10,7 @@ from typing import Literal, ParamSpec
 
 from hvcpd.config.loading import between, checked
 from hvcpd.config.names import VoiceName, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import Pose
@@ -189,6 +190,8 @@ class Settings:
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["nearest", "random"] = "nearest"
+    talk: Literal["full", "normal", "terse"] = "normal"
+    quiet: QuietSettings = field(default_factory=QuietSettings)
     unable: tuple[int, ...] = ()
     clock: bool = True
     start: StartSettings = StartSettings()
@@ -198,6 +201,7 @@ class Settings:
     control: ControlSettings = ControlSettings()
     clips: ClipSettings = ClipSettings()
     voices: Literal["robots", "enrolled", "any"] = "any"
+    learn_voices: bool = True
     security: SecuritySettings = SecuritySettings()
     skills: Mapping[str, SkillSettings] = field(default_factory=dict, metadata=checked(valid_skills))
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))

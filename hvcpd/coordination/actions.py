@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum
 from typing import Protocol, Self, TypeVar
 
 from hvcpd.config.tasks import Action as TaskAction
@@ -51,14 +52,23 @@ class Speech:
         return self.times * (SLOW_STRETCH if self.slowly else 1.0) * marked
 
 
+class Talk(Enum):
+    """How much a robot says; see `chatter`."""
+
+    FULL = "full"
+    NORMAL = "normal"
+    TERSE = "terse"
+
+
 @dataclass(frozen=True)
 class Say:
     """Speak this sentence now, `times` in a row with SECOND_PAUSE_S between; answer with `spoken` when the last sample
-    has left the loudspeaker."""
+    has left the loudspeaker. `level_db` is relative to the usual level."""
 
     utterance: Utterance
     slowly: bool = False
     times: int = 1
+    level_db: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -266,3 +276,6 @@ class Role:
     speech: Speech = field(default_factory=Speech)
     people: People = People.QUESTIONS
     """Statements that they may command without a key, where one is set."""
+    talk: Talk = Talk.NORMAL
+    softly_db: float = 0.0
+    """Level of its speech relative to the usual one: below 0 in quiet hours."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from hvcpd.coordination import claims, commands, teaming
+from hvcpd.coordination import ahead, claims, commands, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.board import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -36,6 +36,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
             elif entry.known_done:
                 claims.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
+        ahead.confirmed(me, {each.definition.number for ref in s.tasks if (each := me.board.find(ref)) is not None})
         if me.report.said:
             me.report.task = me.report.before = None
         if me.current.task is not None or me.state is not State.CLAIMING:  # a claim still to be chosen is not meant
@@ -93,6 +94,7 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         claims_one = partner is None and me.current.task is not None and me.state in PROPOSING
         if claims_one or partner == heard.speaker:
             fire(me, Trigger.DENIED, heard.now)
+        ahead.denied(me, heard.now)
     elif last is not None and last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
         for number, before in last.before.items():
             me.board.restore(number, before)

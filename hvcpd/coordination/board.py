@@ -127,8 +127,7 @@ class Board:
 
     def owner_of_claim(self, number: int) -> str | None:
         """The robot that has the task; None if nobody has, or it is done."""
-        entry = self._entries[number]
-        return entry.owner if entry.state == CLAIMED else None
+        return self[number].owner if self[number].state == CLAIMED else None
 
     def find(self, ref: TaskRef) -> Entry | None:
         """The entry that a spoken reference means; None if this robot has no such task."""
@@ -181,10 +180,14 @@ class Board:
         never_claimed = tuple(e.definition for e in live if e.state == OPEN or (e.has_room and robot not in e.team))
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
 
+    def open_for(self, robot: str, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
+        """The tasks that nobody has claimed, and that a robot may claim."""
+        able = (e for e in self.entries() if robot not in e.failed_by and e.definition.number not in unable)
+        return tuple(e.definition for e in able if e.state == OPEN and self.can_begin(e))
+
     def can_begin(self, entry: Entry) -> bool:
         """Whether all predecessors of a task are done."""
-        before = (self._entries.get(number) for number in entry.definition.after)
-        return all(each is None or each.state == DONE for each in before)
+        return all(n not in self._entries or self[n].state == DONE for n in entry.definition.after)
 
     def redefine(self, tasks: Iterable[TaskDefinition]) -> None:
         """Use other places and actions for the tasks; their numbers and names stay."""
@@ -239,7 +242,7 @@ class Board:
             self._entries[number].lease_end_s = before[2]
 
     def release(self, number: int) -> None:
-        if self._entries[number].state == CLAIMED:
+        if self[number].state == CLAIMED:
             self._set(number, OPEN, None)
 
     def pair(self, number: int, one: str, other: str, lease_end_s: float) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import routes
+from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.board import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
@@ -75,23 +76,48 @@ def next_call_s(me: Knowledge, now: float) -> float | None:
 
 def claims_at_once(me: Knowledge, now: float) -> bool:
     """Whether a robot can claim a task without greeting first."""
-    known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work
+    known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work and me.role.talk is not Talk.FULL
     return known and may_volunteer(me, now) and task_is_free(me, now)
 
 
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
     """Free tasks to claim: of the most urgent, one at random, or the first of the robot's route; and, where air time is
-    scarce, a second one, the nearest to its place. Empty if nothing is free, or if others do it sooner. A recurring
-    task is claimed alone, because its report states the occurrence; so is a task for several robots."""
+    scarce or the robot is terse, a second one, the nearest to its place or the next of the route. Empty if nothing is
+    free, or if others do it sooner. A recurring task is claimed alone, because its report states the occurrence; so is
+    a task for several robots."""
     free = _most_urgent(me, _free(me, now))
     free = tuple(t for t in free if me.board[t.number].has_room) or free  # a robot waits for it
     route = _route(me, free, now)
     if not route or not _is_plain(route[0]):
         return tuple(task.number for task in route[:1])
-    others = [t for t in route[1:] if _is_plain(t) and me.board[t.number].state == OPEN]
-    if len(others) <= _free_others(me, now) or not _air_is_scarce(me, route[0], now):
+    others = [t for t in free if t is not route[0] and _is_plain(t) and me.board[t.number].state == OPEN]
+    second = next((t for t in route[1:] if t in others), None)
+    if second is None or len(others) <= _free_others(me, now):
         return (route[0].number,)
-    return route[0].number, others[0].number
+    both = air_is_scarce(me, route[0], now) or _spares_talk(me, route[0], second)
+    return (route[0].number, second.number) if both else (route[0].number,)
+
+
+def task_ahead(me: Knowledge, now: float) -> int | None:
+    """The task to claim while the robot still does its present one: the next of its route; None if there is none, or if
+    one is not left for each robot that has no task. Nor where air time is scarce, and by robots that choose at random:
+    there the sentences that this takes cost more than it saves."""
+    present, free = me.board[me.my_task()].definition, me.board.open_for(me.role.name, me.role.unable)
+    free = tuple(t for t in _most_urgent(me, free) if _is_plain(t))
+    alone = me.current.partner is not None or not _is_plain(present) or me.board[present.number].is_changed
+    spares_talk = me.role.speech.encrypted or me.role.talk is Talk.TERSE or not me.role.nearest_first
+    if alone or spares_talk or not may_volunteer(me, now):
+        return None
+    if not me.peers.present(now) or len(free) <= _free_others(me, now) or air_is_scarce(me, present, now):
+        return None
+    route = routes.own(me, free, now, after=present)
+    return route[0].number if route else None
+
+
+def _spares_talk(me: Knowledge, first: TaskDefinition, second: TaskDefinition) -> bool:
+    """Whether a terse robot claims both at once: it does them before it would have to say that it is still at work."""
+    both_s = _cost_s(me, first) + routes.cost_s(second, first.place) + MARGIN_S
+    return me.role.talk is Talk.TERSE and not me.role.speech.encrypted and both_s < me.timing.renewal_s
 
 
 def leaves_to_others(me: Knowledge, now: float) -> bool:
@@ -106,7 +132,7 @@ def _route(me: Knowledge, free: Sequence[TaskDefinition], now: float) -> Sequenc
         return ()
     first = min(free, key=lambda task: _cost_s(me, task)) if me.role.nearest_first else me.rng.choice(free)
     alone = all(task.robots == 1 for task in free)
-    if me.role.nearest_first and alone and not _air_is_scarce(me, first, now):
+    if me.role.nearest_first and alone and not air_is_scarce(me, first, now):
         return routes.own(me, free, now)
     return (first, *sorted((t for t in free if t is not first), key=lambda t: routes.cost_s(t, first.place)))
 
@@ -125,7 +151,7 @@ def _free_others(me: Knowledge, now: float) -> int:
     return len(me.expected(now) - busy)
 
 
-def _air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
+def air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
     """Whether a round of all robots' turns takes longer than this task, so that robots wait for air time. The length of
     a round is one turn for each robot, or the last wait for this robot's own turn if that was longer."""
     others, speech = len(me.expected(now)), me.role.speech

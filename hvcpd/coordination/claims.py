@@ -22,7 +22,6 @@ from hvcpd.coordination.addressing import (
 )
 from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.conversation import HeardClaim, QuotedReport
-from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -191,7 +190,7 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
     rank, first = me.rank_with_unheard(name, number, now), waiting_slots(me, now)
     a = me.acquaintance
     known = bool(a.known_by) or not a.introduced  # otherwise its first words may have collided, and the ranks disagree
-    joins = rank < first and known and composing.may_join(me) and me.floor.wants(OWN_TURN)
+    joins = rank < first and known and composing.joinable(me) is not None
     slot = confirming_slot(me, now) + rank + (0 if joins else first)
     others_know_more = len(me.expected(now)) > 1 and (me.state in NEWCOMER or not sure)
     slot += UNSURE_SLOTS if others_know_more else 0
@@ -248,8 +247,9 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
     if speaker == me.current.owner_before:
         return False
     acting = me.state is State.ACTING and me.current.task == number
-    at_work = me.state in AT_WORK and not acting
-    if not at_work and not (in_passing and me.state in PROPOSING):
+    only_claimed = me.state in PROPOSING or (number == me.current.ahead and not me.current.ahead_sure)
+    at_work = me.state in AT_WORK and not acting and not only_claimed
+    if not at_work and not (in_passing and only_claimed):
         return False
     if me.current.doubted == (speaker, number):
         return False

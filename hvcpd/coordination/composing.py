@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.board import Entry, spoken_name
-from hvcpd.coordination.floor import Intent, Urgency, nothing
+from hvcpd.coordination.floor import AHEAD, OWN_TURN, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -107,13 +107,28 @@ def claim(me: Knowledge) -> m.Utterance | None:
     return utterance(me, to_team(me), m.Claim(ref, then, me.current.way_m if then is None else None))
 
 
+def claim_ahead(me: Knowledge) -> m.Utterance:
+    """The claim of a second task with the present one, and the report of the one before, if that is still due."""
+    ref, then = _one_or_two(me.my_tasks())
+    if me.report.before is not None:
+        return to_all(me, m.Completed(m.TaskByNumber(me.report.before), ref, then=then))
+    return utterance(me, to_team(me), m.Claim(ref, then))
+
+
 def _one_or_two(numbers: tuple[int, ...]) -> tuple[m.TaskByNumber, m.TaskByNumber | None]:
     first, *others = map(m.TaskByNumber, numbers)
     return first, others[0] if others else None
 
 
-def may_join(me: Knowledge) -> bool:
-    """Whether this robot's own claim or report, if one waits, can be said with a confirmation."""
+def joinable(me: Knowledge) -> str | None:
+    """The topic of this robot's own claim or report that waits and can be said with a confirmation, if there is one."""
+    if me.state in (State.GOING, State.ACTING):
+        return AHEAD if me.floor.wants(AHEAD) else None
+    return OWN_TURN if me.floor.wants(OWN_TURN) and _may_join(me) else None
+
+
+def _may_join(me: Knowledge) -> bool:
+    """Whether it is said to many, and is plain."""
     to_many = me.current.partner is None and me.state in (State.CLAIMING, State.REPORTING)
     report = me.board[me.report.task] if me.report.task is not None else None
     plain = report is None or not (me.report.failed or report.is_changed)

@@ -80,6 +80,8 @@ class Acquaintance:
     """When this robot last spelled its name."""
     own_name_heard_s: tuple[float, ...] = ()
     """When another voice used this robot's name."""
+    was_busy: bool = False
+    """It has claimed a task since it last said that it is free."""
     strangers: bool = False
     """A robot has spelled its name: there are robots nearby that were not known in advance."""
     call_s: float | None = None
@@ -132,6 +134,8 @@ class Repair:
     was_asked: int = 0
     """How often it was asked for a repetition."""
     speak_slowly: bool = False
+    aloud_until_s: float = NEVER_S
+    """Until then it speaks at the usual level, in quiet hours, too."""
     resume_s: float = NEVER_S
     """When "resume" was heard last."""
     foreign_until_s: float = NEVER_S

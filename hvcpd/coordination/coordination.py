@@ -12,7 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import (
+    ahead,
     changing,
+    chatter,
     choosing,
     composing,
     deadlines,
@@ -31,7 +33,7 @@ from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import Peers, team_of
-from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
+from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
@@ -44,13 +46,6 @@ CLOCK_STEP_S = 1.0
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
 """Statements that any listener may confirm or object to, each in a slot of its own. Every other statement is answered
 by one robot at most before a turn begins."""
-MAX_SENTENCES = 8
-"""Maximum number of the owner's sentences that may wait for the floor: about 40 s of talk. Later ones would be said
-when their reason is forgotten."""
-QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
-REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, m.Change, *QUESTIONS)
-"""Statements that the owner may have the robot say: orders, questions, calls and remarks. Every other statement reports
-the robot's own actions or commits it, and the robot says it only when it is true."""
 
 
 class Coordination:
@@ -121,6 +116,7 @@ class Coordination:
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
+        chatter.note_heard(me, utterance, me.peers.get(utterance.speaker), now)
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
@@ -159,6 +155,7 @@ class Coordination:
         intent = self.knowledge.floor.ended(now, order)
         if intent is not None:
             right_of_way.said(self.knowledge, intent.topic, now)
+            ahead.said(self.knowledge, intent.topic, now)
         if intent is not None and intent.trigger is not None:
             fire(self.knowledge, intent.trigger, now)
         teaming.settle(self.knowledge, now)
@@ -168,7 +165,7 @@ class Coordination:
         me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
             trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
-        elif me.state is State.ACTING and len(me.my_tasks()) > 1:
+        elif me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
             trigger = Trigger.PERFORMED_FIRST
         fire(me, trigger, now)
 
@@ -184,22 +181,7 @@ class Coordination:
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
         """Say a sentence for the robot's owner when its turn comes. Returns why it will not be said, or None."""
-        me = self.knowledge
-        own, statement = me.role.name, m.own_words(utterance.statement)
-        if utterance.speaker is not None and utterance.speaker.lower() != own.lower():
-            return f"this robot is {own}, not {utterance.speaker}; say '… I am {own}, …'"
-        if statement is not None and not isinstance(statement, REQUESTABLE):
-            return f"that tells what {own} itself does or knows; {own} says so only when it is so"
-        if me.state in DEPARTING:
-            return f"{own} is leaving"
-        if isinstance(statement, m.Change):
-            return self.change(statement.task.number, statement.skip, now)
-        topics = (f"requested {number}" for number in range(MAX_SENTENCES))
-        topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
-        if topic is None:
-            return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
-        me.floor.want(Intent(Urgency.TURN, topic, lambda: utterance), now)
-        return None
+        return saying.request(self.knowledge, utterance, now)
 
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
         """The robot's place and its battery's voltage; None: not known now. Its first place is its home."""
@@ -284,6 +266,7 @@ class Coordination:
         changing.spread(me, now)
         deadlines.renew_lease(me, now)
         right_of_way.ask(me, now)
+        ahead.repeat(me, now)
         intent = me.floor.begin(now)
         if intent is not None:
             saying.begin(me, intent, now)
@@ -292,7 +275,7 @@ class Coordination:
         """When `tick` must be called at the latest; infinity if nothing is due."""
         me = self.knowledge
         due_s = (deadlines.renewal_s(me), schedule.next_s(me), changing.next_s(me), right_of_way.next_s(me))
-        return min(me.floor.next_deadline(), me.timer_s, *due_s)
+        return min(me.floor.next_deadline(), me.timer_s, me.current.ahead_s, *due_s)
 
     def actions(self, now: float) -> tuple[Action, ...]:
         """The actions to carry out now, in order; each is returned once."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from hvcpd.coordination import choosing, composing, earshot, repair, teaming
+from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
+from hvcpd.coordination.board import OPEN, Entry
 from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
@@ -15,6 +16,9 @@ BAD_AIR_REPEATS = 2
 """Number of unanswered repetitions after which a collision is no longer a likely cause."""
 ASKS_AT_ONCE = 6
 """Number of questions about tasks that may be done before the pause between two questions doubles; and so on."""
+ASKS_LEFT_OUT = 6
+"""Number of questions of a robot that can do none of the tasks that are left; the last come 8 to 16 minutes apart. By
+then it has heard that they are left, or that they are done."""
 ASK_DOUBLINGS_MAX = 4
 """Longest pause, if no robot can tell for certain: 8 to 16 minutes."""
 CALL_S = 15.0
@@ -66,6 +70,7 @@ def renew_lease(me: Knowledge, now: float) -> None:
 
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
+    chatter.raise_voice(me, now)
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
         repair.spell_if_unknown(me, now)
@@ -102,11 +107,14 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
     """There is nothing to do: look for robots, report, ask about tasks that may be done, or wait."""
     if me.role.coordinator:
         _look_for_robots(me, now)
-    unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
+    may_ask, is_left_out = now >= me.missed.ask_again_s, _is_left_out(me, now)
+    unsure = may_ask and not me.board.not_done() and me.board.hearsay()
+    wonders = may_ask and is_left_out and me.missed.asked < ASKS_LEFT_OUT
     if me.report.task is not None:
         fire(me, Trigger.CHOSE_REPORT, now)
-    elif unsure and me.peers.present(now):
-        pause_s = me.timing.ask_again_s * 2.0 ** min(me.missed.asked // ASKS_AT_ONCE, ASK_DOUBLINGS_MAX)
+    elif (unsure or wonders) and me.peers.present(now):
+        doublings = me.missed.asked if wonders else me.missed.asked // ASKS_AT_ONCE
+        pause_s = me.timing.ask_again_s * 2.0 ** min(doublings, ASK_DOUBLINGS_MAX)
         me.missed.asked += 1
         me.missed.ask_again_s = now + pause_s * (1.0 + me.rng.random())
         _ask(me, now)
@@ -115,9 +123,25 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
             me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
     else:
-        if not me.board.hearsay():
+        if not me.board.hearsay() and not is_left_out:
             me.missed.asked = 0
+        if me.board.all_done:
+            chatter.tell_free(me, now)
         _wait(me, now)
+
+
+def _is_left_out(me: Knowledge, now: float) -> bool:
+    """Whether nothing is left but tasks that this volunteer cannot do, and that nobody is known to do: others may have
+    done them unheard, and it would wait for them for ever."""
+    if not me.role.volunteer or me.role.coordinator or _may_claim(me, now):
+        return False
+    left = [me.board[number] for number in me.board.not_done()]
+    return bool(left) and all(_is_for_others(me, e) and (e.state == OPEN or now >= e.lease_end_s) for e in left)
+
+
+def _is_for_others(me: Knowledge, e: Entry) -> bool:
+    lacks = e.definition.number in me.role.unable or me.role.name in e.failed_by
+    return lacks or not me.board.can_begin(e)
 
 
 def _may_claim(me: Knowledge, now: float) -> bool:
@@ -129,7 +153,7 @@ def _wait(me: Knowledge, now: float) -> None:
         now + LEFT_TO_OTHERS_S if _may_claim(me, now) else None,
         me.board.next_lapse(now),
         choosing.next_call_s(me, now),
-        me.missed.ask_again_s if me.board.hearsay() else None,
+        me.missed.ask_again_s if me.board.hearsay() or _is_left_out(me, now) else None,
         me.acquaintance.call_s,
         me.waiting.until_s,
         *(p.silent_until_s for p in me.peers.all() if p.silent_until_s > now),

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import GoTo, Motion
-from hvcpd.coordination import choosing, composing, earshot, routes, schedule
+from hvcpd.coordination import ahead, chatter, choosing, composing, earshot, routes, schedule
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
-from hvcpd.coordination.floor import OWN_TURN, RANK_MAX, Intent, Urgency, nothing
+from hvcpd.coordination.floor import AHEAD, OWN_TURN, RANK_MAX, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
@@ -107,6 +107,7 @@ def want_claim_again(me: Knowledge, now: float) -> None:
 
 def claim_task(me: Knowledge, now: float) -> None:
     """Claim the same tasks again, or else one or two free ones."""
+    me.acquaintance.was_busy = True
     if me.current.task is None:
         tasks = choosing.tasks_to_claim(me, now)
         if not tasks or (me.board[tasks[0]].is_shared and me.report.task is not None):
@@ -151,9 +152,11 @@ def go(me: Knowledge, now: float) -> None:
     me.current.there, me.current.told = False, frozenset()
     me.current.promised = me.current.agreed = frozenset()
     _hold(me, me.my_tasks(), now)
+    me.current.ahead_sure = me.current.ahead is not None
     if me.current.partner is not None:
         me.current.claimed_s = now
     me.do(Perform(me.my_task(), _split(me)[0]))
+    ahead.want(me, now)
 
 
 def go_alone(me: Knowledge, now: float) -> None:
@@ -163,9 +166,10 @@ def go_alone(me: Knowledge, now: float) -> None:
     go(me, now)
 
 
-def act(me: Knowledge, _now: float) -> None:
+def act(me: Knowledge, now: float) -> None:
     me.board[me.my_task()].half = frozenset()
     me.do(Perform(me.my_task(), _split(me)[1]))
+    chatter.tell_beginning(me, now)
 
 
 def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...]]:
@@ -196,6 +200,7 @@ def go_on(me: Knowledge, now: float) -> None:
     else:
         me.report.before, me.report.said = done, False
     me.do(Perform(me.my_task(), _split(me)[0]))
+    ahead.want(me, now)
 
 
 def give_task_up(me: Knowledge, now: float) -> None:
@@ -212,6 +217,7 @@ def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
     me.report.task, me.report.said = me.current.task, False
     me.current.task = me.current.ahead = None  # if the first of two failed, the other is claimed again after the report
     me.current.repeats = 0
+    me.floor.withdraw(AHEAD)
     want_report(me, now)
 
 

@@ -22,6 +22,8 @@ from hvcpd.language.messages import Utterance
 
 OWN_TURN = "own turn"
 """The topic of the state machine's own sentences; answers to others have topics of their own."""
+AHEAD = "ahead"
+"""The topic of a claim of the next task while the robot is on its way to one."""
 RANK_MAX = 10
 """Number of robots that get answer slots of their own; others share: ten before them rarely all fail to answer."""
 SLOTS_MAX = 64

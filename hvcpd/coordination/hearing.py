@@ -7,6 +7,7 @@ from functools import partial
 from hvcpd.coordination import (
     answers,
     changing,
+    chatter,
     choosing,
     claims,
     commands,
@@ -81,7 +82,7 @@ def _spelled(me: Knowledge, heard: Heard, s: m.Spelled) -> None:
         _introduce(me, heard.speaker, heard.now)
 
 
-def _introduce(me: Knowledge, name: str | None, now: float) -> None:
+def _introduce(me: Knowledge, name: str | None, now: float, asked: bool = False) -> None:
     """Say this robot's name; for a robot that has not greeted yet, this is its greeting."""
     peer, after_s = me.peers.get(name), 0.0
     if peer is not None:
@@ -91,6 +92,8 @@ def _introduce(me: Knowledge, name: str | None, now: float) -> None:
     begins = me.state in (State.WAKING, State.GREETING)
     if begins and choosing.claims_at_once(me, now):  # the claim tells its name; without one it greets
         fire(me, Trigger.MET, now)
+        if not (asked or chatter.introduces_itself(me, name)):
+            return
         after_s += max(me.acquaintance.all_heard_s - now, 0.0)
     trigger = Trigger.GREETED if begins else None
     answer = partial(composing.answer_to_greeting, me, name, now)
@@ -99,7 +102,7 @@ def _introduce(me: Knowledge, name: str | None, now: float) -> None:
 
 def _who_here(me: Knowledge, heard: Heard, _: m.WhoHere) -> None:
     if is_for(me, heard.to):
-        _introduce(me, heard.speaker, heard.now)
+        _introduce(me, heard.speaker, heard.now, asked=True)
 
 
 def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:

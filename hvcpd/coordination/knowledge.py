@@ -40,6 +40,12 @@ class Current:
     """The task that it has claimed, reads back or carries out, or has just ordered."""
     ahead: int | None = None
     """A second task that it has claimed with the first, to be done after it."""
+    ahead_sure: bool = False
+    """Another robot has confirmed that claim, or nobody is there to do so."""
+    ahead_s: float = math.inf
+    """When it repeats that claim."""
+    ahead_claims: int = 0
+    """How often it has said it."""
     way_m: int | None = None
     """The way to the task, in metres, if the claim states it."""
     task_ref: m.TaskRef | None = None

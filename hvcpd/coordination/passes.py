@@ -12,6 +12,12 @@ from dataclasses import dataclass, field
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
 
+TELL_S, TELL_MAX_S = 20.0, 300.0
+"""Between two statements of a robot that it is inside: at first, and doubled after each up to the longest. A robot that
+passes through says it once or twice; one that stays in a dock does not keep people awake."""
+LEASE_TELLS = 2.25
+"""A keeper that says nothing of the place for this many of those pauses has left it: one statement may be lost."""
+
 
 @dataclass
 class Pass:
@@ -47,6 +53,10 @@ class Pass:
     """This robot has said that it has the place, and says so when it leaves."""
     tell_s: float = math.inf
     """When this robot next says that it is inside: a robot that is not heard, and so gets no answer, then stays out."""
+    tells: int = 0
+    """How often this robot has said so during its present stay."""
+    taken_s: float = math.inf
+    """When the keeper was first heard to be inside, in its present stay."""
     waiting: dict[str, tuple[float, float]] = field(default_factory=dict)
     """The other robots that want it: when they were first and last heard to ask."""
     came_from: Place | None = None
@@ -72,6 +82,19 @@ class Pass:
         asking_s = min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
         return min(asking_s, self.tell_s)
 
+    def tell(self, now: float) -> None:
+        """This robot says that it is inside."""
+        self.tells += 1
+        self.tell_s = now + min(TELL_S * 2.0 ** (self.tells - 1), TELL_MAX_S)
+        self.told = self.told or self.tells > 1  # it stays, and the others expect to hear when it leaves
+
+    def is_taken_by(self, keeper: str, now: float) -> None:
+        """The keeper was heard to be inside. The longer it stays, the longer the pauses that it makes."""
+        taken_s = min(self.taken_s, now) if keeper == self.keeper else now
+        self.keep(keeper, now + LEASE_TELLS * min(TELL_S + now - taken_s, TELL_MAX_S))
+        self.taken_s = taken_s
+
     def keep(self, keeper: str, lease_end_s: float) -> None:
         """This robot is the keeper from now on; forget all that was heard about giving it the place."""
+        self.taken_s = math.inf
         self.keeper, self.lease_end_s, self.given_s, self.silences = keeper, lease_end_s, -math.inf, 0

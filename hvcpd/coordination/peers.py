@@ -27,6 +27,8 @@ class Peer:
     """Of the last sentence that was understood: 0 to 1."""
     snr_db: float | None = None
     """Of the last sentence, if the recogniser measures it."""
+    last_said: m.Utterance | None = None
+    """Its last sentence that was understood."""
     answered_s: float = float("-inf")
     """When this robot last answered its greeting."""
     silent_until_s: float = float("-inf")

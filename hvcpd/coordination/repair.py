@@ -9,7 +9,7 @@ spells it when nobody answers, and a robot that repeatedly hears speech that it 
 
 from __future__ import annotations
 
-from hvcpd.coordination import composing
+from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -90,6 +90,7 @@ def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
         return
     me.repair.speak_slowly = me.repair.speak_slowly or s.slowly
     me.repair.was_asked += 1
+    chatter.raise_voice(me, now)
 
     def wait_longer() -> None:  # nobody answers while it is said
         if me.state in REPEATING_ANYWAY:

@@ -22,11 +22,11 @@ from functools import partial
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
-from hvcpd.coordination import composing
+from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.passes import Pass
+from hvcpd.coordination.passes import TELL_S, Pass
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -65,10 +65,8 @@ ALL_HEARD_S = 150.0
 ASKS_ALONE = 2
 """The same if no other robot was ever heard of."""
 LEASE_S = 45.0
-"""A keeper that says nothing of the place has left it by then: 4 m of it take 20 s. Each request that it hears renews
-the lease, because it answers."""
-TELL_S = 20.0
-"""Between two statements of a robot that it is inside: two for each lease, because one may be lost."""
+"""A robot that was given the place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that
+it hears renews the lease, because it answers."""
 REPEATED_S = 25.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
 is then repeated, and also when another robot asks and gets no answer."""
@@ -136,7 +134,7 @@ def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
     """Enter, or be inside. The robot says so, unless it was given the place aloud and so this is `known`."""
     if not p.using:
         p.again_s = now + REST_S
-        p.tell_s = now + TELL_S if known else now
+        p.tells, p.tell_s = 0, now + TELL_S if known else now
     p.using = True
     p.keep(me.role.name, math.inf)
     _want_no_more(me, p)
@@ -180,7 +178,7 @@ def ask(me: Knowledge, now: float) -> None:
     """Say the requests that are due, and that this robot is inside a place; draw conclusions from silence."""
     for p in me.passes:
         if now >= p.tell_s:
-            p.tell_s = now + TELL_S
+            p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
                 _say_taken(me, p, now)
         if p.wanted_s is not None and now >= p.answer_s:
@@ -216,6 +214,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         return
     p.answer_s = math.inf
     p.silences += not somebody_spoke
+    chatter.raise_voice(me, now)
     if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:
@@ -275,7 +274,7 @@ def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
     """The place belongs to this robot, which keeps it, says so, and leaves if it has nothing to do inside."""
     if not p.inside:
         _have(me, p, now)
-    p.told, p.tell_s = True, now + TELL_S
+    p.told, p.tell_s = True, max(p.tell_s, now + TELL_S)
     stands = me.state is State.STOPPED
     taken = m.PlaceTaken(p.place.name, stands)
     composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
@@ -319,7 +318,9 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
         return  # both are inside: too late
     p.using, p.tell_s = False, math.inf
     p.waiting.pop(heard.speaker, None)
-    p.keep(heard.speaker, now + (me.timing.absent_s if s.stands else LEASE_S))
+    p.is_taken_by(heard.speaker, now)
+    if s.stands:
+        p.lease_end_s = now + me.timing.absent_s
     heard_me = is_for_me_alone(me, heard.to)
     _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ASK_NEXT_S))
 

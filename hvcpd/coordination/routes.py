@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
+from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.board import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
@@ -76,11 +77,20 @@ def cost_s(task: TaskDefinition, start: Place | None) -> float:
     return way_s(start, task.place or start) + work_s(task)
 
 
-def own(me: Knowledge, tasks: Sequence[TaskDefinition], now: float, without: str | None = None) -> list[TaskDefinition]:
-    """The tasks that this robot does in its plan for all robots but one, in order; empty if others do them sooner."""
+def own(
+    me: Knowledge,
+    tasks: Sequence[TaskDefinition],
+    now: float,
+    without: str | None = None,
+    after: TaskDefinition | None = None,
+) -> list[TaskDefinition]:
+    """The tasks that this robot does in its plan for all robots but one, in order; empty if others do them sooner. It
+    begins `after` its present task, if it has one."""
     here = me.body.here or Place(0.0, 0.0)
+    begin_s = cost_s(after, here) if after is not None else 0.0
+    here = (after.place if after is not None else None) or here
     near = sorted(tasks, key=lambda task: way_s(here, task.place or here))[:PLANNED_MAX]
-    mine = Route(me.role.name, here, 0.0)
+    mine = Route(me.role.name, here, begin_s)
     _plan([mine, *(route for route in _of_others(me, now) if route.name != without)], near)
     return mine.tasks
 
@@ -131,12 +141,14 @@ def is_untold(me: Knowledge) -> bool:
 
 
 def way_to_tell_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
-    """The way to a task, in metres, if the claim should state it: robots that this robot does not know may be
-    nearer."""
-    if not me.role.nearest_first or me.role.speech.encrypted or task.place is None or not is_untold(me):
+    """The way to a task, in metres, if the claim should state it: robots that do not know where this one is may be
+    nearer, or it is to tell all that it can."""
+    if not me.role.nearest_first or me.role.speech.encrypted or task.place is None:
         return None
+    if me.role.talk is Talk.FULL:
+        return spoken_way_m(me, task)
     peers = [me.peers.get(name) for name in me.expected(now)]
-    unknown = any(peer is None or stand_of(me, peer) is None for peer in peers)
+    unknown = is_untold(me) and any(peer is None or stand_of(me, peer) is None for peer in peers)
     return spoken_way_m(me, task) if unknown else None
 
 

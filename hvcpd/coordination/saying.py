@@ -1,16 +1,43 @@
-"""A robot's sentence once it has the floor, and the consequences for its own state."""
+"""A robot's sentence once it has the floor, and the consequences for its own state; and its owner's requests."""
 
 from __future__ import annotations
 
-from hvcpd.coordination import composing, repair
+from hvcpd.coordination import changing, chatter, composing, repair
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
-from hvcpd.coordination.floor import OWN_TURN, Intent
+from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.relaying import note_passed_on
-from hvcpd.coordination.states import Trigger
+from hvcpd.coordination.states import DEPARTING, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
+
+MAX_SENTENCES = 8
+"""Maximum number of the owner's sentences that may wait for the floor: about 40 s of talk. Later ones would be said
+when their reason is forgotten."""
+QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
+REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, m.Change, *QUESTIONS)
+"""Statements that the owner may have the robot say: orders, questions, calls and remarks. Every other statement reports
+the robot's own actions or commits it, and the robot says it only when it is true."""
+
+
+def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
+    """Have the owner's sentence said when the robot's turn comes. Returns why it will not be said, or None."""
+    own, statement = me.role.name, m.own_words(utterance.statement)
+    if utterance.speaker is not None and utterance.speaker.lower() != own.lower():
+        return f"this robot is {own}, not {utterance.speaker}; say '… I am {own}, …'"
+    if statement is not None and not isinstance(statement, REQUESTABLE):
+        return f"that tells what {own} itself does or knows; {own} says so only when it is so"
+    if me.state in DEPARTING:
+        return f"{own} is leaving"
+    if isinstance(statement, m.Change):
+        return changing.want(me, statement.task.number, statement.skip, now)
+    topics = (f"requested {number}" for number in range(MAX_SENTENCES))
+    topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
+    if topic is None:
+        return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
+    me.floor.want(Intent(Urgency.TURN, topic, lambda: utterance), now)
+    return None
 
 
 def begin(me: Knowledge, intent: Intent, now: float) -> None:
@@ -26,7 +53,7 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
     note_introduced(me)
     slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
     me.repair.last_said, me.last_heard = utterance, None
-    me.do(Say(utterance, slowly, me.role.speech.times))
+    me.do(Say(utterance, slowly, me.role.speech.times, chatter.level_db(me, intent, utterance, now)))
 
 
 def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
@@ -43,9 +70,10 @@ def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
 def _with_own_turn(me: Knowledge, confirmation: Intent, now: float) -> m.Utterance | None:
     """A confirmation, together with the claim or report that waits for this robot's own turn."""
     said = _compose(me, confirmation, now)
-    if said is None or not isinstance(said.statement, m.Confirmed) or not composing.may_join(me):
+    topic = composing.joinable(me)
+    if said is None or not isinstance(said.statement, m.Confirmed) or topic is None:
         return said
-    own = me.floor.take_along(OWN_TURN, now)
+    own = me.floor.take_along(topic, now)
     words = _compose(me, own, now) if own is not None else None
     if words is None:
         me.floor.speaking = confirmation

@@ -94,6 +94,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "name": settings.name,
         "team": settings.team,
         "mode": settings.mode,
+        "talk": _talk(body),
         "version": __version__,
         "pid": os.getpid(),
         "uptime_s": round(time.monotonic() - body.began_s, 1),
@@ -148,6 +149,17 @@ def _conversation(body: Body) -> dict[str, Any]:
         "tasks": dict(Counter(entry.state for entry in c.board.entries())),
         "places": [_place(each, now) for each in c.knowledge.passes],
         "peers": [_peer(peer, c.peers.is_present(peer.name, now), now) for peer in c.peers.all()],
+    }
+
+
+def _talk(body: Body) -> dict[str, Any]:
+    """How much the robot says now, and at which level; `quiet`: the hours of the day in which that is less."""
+    settings, robot = body.wiring.settings, body.robot
+    role = robot.coordination.role if robot is not None else None
+    return {
+        "now": role.talk.value if role is not None else settings.talk,
+        "level_db": role.softly_db if role is not None else 0.0,
+        "quiet": settings.quiet.hours,
     }
 
 

@@ -153,8 +153,9 @@ class Daemon:
             self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up)
             stack.push_async_callback(self._name_learning.close)
             body.join, body.retask = self._name_learning.join, self._name_learning.retask
-            self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
-            stack.push_async_callback(self._adaptation.settled)
+            if settings.learn_voices:
+                self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
+                stack.push_async_callback(self._adaptation.settled)
 
             self._button = self._devices.make_stop_button(settings.stop_button)
             if self._button is not None:
@@ -233,6 +234,7 @@ class Daemon:
                 robot.set_clock(self.wiring.wall_s())
             if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
+            self._keep_hours(robot, time.time())
             if self._button is not None and self._button.pressed and robot.coordination.stop(robot.now):
                 _log.warning("stop button pressed")
             output = robot.step(block.samples, reading, block.lost)
@@ -251,6 +253,14 @@ class Daemon:
                 tell(record, self._control.body.wiring.tasks)
             self._tell_manager(sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
+
+    def _keep_hours(self, robot: Robot, wall_s: float) -> None:
+        """Quiet hours begin and end."""
+        c = robot.coordination
+        role = self.wiring.with_talk(c.role, wall_s)
+        if role is not c.role:
+            c.reconfigure(robot.now, role)
+            _log.info("talk", talk=role.talk.value, level_db=role.softly_db)
 
     def _tell_manager(self, sound: SoundService) -> None:
         """Only here: a block came, the robot took its step, and the loop turns.

@@ -78,6 +78,7 @@ def examine(
             findings.append(find_confusable(wiring))
     except ConfigError as error:
         findings.append(Finding("tasks", str(error), error.exit_status))
+    findings += find_quiet_hours(settings)
     findings.append(find_memory(settings.state_dir))
     findings.extend(find_sound(settings.audio, devices))
     findings.append(find_port(settings.wheels, device_directory))
@@ -99,6 +100,19 @@ def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
     if why is not None:
         return Finding("vocabulary", why, EX_CONFIG)
     return Finding("vocabulary", "tasks and names sound different enough")
+
+
+def find_quiet_hours(settings: Settings) -> Iterator[Finding]:
+    """The quiet hours, if the settings have any: a robot without a clock cannot keep them."""
+    quiet = settings.quiet
+    if quiet.hours is None:
+        return
+    if settings.clock:
+        softer = f", {-quiet.level_db:g} dB softer" if quiet.level_db else ""
+        yield Finding("quiet hours", f"{quiet.hours}, by this computer's clock: terse{softer}")
+        return
+    text = f"quiet.hours: {quiet.hours} is never kept, because this robot has no clock (`clock: false`); remove one"
+    yield Finding("quiet hours", text, doubtful=True)
 
 
 def nearest_there(directory: Path) -> Path:

@@ -22,7 +22,7 @@ from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, unwritable
 from hvcpd.people.enrolled import Person
 from hvcpd.reporting.files import write_whole
 
-LIVE = ("mode", "pick", "unable", "clips", "log_level", "log_format")
+LIVE = ("mode", "pick", "talk", "quiet", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
 conversation, the wheels or the sound card's stream."""
 

@@ -19,7 +19,7 @@ from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Motion, TaskRepository
-from hvcpd.coordination.actions import Role, Speech, Timing
+from hvcpd.coordination.actions import Role, Speech, Talk, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
@@ -90,9 +90,18 @@ class Wiring:
         """The robot's dimensions."""
         return drive_of(self.settings.wheels)
 
+    def with_talk(self, role: Role, wall_s: float) -> Role:
+        """The role with the talk and the level that the settings have for this time, s since 1970."""
+        settings = self.settings
+        is_quiet = settings.clock and settings.quiet.holds_at(wall_s)
+        talk = Talk.TERSE if is_quiet else Talk(settings.talk)
+        softly_db = settings.quiet.level_db if is_quiet else 0.0
+        unchanged = (role.talk, role.softly_db) == (talk, softly_db)
+        return role if unchanged else replace(role, talk=talk, softly_db=softly_db)
+
     def with_live(self, role: Role) -> Role:
         """The role with what of it may change while the robot lives."""
-        settings = self.settings
+        settings, role = self.settings, self.with_talk(role, time.time())
         return replace(
             role,
             coordinator=settings.mode == "coordinate",

@@ -105,8 +105,8 @@ class OnePassDtw:
         """Where the last REACH cells of each instance begin and end, in turn, as `reduceat` takes them."""
 
     def forward(self, distances: Callable[[int, int], Costs], to_noise: Costs) -> Ends:
-        """Of each frame to the room's noise alone, and of the frames from one to another (first axis) to the template
-        frames of `rows`."""
+        """The forward pass: `to_noise`, each frame's distance to the room's noise; `distances(begin, end)`, those of
+        some frames (first axis) to the template frames of `rows`."""
         net, n = self.net, len(to_noise)
         cells = np.full(self._n_cells, _FAR, np.int64)
         ends = Ends(

@@ -1,4 +1,4 @@
-"""Enrolled people: their words as mel energies, one file for each person, which may come from anywhere.
+"""Enrolled people: their sentences and words as mel energies, one file for each person, which may come from anywhere.
 
 The files hold energies, not recordings: the recogniser needs no more, they have a tenth of the size, and they cannot be
 played back as speech.
@@ -14,34 +14,56 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
 from hvcpd.errors import StoreError, unwritable
 from hvcpd.people import PEOPLE_FOLDER
+from hvcpd.people.bands import N_BANDS as NET_BANDS
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
 
-FORMAT = 1
-"""Version of the file format; raised with every change of it, or of the front end's bands."""
+FORMAT = 2
+"""Version of the file format; raised with every change of it, or of the front ends' bands."""
+READABLE = (1, FORMAT)
+"""Version 1 has no sentences."""
 SUFFIX = ".npz"
 MAX_FILE_BYTES = 32_000_000
 """The phrasebook's 100 words in MAX_TAKES takes have 6 MB unpacked; a file that is larger is none of ours."""
 MAX_WORDS = 1000
 MAX_TAKES = 6
-"""Of one word that are kept, the newest: each is one more path for the recogniser wherever its word may come."""
+"""Maximum number of takes of one word, the newest: each is one more path wherever its word may come."""
 MAX_FRAMES = 250
 """2.5 s: nobody takes as long for one word."""
 MIN_FRAMES = 5
+MAX_SENTENCES = 20
+"""Kept, the newest: more than that improve the phone net no further, and each is to be aligned anew at a start."""
+MAX_SENTENCE_FRAMES = 1600
+"""16 s, longer than any sentence."""
+MAX_SENTENCE_WORDS = 40
 
+STRANGER = "stranger"
+"""Voice name of a speaker who is neither a robot nor known by takes."""
+
+Logs = NDArray[np.float32]
 Takes = Mapping[str, Sequence[Energies]]
 """For each word, in lower case, its takes: shape (frames, N_BANDS), without the silence around them."""
 
 
+@dataclass(frozen=True, eq=False)
+class SpokenSentence:
+    """A sentence whose words are certain: `logs`, shape (frames, bands of the phone net), centred logarithms."""
+
+    words: tuple[str, ...]
+    logs: Logs
+
+
 @dataclass(frozen=True)
 class Person:
-    """A person's name, as written, and takes of words."""
+    """A person's name, as written, takes of words, and sentences."""
 
     name: str
     takes: Takes = field(default_factory=dict)
+    sentences: tuple[SpokenSentence, ...] = ()
 
     @property
     def words(self) -> frozenset[str]:
@@ -54,28 +76,44 @@ class Person:
         return sum(map(len, self.takes.values()))
 
     def same_as(self, other: Person) -> bool:
-        """Whether both have the same takes of the same words."""
+        """Whether both have the same takes of the same words, and the same sentences."""
         mine, others = self.takes, other.takes
-        return self.words == other.words and all(
-            len(of_word) == len(others[word]) and all(map(np.array_equal, of_word, others[word]))
-            for word, of_word in mine.items()
+        if [each.words for each in self.sentences] != [each.words for each in other.sentences]:
+            return False
+        alike = zip(self.sentences, other.sentences, strict=True)
+        return (
+            all(np.array_equal(one.logs, two.logs) for one, two in alike)
+            and self.words == other.words
+            and all(
+                len(of_word) == len(others[word]) and all(map(np.array_equal, of_word, others[word]))
+                for word, of_word in mine.items()
+            )
         )
 
     @property
     def voice(self) -> str:
-        """The recogniser's name for this voice."""
-        return voice_of(self.name)
+        """The recogniser's name for this voice: only takes tell it from others."""
+        return voice_of(self.name) if self.takes else STRANGER
 
     def with_takes(self, more: Takes) -> Person:
         """The same with more takes, the oldest beyond MAX_TAKES of a word left out."""
         known = {word: [*self.takes.get(word, ()), *new][-MAX_TAKES:] for word, new in more.items()}
         return replace(self, takes={**self.takes, **known})
 
+    def with_sentences(self, more: Iterable[SpokenSentence]) -> Person:
+        """The same with more sentences, the oldest beyond MAX_SENTENCES left out."""
+        return replace(self, sentences=(*self.sentences, *more)[-MAX_SENTENCES:])
+
 
 def voice_of(name: str) -> str:
     """The recogniser's name for an enrolled person's voice; no synthesizer's has a comma."""
     return f"{name.lower()}, enrolled"
 
+
+_SENTENCE, _SAID = "sentence ", "said"
+"""Names of arrays in a file: of each sentence, and of the words of all; no word has a space."""
+MAX_LOG = 40.0
+"""Of an energy's natural logarithm, either way: 174 dB."""
 
 REDUCED = frozenset("a am and are do have i is not of the to will you".split())
 """Words that have a weak form in a sentence (A. C. Gimson, "An Introduction to the Pronunciation of English")."""
@@ -148,7 +186,10 @@ def write_person(path: Path, person: Person) -> None:
         with os.fdopen(handle, "wb") as file:
             # The energies' digits beyond float16's of the logarithm are noise of the microphone.
             logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
-            np.savez_compressed(file, head=head, name=np.array(person.name), filters=_filters(), **logs)  # type: ignore[arg-type]
+            heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
+            said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
+            named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
+            np.savez_compressed(file, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)
@@ -197,7 +238,9 @@ def _filters() -> np.ndarray:
 
 def _person(file: Mapping[str, np.ndarray]) -> Person:
     head = file["head"]
-    if head.shape != (3,) or head.dtype.kind != "i" or tuple(head) != (FORMAT, N_BANDS, HOP_SAMPLES):
+    if head.shape != (3,) or head.dtype.kind != "i" or tuple(head[1:]) != (N_BANDS, HOP_SAMPLES):
+        raise _WrongError("it was made by another version")
+    if head[0] not in READABLE:
         raise _WrongError("it was made by another version")
     filters = file["filters"]
     if filters.shape != (N_BANDS,) or filters.dtype.kind != "f" or not np.allclose(filters, _filters()):
@@ -209,24 +252,50 @@ def _person(file: Mapping[str, np.ndarray]) -> Person:
     fault = valid_robot_name(name)
     if fault is not None:
         raise _WrongError(fault)
-    keys = [key for key in file if key not in ("head", "name", "filters")]
+    keys = [key for key in file if key not in ("head", "name", "filters", _SAID) and not key.startswith(_SENTENCE)]
     if len(keys) > MAX_WORDS * MAX_TAKES:
         raise _WrongError("it has too many takes")
     takes: dict[str, list[Energies]] = {}
     for key in sorted(keys):
         word, _, number = key.partition("/")
-        if not (word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH):
+        if not _is_word(word):
             raise _WrongError("a take is of no word")
         if not number.isdecimal() or int(number) >= MAX_TAKES:
             raise _WrongError(f"a take of '{word}' has no number")
         takes.setdefault(word, []).append(_take(word, file[key]))
-    return Person(name, takes)
+    return Person(name, takes, _sentences(file))
+
+
+def _sentences(file: Mapping[str, np.ndarray]) -> tuple[SpokenSentence, ...]:
+    if _SAID not in file:
+        return ()
+    said = file[_SAID]
+    if said.dtype.kind != "U" or said.ndim != 1 or len(said) > MAX_SENTENCES:
+        raise _WrongError("its sentences have no words")
+    found = []
+    for number, text in enumerate(map(str, said)):
+        words, logs = tuple(text.split(" ")), file[f"{_SENTENCE}{number}"]
+        if len(words) > MAX_SENTENCE_WORDS or not all(map(_is_word, words)):
+            raise _WrongError("a sentence has no words")
+        if logs.ndim != 2 or logs.shape[1] != NET_BANDS or not MIN_FRAMES <= len(logs) <= MAX_SENTENCE_FRAMES:
+            raise _WrongError("a sentence has the wrong shape")
+        found.append(SpokenSentence(words, _finite(logs, "a sentence")))
+    return tuple(found)
+
+
+def _is_word(word: str) -> bool:
+    return word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH
+
+
+def _finite(logs: np.ndarray, what: str) -> Logs:
+    if logs.dtype != np.float16:
+        raise _WrongError(f"{what} has the wrong shape")
+    if not np.isfinite(logs).all() or float(np.abs(logs).max()) > MAX_LOG:
+        raise _WrongError(f"{what} holds no sound")
+    return logs.astype(np.float32)
 
 
 def _take(word: str, logs: np.ndarray) -> Energies:
-    right_shape = logs.ndim == 2 and logs.shape[1] == N_BANDS and MIN_FRAMES <= len(logs) <= MAX_FRAMES
-    if not right_shape or logs.dtype != np.float16:
+    if logs.ndim != 2 or logs.shape[1] != N_BANDS or not MIN_FRAMES <= len(logs) <= MAX_FRAMES:
         raise _WrongError(f"a take of '{word}' has the wrong shape")
-    if not np.isfinite(logs).all() or float(np.abs(logs).max()) > 40.0:
-        raise _WrongError(f"a take of '{word}' holds no sound")
-    return np.exp(logs.astype(np.float32))
+    return np.exp(_finite(logs, f"a take of '{word}'"))

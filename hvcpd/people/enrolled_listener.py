@@ -12,11 +12,10 @@ of the moment is not in tandem features.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,23 +28,24 @@ from hvcpd.people.template_decoder import Heard, Hearing, Match, TemplateDecoder
 from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.fitted import fitted
-from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, Features, energies_of
+from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, N_BANDS, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
 from hvcpd.recognition.scorer import Scorer, norms_of
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, Template, TemplateBank, noise_features
 
 SILENCE_FRAMES = 30
-"""Before and after a take: as far as the net sees."""
+"""Frames of silence around a take: the net's receptive field."""
 ACTIVATIONS, POSTERIORS = 8.9, 10.0
 """Weights of the directions of the net's activations and of the roots of its posteriors, whose distances are
 Hellinger's: about as much counts the one as the other, and what is unlike is as far apart as with cepstra in the same
 time."""
 QUIET_SHARE = 8
-"""One frame in so many, the quietest, tells what the room's noise is for the net."""
+"""Share of the frames (one in 8), the quietest, whose mean features stand for the room's noise."""
 LEAST_QUIET = 5
-MOST_OTHERS = 500
-"""Most takes that are remembered though the newest listener does not need them, 5 kB each: those of two people."""
+TAKES_KEPT = 6000
+"""Takes whose features are kept, 9 kB each, those of ten people. A PC needs 2 ms for one, a Raspberry Pi several times
+that: they are not computed again when another word or name is learned."""
 
 
 @cache
@@ -61,63 +61,34 @@ def directions_of(activations: Features) -> Features:
 
 
 def features_of(output: NetOutput) -> Features:
-    """Of what the net makes of a segment, shape (frames, width)."""
+    """Tandem features of the net's output for a segment, shape (frames, width)."""
     directions = directions_of(output.activations) @ _axes()
     return np.concatenate([ACTIVATIONS * directions, POSTERIORS * np.exp(output.log_posteriors / 2.0)], axis=1)
 
 
 def features_of_take(take: Energies) -> Features:
-    """Of a take, shape (half its frames, rounded up; width)."""
-    found = features_of(phones_of(centred(heard_alone(take, SILENCE_FRAMES))))
+    """Tandem features of a take, shape (half its frames, rounded up; width)."""
+    return _features_of(np.ascontiguousarray(take, np.float32).tobytes()).astype(np.float32)
+
+
+@lru_cache(TAKES_KEPT)
+def _features_of(take: bytes) -> NDArray[np.float16]:
+    energies = np.frombuffer(take, np.float32).reshape(-1, N_BANDS)
+    found = features_of(phones_of(centred(heard_alone(energies, SILENCE_FRAMES))))
     begin = SILENCE_FRAMES // 2
-    return found[begin : begin + (len(take) + 1) // 2].copy()
-
-
-class FeatureCache:
-    """Features of takes. A PC needs 2 ms for each, a Raspberry Pi several times that: those of a team's people are not
-    made again when another word or name is learned."""
-
-    def __init__(self, make: Callable[[Energies], Features] = features_of_take) -> None:
-        self._make = make
-        self._known: dict[bytes, NDArray[np.float16]] = {}
-
-    def of(self, take: Energies) -> Features:
-        """As `features_of_take`."""
-        return self._of(_key(take), take).astype(np.float32)
-
-    def all_of(self, takes: Sequence[Energies]) -> list[Features]:
-        """The features of all takes that a listener needs, however many; at most MOST_OTHERS others stay in memory."""
-        keys = [_key(take) for take in takes]
-        found = {key: self._of(key, take) for key, take in zip(keys, takes, strict=True)}
-        if len(self._known) > len(found) + MOST_OTHERS:
-            self._known = found
-        return [found[key].astype(np.float32) for key in keys]
-
-    def _of(self, key: bytes, take: Energies) -> NDArray[np.float16]:
-        found = self._known.get(key)
-        if found is None:
-            found = self._known[key] = self._make(take).astype(np.float16)
-        return found
-
-
-def _key(take: Energies) -> bytes:
-    return hashlib.blake2b(np.ascontiguousarray(take).tobytes(), digest_size=16).digest()
-
-
-SHARED = FeatureCache()
-"""All listeners' of this process: a robot that learns a name makes new ones."""
+    return found[begin : begin + (len(energies) + 1) // 2].astype(np.float16)
 
 
 class TandemTakes:
     """Knows takes of words in one or more voices."""
 
-    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]], known: FeatureCache = SHARED) -> None:
+    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
         """`takes[voice][word]`: without noise. Raises ValueError without takes."""
         said = [(v, w, take) for v, words in takes.items() for w, of_word in words.items() for take in of_word]
         if not said:
             raise ValueError("no templates")
         templates: list[Template] = []
-        rows = known.all_of([take for _, _, take in said])
+        rows = [features_of_take(take) for _, _, take in said]
         first = 0
         for (voice, word, _), features in zip(said, rows, strict=True):
             templates.append(Template(voice, word, first, len(features)))
@@ -143,7 +114,7 @@ class ComposedTakes:
     def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
         """`takes[voice][word]`: without noise. Raises ValueError without takes."""
         self._bank = TemplateBank(takes)
-        self._scorer = Scorer(self._bank, (0.0,))
+        self._scorer = Scorer(self._bank)
         self.templates = self._bank.templates
 
     def hear(self, energies: Energies, noise: Noise) -> Heard:
@@ -164,12 +135,12 @@ class ComposedTakes:
 AROUND_FRAMES = 30
 """0.3 s before and after what was noticed as speech, for its faint beginning and end."""
 BEFORE_FRAMES = 20
-"""0.2 s right before the speech may already be its faint beginning: they tell nothing of the noise."""
+"""Frames (0.2 s) before the speech that may already be its faint beginning, so they do not count as noise."""
 QUIETER = 0.7
-"""The quieter part of the frames before the speech, which tells its noise: somebody may have spoken before."""
+"""Share of the frames before the speech, the quieter ones, that give the noise: somebody may have spoken before."""
 
 MOST_DEFICIT = 3.0
-"""Of the worst word: words that people swallow in a sentence that is right have more."""
+"""Largest deficit of the worst word; words that people swallow in right sentences have more."""
 LEAST_MARGIN, MOST_MARGIN = 0.3, 100.0
 """Range of the cost of the closest other word; values beyond it carry no more information."""
 LEAST_ABOVE_NOISE = 0.1
@@ -193,11 +164,10 @@ class Known:
 class EnrolledListener:
     """Matches sound with the sentences of the enrolled people."""
 
-    def __init__(self, graph: WordGraph, people: Iterable[Person], features: FeatureCache = SHARED) -> None:
-        """`features`: the tandem features of takes. Raises ValueError if nobody has a word of `graph`."""
+    def __init__(self, graph: WordGraph, people: Iterable[Person]) -> None:
+        """Raises ValueError if nobody has a word of `graph`."""
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
         self._graph = graph
-        self._features = features
         self._takes = {voice: words for voice, words in takes.items() if words}
         self._composed = ComposedTakes(self._takes)
         self._matcher = TemplateDecoder(graph, self._composed.templates)
@@ -208,12 +178,12 @@ class EnrolledListener:
         for take in (take for words in self._takes.values() for of_word in words.values() for take in of_word):
             if not go_on():
                 return
-            self._features.of(take)
+            features_of_take(take)
         _ = self._tandem
 
     @cached_property
     def _tandem(self) -> tuple[TandemTakes, TemplateDecoder]:
-        tandem = TandemTakes(self._takes, self._features)
+        tandem = TandemTakes(self._takes)
         return tandem, TemplateDecoder(self._graph, tandem.templates)
 
     def nearest(self, segment: Segment) -> Recognised | None:
@@ -223,7 +193,7 @@ class EnrolledListener:
         return _recognised(hearing, origin)
 
     def known(self, segment: Segment, logs: Bands, output: NetOutput) -> Known:
-        """Likewise, together with the tandem result for the segment's `logs`, shape (frames, N_BANDS)."""
+        """The nearest sentence by cepstra and by tandem features of the segment's `logs`, shape (frames, N_BANDS)."""
         hearing, origin = self._heard(segment)
         tandem, matcher = self._tandem
         by_net = matcher.hear(tandem.hear(logs, output)) if len(logs) else None

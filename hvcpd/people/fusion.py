@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,11 +21,11 @@ from hvcpd.recognition.fitted import fitted
 Words = tuple[str, ...]
 
 MOST_LOSS = 60.0
-"""A sentence that loses this much more than another is none; beyond that, the amount carries no information."""
+"""Largest extra loss of a sentence; more carries no information."""
 MOST_FARTHER = 100.0
-"""Likewise, for the distance from enrolled people's words."""
+"""Largest extra distance from enrolled people's words; more carries no information."""
 MOST_LOGIT = 9.2
-"""Beyond this, the listeners' own measure carries no information either."""
+"""Largest log odds of a listener's own confidence; more carries no information."""
 MOST_RIVAL = 12.0
 """Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
 MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
@@ -50,6 +50,10 @@ class Hypotheses:
     speech_s: float
     fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
     """The fits of sentences other than `by_phones`, where requested."""
+
+    def through(self, log_posteriors: LogPosteriors) -> Hypotheses:
+        """The same with posteriors of another output layer."""
+        return replace(self, log_posteriors=log_posteriors, by_phones=self.search.best(log_posteriors), fits={})
 
     @property
     def sentences(self) -> list[Words]:

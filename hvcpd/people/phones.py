@@ -31,7 +31,7 @@ PHONES = tuple(
 """ARPAbet without stress; the net's outputs, after that for none of them."""
 
 LOUD_NATS = 5.8
-"""25 dB: frames that are no farther below the loudest tell the voice's and the microphone's mean."""
+"""25 dB: frames within this range of the loudest give the mean of voice and microphone."""
 
 
 def centred(logs: Bands) -> Logs:
@@ -46,12 +46,12 @@ def centred(logs: Bands) -> Logs:
 FRAME_SAMPLES = 320
 """Two of the bands' frames make one of the net's."""
 APART = (1, 1, 2, 3, 4, 6)
-"""How far apart the frames are that each layer sees."""
+"""Dilation of each layer's convolution, frames."""
 GAP_COST = 1.5
-"""Of a frame without a sound, natural logarithm: a net so trained is surer of them than of sounds, and short words were
-left out. Of 195 sentences of other synthetic voices than those trained on 191 are right, with 0.5 189."""
+"""Cost of a blank, natural logarithm: a net trained this way is surer of blanks than of phones, so that short words
+were left out. Of 195 sentences of other synthetic voices than those trained on 191 are right, with 0.5 189."""
 HALVES = 1
-"""The layer that leaves out every other frame; those after it add to what they are given."""
+"""The layer with stride 2; those after it are residual layers."""
 
 
 @cache
@@ -71,17 +71,38 @@ class NetOutput:
     activations: Logs
 
 
+@dataclass(frozen=True, eq=False)
+class OutputLayer:
+    """The last layer: `weights`, shape (width, len(PHONES) + 1), and `bias`."""
+
+    weights: Logs
+    bias: Logs
+
+    def logits(self, activations: Logs) -> Logs:
+        """Before the softmax, shape (frames, len(PHONES) + 1)."""
+        return np.asarray(activations @ self.weights + self.bias, np.float32)
+
+    def log_posteriors(self, activations: Logs) -> LogPosteriors:
+        """Of frames of the last hidden layer, shape (frames, width), at GAP_COST for a frame of none."""
+        logits = self.logits(activations)
+        logits[:, -1] -= GAP_COST
+        logits -= logits.max(axis=1, keepdims=True)
+        return np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32)
+
+
+def anybodys_layer() -> OutputLayer:
+    """The layer as it was trained, for any voice."""
+    return OutputLayer(_weights()["weights_out"], _weights()["bias_out"])
+
+
 def phones_of(logs: Logs) -> NetOutput:
-    """Of `centred` logarithms, shape (frames, N_BANDS): half as many frames, rounded up."""
+    """The net's output for `centred` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
     weights, sound = _weights(), logs
     for number, apart in enumerate(APART):
         step = 2 if number == HALVES else 1
         found = _layer(sound, weights[f"weights{number}"], weights[f"bias{number}"], apart, step)
         sound = found if number <= HALVES else sound + found
-    logits = sound @ weights["weights_out"] + weights["bias_out"]
-    logits[:, -1] -= GAP_COST
-    logits -= logits.max(axis=1, keepdims=True)
-    return NetOutput(np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32), sound)
+    return NetOutput(anybodys_layer().log_posteriors(sound), sound)
 
 
 def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Logs:
@@ -114,7 +135,7 @@ class CtcSentence:
 
 @dataclass(frozen=True, eq=False)
 class _Ends:
-    """Where paths are after each frame.
+    """Back pointers of the Viterbi search.
 
     `way[t, n]`: the word by which the best path that is at node n after frame t came there, and `since[t, n]` the frame
     at which it did, or -1; `began[t, w]`: the frame at which the word w began that ends in frame t.
@@ -195,7 +216,7 @@ class CtcSearch:
         return ends, rest
 
     def _entered(self, phone: Scores, gap: Scores, phone_began: Index, gap_began: Index) -> tuple[Scores, Index]:
-        """Scores of going on to each phone from the one before it or from the frames of none after that."""
+        """Scores of entering each phone from the phone or from the blank before it."""
         straight = np.roll(phone, 1)
         straight[self._repeated] = NEVER  # a phone said twice has a gap within
         around = np.roll(gap, 1)
@@ -203,7 +224,7 @@ class CtcSearch:
         return np.maximum(straight, around), began
 
     def _arrive(self, scores: Scores, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
-        """Words that end in a frame lead to nodes, where that is better than to have rested there."""
+        """Pass the words that end in a frame to their nodes, where that is better than having rested there."""
         best = np.maximum.reduceat(scores, self._begins)
         arriving = np.flatnonzero(best > rest[self._nodes])
         nodes = self._nodes[arriving]

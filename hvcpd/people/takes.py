@@ -1,8 +1,4 @@
-"""Takes of single words, from recordings of one word or from confirmed sentences: place, usability, and distances.
-
-Online adaptation: a sentence that a person repeats on request, and then confirms, yields takes of its words. Only then
-is the sentence certain: the robot has read it back, and the same person has confirmed it.
-"""
+"""Takes of single words, from recordings of one word each: place, usability, and distances."""
 
 from __future__ import annotations
 
@@ -12,11 +8,9 @@ from itertools import combinations
 
 import numpy as np
 
-from hvcpd.language.messages import Confirmed, SayAgain, Utterance
-from hvcpd.people.enrolled import MAX_FRAMES, MIN_FRAMES, Takes, levelled
+from hvcpd.people.enrolled import MAX_FRAMES, Takes, levelled
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.decoder import StepCosts, dtw_column
-from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     ENERGY_FLOOR,
@@ -29,24 +23,23 @@ from hvcpd.recognition.frontend import (
     smoothed,
 )
 from hvcpd.recognition.scorer import MASK_DB
-from hvcpd.recognition.second_pass import Segment
 
 FULL_SCALE = 0.985
-"""A converter that is overdriven stays at one value, near its end."""
+"""Share of full scale from which a sample counts as clipped."""
 MOST_CLIPPED = 0.002
-"""Of the word's samples: a few peaks do no harm, flat vowels do."""
+"""Largest share of the word's samples at full scale: a few peaks do no harm, flat vowels do."""
 LEAST_SNR_DB = 15.0
 """A word's loud frames over the noise around it: below, faint consonants are lost for good."""
 EDGE_S = 0.1
-"""At both ends of a recording, where the speaker does not speak yet."""
+"""Ends of a recording in which nobody speaks yet."""
 EDGE_DB = 12.0
-"""Ends that are so far below the word's loudest frame are noise; else the recording was cut at the word."""
+"""Level below the word's loudest frame at which an end is noise; otherwise the recording was cut at the word."""
 BEGIN_DB = 6.0
-"""The word begins and ends where it is so far above the noise."""
+"""Level above the noise at which the word begins and ends."""
 RANGE_DB = 35.0
-"""The word begins and ends no further below its loudest frame."""
+"""Largest range below the loudest frame within which the word begins and ends."""
 LONGEST_GAP_S = 0.2
-"""Within a word, as before a T; longer, and two words were said."""
+"""Longest closure within a word, as before a T; a longer gap separates two words."""
 SHORTEST_S, LONGEST_S = 0.1, 1.6
 INCONSISTENT = 3.2
 """Mean distance a frame of two takes of one word. Of people's digits (takes 0 to 4, four speakers) 95 % of the pairs of
@@ -68,27 +61,62 @@ class TakeCheck:
     snr_db: float
 
 
-def check_take(sound: Samples) -> TakeCheck:
-    """The one word in a recording, shape (n,), 16 kHz."""
+@dataclass(frozen=True)
+class Speech:
+    """What was said in a recording: its frames' energies, shape (frames, N_BANDS), from `begin` to before `end`."""
+
+    energies: Energies
+    noise: Energies
+    begin: int
+    end: int
+    gap: int
+    """The longest pause in it, frames."""
+    level_dbfs: float
+    snr_db: float
+    clipped: float
+    """Share of its samples."""
+
+    @property
+    def fault(self) -> str:
+        """Why nothing can be learned from it, whatever was said; empty if it is good enough."""
+        if self.clipped > MOST_CLIPPED:
+            return "it is too loud for the microphone: step back, or turn the gain down (hvcpctl calibrate)"
+        if self.snr_db < LEAST_SNR_DB:
+            return f"the room is too loud, or you too far away: speech is {self.snr_db:.0f} dB above the noise, not 15"
+        return ""
+
+
+def speech_in(sound: Samples) -> Speech | None:
+    """What was said in a recording, shape (n,), 16 kHz; None if nothing was."""
     sound = np.asarray(sound, np.float32)
     peak = float(np.abs(sound).max(initial=0.0))
     if len(sound) < SHORTEST_S * SAMPLE_RATE_HZ or peak < 1e-4:
-        return TakeCheck(None, "nothing is to be heard; is the microphone on?", -99.0, 0.0)
+        return None
     pad = (WINDOW_SAMPLES - HOP_SAMPLES) // 2
     energies = energies_of(np.pad(sound - sound.mean(), (pad, pad + HOP_SAMPLES)))
     power = energies.sum(axis=1)
     noise = _noise(energies, power)
     begin, end, gap = _span(power, float(noise.sum()))
-    word = energies[begin:end]
     loud = np.sort(power[begin:end])[-max((end - begin) // 4, 1) :].mean()
     snr_db = float(10.0 * np.log10(loud / float(noise.sum())))
-    level_dbfs = float(20.0 * np.log10(peak))
-    samples = sound[begin * HOP_SAMPLES : end * HOP_SAMPLES]
-    fault = _fault(end - begin, gap, float(np.mean(np.abs(samples) >= FULL_SCALE)), snr_db)
+    clipped = np.mean(np.abs(sound[begin * HOP_SAMPLES : end * HOP_SAMPLES]) >= FULL_SCALE)
+    return Speech(energies, noise, begin, end, gap, float(20.0 * np.log10(peak)), snr_db, float(clipped))
+
+
+NOTHING = "nothing is to be heard; is the microphone on?"
+
+
+def check_take(sound: Samples) -> TakeCheck:
+    """The one word in a recording, shape (n,), 16 kHz."""
+    speech = speech_in(sound)
+    if speech is None:
+        return TakeCheck(None, NOTHING, -99.0, 0.0)
+    fault = speech.fault or _fault_of_word(speech.end - speech.begin, speech.gap)
     if fault:
-        return TakeCheck(None, fault, level_dbfs, snr_db)
-    clean = smoothed(np.pad(np.maximum(word - noise, ENERGY_FLOOR), ((1, 1), (0, 0)), mode="edge"))
-    return TakeCheck(clean, "", level_dbfs, snr_db)
+        return TakeCheck(None, fault, speech.level_dbfs, speech.snr_db)
+    word = np.maximum(speech.energies[speech.begin : speech.end] - speech.noise, ENERGY_FLOOR)
+    clean = smoothed(np.pad(word, ((1, 1), (0, 0)), mode="edge"))
+    return TakeCheck(clean, "", speech.level_dbfs, speech.snr_db)
 
 
 def _noise(energies: Energies, power: np.ndarray) -> Energies:
@@ -112,12 +140,8 @@ def _span(power: np.ndarray, noise: float) -> tuple[int, int, int]:
     return int(above[0]), int(above[-1]) + 1, gap
 
 
-def _fault(n_frames: int, gap: int, clipped: float, snr_db: float) -> str:
+def _fault_of_word(n_frames: int, gap: int) -> str:
     length_s = n_frames * HOP_SAMPLES / SAMPLE_RATE_HZ
-    if clipped > MOST_CLIPPED:
-        return "it is too loud for the microphone: step back, or turn the gain down (hvcpctl calibrate)"
-    if snr_db < LEAST_SNR_DB:
-        return f"the room is too loud, or you too far away: the word is {snr_db:.0f} dB above the noise, not 15"
     if gap * HOP_SAMPLES > LONGEST_GAP_S * SAMPLE_RATE_HZ:
         return "there is a pause in it; say the one word, and nothing else"
     if not SHORTEST_S <= length_s <= LONGEST_S or n_frames > MAX_FRAMES:
@@ -139,7 +163,7 @@ def distance(one: Features, other: Features) -> float:
 
 
 def _cost(heard: Features, template: Features) -> float:
-    """Of hearing one take as the other, a frame of the one."""
+    """DTW cost of one take against the other, per frame of the first."""
     squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
     distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ((0, 0), (2, 0)), constant_values=_FAR).astype(np.float32)
     costs = np.full(distances.shape[1], _FAR, np.float32)
@@ -180,73 +204,3 @@ def _spread(sounds: Sequence[Features]) -> float:
     """Distance of takes of one word from one another, a frame; half of INCONSISTENT, as is usual, for a single take."""
     apart = [distance(a, b) for a, b in combinations(sounds, 2)]
     return min(float(np.median(apart)), INCONSISTENT) if apart else INCONSISTENT / 2.0
-
-
-ASKED_S = 15.0
-"""Time after "say again" in which a sentence counts as a repetition."""
-CONFIRMED_S = 20.0
-"""Time after the repetition in which a confirmation refers to it: the robot has read it back by then."""
-MARGIN_S = 0.02
-"""Margin around a word in a sentence, since its ends are not known to the frame."""
-
-
-@dataclass
-class _Candidate:
-    speaker: str
-    at_s: float
-    takes: dict[str, list[Energies]]
-
-
-class ConfirmedTakes:
-    """Takes the robot's speech, results and recognised sentences, in order; returns takes when they are confirmed."""
-
-    def __init__(self, own_name: str) -> None:
-        self._own_name = own_name.lower()
-        self._asked_s = float("-inf")
-        self._found: tuple[Segment, Recognised] | None = None
-        self._candidate: _Candidate | None = None
-
-    def said(self, utterance: Utterance, now: float) -> None:
-        """Take a sentence that the robot says."""
-        if isinstance(utterance.statement, SayAgain):
-            self._asked_s = now
-
-    def found(self, segment: Segment, sentence: Recognised) -> None:
-        """Take a second-pass result for a segment of sound."""
-        self._found = (segment, sentence)
-
-    def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, Takes] | None:
-        """Take a recognised sentence that began at `start_s`; return the speaker's name and takes if it confirms
-        some."""
-        speaker = (utterance.speaker or "").lower()
-        if not speaker or speaker == self._own_name:
-            return None
-        if isinstance(utterance.statement, Confirmed):
-            candidate, self._candidate = self._candidate, None
-            if candidate is None or candidate.speaker != speaker or now - candidate.at_s > CONFIRMED_S:
-                return None
-            return utterance.speaker or "", candidate.takes
-        found, self._found = self._found, None
-        self._candidate = None
-        if found is None or now - self._asked_s > ASKED_S:
-            return None
-        segment, sentence = found
-        if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
-            takes = words_in(segment, sentence)
-            self._candidate = _Candidate(speaker, now, takes)
-        return None
-
-
-def words_in(segment: Segment, sentence: Recognised) -> dict[str, list[Energies]]:
-    """Each word of a sentence, cut out of its segment, with the noise before it removed."""
-    edge = round(MARGIN_S * SAMPLE_RATE_HZ)
-    noise = segment.sound[: min(segment.lead, SAMPLE_RATE_HZ // 5)]
-    found: dict[str, list[Energies]] = {}
-    for span in sentence.spans:
-        begin, end = span.start_sample - segment.origin - edge, span.end_sample - segment.origin + edge
-        # The room's noise at both ends separates the word from its surroundings.
-        sound = np.concatenate([noise, segment.sound[max(begin, 0) : end], noise])
-        check = check_take(sound)
-        if check.energies is not None and len(check.energies) >= MIN_FRAMES:
-            found.setdefault(span.word, []).append(check.energies)
-    return found

@@ -110,7 +110,7 @@ class Hearing:
         self._best = self._best_of(dtw, ends)
 
     def _best_of(self, dtw: OnePassDtw, ends: Ends) -> _Fit | None:
-        """Of the sentences that fit best in one voice or another, the one that fits best in all."""
+        """The sentence that fits best in all voices, among the best ones of each voice."""
         found = _best_of_voices(dtw, ends).values()
         sentences = dict.fromkeys(words for _, words, _ in found)
         if len(sentences) == 1:
@@ -169,7 +169,7 @@ class Hearing:
 
 
 def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
-    """For each voice that has a sentence: the least cost, the words, and the node where they end."""
+    """Least cost, words and end node of the best sentence in each voice that has one."""
     net, found = dtw.net, {}
     for number, voice in enumerate(net.voices):
         nodes = np.arange(number * net.nodes_per_voice, (number + 1) * net.nodes_per_voice)

@@ -28,7 +28,7 @@ class Agreement:
         self._unsure: Garbled | None = None
         self._cut: tuple[str, ...] = ()
         """The words of that sentence, if somebody went on after them."""
-        self._told_until = 0
+        self._reported_until = 0
         """A sentence was reported up to this sample."""
 
     def settle(
@@ -44,7 +44,7 @@ class Agreement:
         dealt_with = 0
         for sentence in heard:
             start, end = sentence.words[0].start, sentence.words[-1].end
-            if start < self._told_until:
+            if start < self._reported_until:
                 continue
             if not sentence.sure or start < since:
                 self._unsure = Garbled(start, end)
@@ -53,7 +53,7 @@ class Agreement:
             self._release(start, end)
             events = [event for event in events if not _overlaps(event, start, end)]
             out.append(describe(sentence))
-            self._told_until = dealt_with = end
+            self._reported_until = dealt_with = end
         for event in events:
             out += self._judged(event)
         if self._held is not None and not self._follows(self._held):
@@ -63,30 +63,30 @@ class Agreement:
     def interrupt(self) -> list[Event]:
         """Drop the sentence in progress: it will not be understood."""
         held, self._held = self._held, None
-        return self._told(held) if held is not None else []
+        return self._reported(held) if held is not None else []
 
     def _judged(self, event: Event) -> list[Event]:
         if not isinstance(event, Recognised | Garbled):
             return [event]
         if not self._follows(event):
-            return self._told(event)
+            return self._reported(event)
         followed = self.coherent.follows
         if isinstance(event, Recognised) and followed:
             n = len(event.words)
             if event.words[: len(followed.words)] == followed.words and n > len(followed.words):
-                return self._told(event)
+                return self._reported(event)
             if followed.words[:n] == event.words and followed.is_sure_after(n):
                 event = Garbled(event.start_sample, event.end_sample)
         self._held = event  # until the outcome of the sentence is known
         return []
 
-    def _told(self, event: Recognised | Garbled) -> list[Event]:
+    def _reported(self, event: Recognised | Garbled) -> list[Event]:
         unsure = self._unsure
         self._release(event.start_sample, event.end_sample)
         if isinstance(event, Recognised):
             if unsure is not None and self._unsure is None and event.words == self._cut:
                 return [Garbled(event.start_sample, event.end_sample)]
-            self._told_until = event.end_sample
+            self._reported_until = event.end_sample
             self.coherent.dismiss(event.end_sample)
         return [event]
 

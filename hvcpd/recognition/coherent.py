@@ -47,22 +47,22 @@ LEAST_SCORE = 100.0
 LEAST_ALONE = 150.0
 """Log likelihood ratio of a single word against noise: another one may begin with the same hiss."""
 GOES_ON = 2080
-"""Samples of a possible next word (0.13 s) that show whether it begins."""
+"""Samples (0.13 s) of a possible next word after which it is checked whether it begins."""
 GOES_ON_LATER = 4800
-"""Samples (0.3 s) that show it where fewer would not stand out."""
+"""Samples (0.3 s) after which it is checked again, since fewer may not stand out."""
 STANDS_OUT = 5.0
-"""Expected strength with which something stands out."""
+"""Expected strength from which a word stands out."""
 SETTLED = 300.0
-"""With that score, what is followed is a sentence, and no other one begins in it."""
+"""Score from which a path surely is a sentence, so no other one begins in it."""
 CHANCE = 3.2
-"""Strength from which a word may have begun, however weak it was expected."""
+"""Strength from which a word may have begun, however faint it is expected to be."""
 SURELY = 4.5
 """Strength from which a word surely has begun: if none comes of it, the sentence was lost, as among a room's echoes."""
 UNWHITENED = 2 * REFRESH_FRAMES * HOP
 """Samples (0.5 s) in which a sentence may have begun before the spectrum of what is heard is known: at a recording's
 first sample, or after a silence of zeros, that takes half of it."""
 CALM = 10 * SAMPLE_RATE_HZ
-"""After 10 s without speech, memory is given back."""
+"""Samples (10 s) without speech after which memory is freed."""
 
 
 class CoherentListener:
@@ -79,7 +79,7 @@ class CoherentListener:
         self._schedule = OnsetSchedule(self._firsts)
         self._sound = WhitenedSound()
         self._unheard: list[Samples] = []
-        """What was pushed last while there were no signs of speech."""
+        """Sound pushed while there were no signs of speech."""
         self._end = 0
         """The number of the sample that comes next."""
         self._active = 0
@@ -258,16 +258,16 @@ class CoherentListener:
         if path.node not in self._arcs:
             return False
         for number, after in enumerate((GOES_ON, GOES_ON_LATER)):
-            if len(path.looks) <= number:
+            if len(path.checks) <= number:
                 if self._sound.end < path.at + after:
                     return True
-                path.looks.append(self._look(path, path.at + after, after == GOES_ON_LATER))
-            if not path.looks[number]:
+                path.checks.append(self._may_go_on(path, path.at + after, after == GOES_ON_LATER))
+            if not path.checks[number]:
                 return False
         # Some word has begun: it is evaluated when it has ended.
         return not all(self._is_due(each) for each in path.waiting)
 
-    def _look(self, path: Path, until: int, last: bool) -> bool:
+    def _may_go_on(self, path: Path, until: int, last: bool) -> bool:
         """Whether any possible next word may have begun in the sound so far."""
         goes_on = False
         for _, fit, _ in fitting(self._sound, list(self._next(path)), path.gain, until):

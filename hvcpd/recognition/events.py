@@ -60,39 +60,33 @@ class Recognised:
 
 
 @dataclass(frozen=True)
-class Garbled:
+class Span:
+    """Samples `start_sample` up to `end_sample`."""
+
+    start_sample: int
+    end_sample: int
+
+
+@dataclass(frozen=True)
+class Garbled(Span):
     """Somebody spoke, but no sentence of the network fits: it began late, was cut off, overlapped, or is other speech.
 
     `robot`: in the voice of a robot.
     """
 
-    start_sample: int
-    end_sample: int
     robot: bool = False
 
 
-@dataclass(frozen=True)
-class Held:
+class Held(Span):
     """The urgent word seems to have been said while somebody else spoke: stand still until `Released` or `Urgent`."""
 
-    start_sample: int
-    end_sample: int
 
-
-@dataclass(frozen=True)
-class Released:
+class Released(Span):
     """Nobody said it: the suspected word was part of a sentence that has been understood by now."""
 
-    start_sample: int
-    end_sample: int
 
-
-@dataclass(frozen=True)
-class Urgent:
+class Urgent(Span):
     """The urgent word was heard while somebody else spoke; it ended at `end_sample`."""
-
-    start_sample: int
-    end_sample: int
 
 
 Event = Recognised | Garbled | Held | Released | Urgent

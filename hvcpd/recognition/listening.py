@@ -59,12 +59,12 @@ class Listening:
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
-        told: list[Event] = []
+        reported: list[Event] = []
         for sentences, *spelled in self._sentences.watch.lose(n_samples, self._all):
-            told += self._once(sentences, list(chain(*spelled)))
+            reported += self._once(sentences, list(chain(*spelled)))
         for recogniser in self._all:
             recogniser.begin_late()
-        return told
+        return reported
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`; from then on spelled names are recognised, too."""

@@ -24,7 +24,7 @@ FALL_DB, RISE_DB = 0.06, 0.06
 LEAST_FRAMES, MOST_FRAMES = 15, 400
 """0.3 to 8 s: how long a sentence takes."""
 MOST_PAUSES = 2
-"""Within a sentence, after the greeting and after the name."""
+"""Maximum number of pauses within a sentence: after the greeting and after the name."""
 
 
 @dataclass(frozen=True)

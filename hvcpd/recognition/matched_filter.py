@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import rfft
 
 FRAME = 1024
 """Samples of a frame of the noise's spectrum: 16 Hz apart, which parts a motor's lines from a voice."""
@@ -39,15 +40,15 @@ RISEN = ((6, 1.1), (14, 0.95))
 one of them once in 15 minutes where three voices are known, and once in three where eight are; at -10 dB nearly all
 that is said does, in a fan's noise nine of ten short sentences, where four do if all bins count alike."""
 TAPERED = 0.3
-"""Where a voice stands out most, a bin counts as 1 / 0.3 mean ones at most: a few bins alone have no steady mean."""
+"""A bin counts at most as much as 1 / 0.3 mean ones, since the mean over a few bins is not steady."""
 REACH = 256
 """Samples that the filter looks ahead, and back: 16 ms."""
 PART = FRAME
 """Samples of a part of a word: 64 ms, about a phone."""
 LEAST_ENERGY = 0.01
-"""Of the parts' mean, as much as a part is taken to have: a faded end has none."""
+"""Least energy of a part, as a share of the parts' mean: a faded end has none."""
 LEAST_PART = 0.35
-"""Least share of a part's strength at the gain of the whole sound with which that part fits."""
+"""Least ratio of a part's strength to the one expected at the gain of the whole sound."""
 SLACK = 3.5
 """Deviations by which the strength of a part may fall short by chance."""
 
@@ -75,9 +76,9 @@ class WhiteningFilter:
         self._usual: Spectrum = np.full(BINS, np.inf, np.float32)
         self._voices: Spectrum = np.zeros((0, BINS), np.float32)
         self._watched: Spectrum = np.zeros((0, BINS), np.float32)[:, VOICED]
-        """How much each bin counts for each voice."""
+        """Weight of each bin for each voice."""
         self._rises: Spectrum = np.zeros((RISEN[-1][0], 0), np.float32)
-        """Of the last frames, for each voice."""
+        """Weighted rises of the last frames for each voice."""
         self.voiced = False
         """Whether, anywhere in what was pushed last, the bins in which a known voice has its harmonics have more than
         usual, as in noise that hides the voice as a whole.
@@ -109,7 +110,7 @@ class WhiteningFilter:
             frames = frames[some:]
 
     def _learn(self, frames: Samples) -> None:
-        spectra = np.fft.rfft(frames * _WINDOW)
+        spectra = rfft(frames * _WINDOW)
         powers = (spectra.real**2 + spectra.imag**2) / _WINDOW_POWER
         rises = np.log(np.maximum(0.5 * powers[:, VOICED] / self._usual[VOICED], 1.0)) - np.float32(RISE)
         known = np.arange(self._frames, self._frames + len(frames)) >= MEMORY_FRAMES
@@ -142,8 +143,8 @@ class WhiteningFilter:
         """Whiten a sound, shape (n + 2 REACH,), by the spectrum; returns shape (n,), without REACH at either end."""
         size = transform_size(len(heard))
         if size not in self._filters:
-            self._filters[size] = np.asarray(np.fft.rfft(self._filter, size), np.complex64)
-        out = np.fft.irfft(np.fft.rfft(heard, size) * self._filters[size], size)
+            self._filters[size] = np.asarray(rfft(self._filter, size), np.complex64)
+        out = np.fft.irfft(rfft(heard, size) * self._filters[size], size)
         return np.asarray(out[2 * REACH : len(heard)], np.float32)
 
     def _refresh(self) -> None:
@@ -160,7 +161,7 @@ class WhiteningFilter:
         self.version += 1
         full = np.zeros(FRAME, np.float32)
         full[:REACH], full[-REACH:] = response[REACH:], response[:REACH]
-        self.weights = np.asarray(np.maximum(np.fft.rfft(full).real, 0.0), np.float32)
+        self.weights = np.asarray(np.maximum(rfft(full).real, 0.0), np.float32)
 
     def _watch(self) -> None:
         """Weight each bin by each voice's power over the noise's."""
@@ -178,7 +179,7 @@ def transform_size(n: int) -> int:
 def power_of(sound: Samples) -> Spectrum:
     """Energy of a sound at each of BINS frequencies, shape (BINS,), for the expectation under a filter's weights."""
     size = transform_size(len(sound))
-    spectrum = np.fft.rfft(sound, size)
+    spectrum = rfft(sound, size)
     energy = spectrum.real**2 + spectrum.imag**2
     ratio = size // FRAME
     summed = np.add.reduceat(np.pad(energy, (ratio // 2, 0)), np.arange(0, len(energy) + ratio // 2, ratio))

@@ -21,7 +21,7 @@ MEMORY_FRAMES = 300
 WARM_UP_FRAMES = 12
 """Fewer frames than this give no estimate (0.12 s)."""
 STEP_FRAMES = 48
-"""After a step the noise is known again when it was steady for 0.48 s: no sound of speech lasts that long unchanged."""
+"""Frames (0.48 s) of steady sound that count as new noise after a step: no speech sound lasts that long unchanged."""
 STEP_NEPER = 0.7
 """Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is searched for."""
 STEADY_DRIFT_NEPER = 0.22
@@ -32,7 +32,7 @@ Speech 3 dB above a noise has 1.3 and more, in quiet 3 and more (both measured o
 RISE_DB_PER_S = 2.0
 """While somebody speaks the estimate rises by no more, and falls at once: slow speech leaves too few gaps in 3 s."""
 TONE_FRAMES = 24
-"""A band's noise is known again when it was a steady tone, or lower than before, for 0.24 s: a motor changes its speed
+"""Frames (0.24 s) of a steady tone, or of lower energy, that count as a band's new noise: a motor changes its speed
 faster than the memory forgets, and hardly any vowel stays that long unchanged."""
 TONE_EVERY_FRAMES = 8
 """Interval at which tones are searched for: 80 ms."""
@@ -68,14 +68,6 @@ class SteadyNoise:
     std_log: NDArray[np.float32]
 
 
-def measured(energies: NDArray[np.float32]) -> SteadyNoise:
-    """Statistics of steady noise whose mel energies have shape (frames, N_BANDS)."""
-    mean = energies.mean(axis=0)
-    logs = np.log(energies / mean)
-    ratio = np.percentile(energies, PERCENTILE, axis=0) / mean
-    return SteadyNoise(*(np.asarray(each, np.float32) for each in (ratio, logs.mean(axis=0), logs.std(axis=0))))
-
-
 _WEIGHTS = fitted("steady_noise")["weights"]
 STEADY_NOISE = SteadyNoise(
     *(np.array(_WEIGHTS[name], np.float32) for name in ("percentile_ratio", "mean_log", "std_log"))
@@ -86,40 +78,33 @@ class NoiseTracker:
     """Estimates the mean noise energy of each band from the last seconds of sound."""
 
     def __init__(self) -> None:
-        self._ring = np.zeros((MEMORY_FRAMES, N_BANDS), np.float32)
-        self._filled = 0
-        self._next = 0
+        self._past: Energies = np.zeros((0, N_BANDS), np.float32)
+        """The last frames, MEMORY_FRAMES at most."""
         self._unseen = 0
-        self._steady = STEADY_NOISE
         self.estimate: NDArray[np.float32] = np.full(N_BANDS, ENERGY_FLOOR, np.float32)
         """Mean noise energy a band, shape (N_BANDS,), linear power."""
 
     @property
     def ready(self) -> bool:
         """Whether enough has been heard for an estimate."""
-        return self._filled >= WARM_UP_FRAMES
+        return len(self._past) >= WARM_UP_FRAMES
 
     def push(self, energies: Energies, speech: bool = False) -> None:
-        """Remember frames of shape (n, N_BANDS), n at most MEMORY_FRAMES, and update the estimate.
+        """Remember frames of shape (n, N_BANDS), and update the estimate.
 
         `speech`: somebody seems to be speaking.
         """
-        room = MEMORY_FRAMES - self._next
-        self._ring[self._next : self._next + len(energies)] = energies[:room]
-        self._ring[: max(len(energies) - room, 0)] = energies[room:]
-        self._next = (self._next + len(energies)) % MEMORY_FRAMES
-        self._filled = min(self._filled + len(energies), MEMORY_FRAMES)
+        self._past = np.concatenate([self._past, energies])[-MEMORY_FRAMES:]
         if self.ready:
             self._renew(self.estimate * _RISE ** len(energies) if speech else None)
-
         self._unseen += len(energies)
-        if self._unseen >= TONE_EVERY_FRAMES and self._filled >= TONE_FRAMES:
+        if self._unseen >= TONE_EVERY_FRAMES and len(self._past) >= TONE_FRAMES:
             self._unseen = 0
             self._follow_bands()
 
     def _follow_bands(self) -> None:
         """Forget the past of the bands in which a tone has come or gone."""
-        window = self._window(TONE_FRAMES)
+        window = self._past[-TONE_FRAMES:]
         level, estimate = window.mean(axis=0), self.estimate
         rise = np.log(level / estimate)
         moved = rise < -FALL_NEPER
@@ -128,37 +113,28 @@ class NoiseTracker:
             logs = np.log(window)
             half = TONE_FRAMES // 2
             drift = np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0))
-            moved |= risen & (logs.std(axis=0) < TONE_SPREAD * self._steady.std_log) & (drift < TONE_DRIFT_NEPER)
+            moved |= risen & (logs.std(axis=0) < TONE_SPREAD * STEADY_NOISE.std_log) & (drift < TONE_DRIFT_NEPER)
         if moved.any():
-            past = np.arange(self._next - self._filled, self._next - TONE_FRAMES) % MEMORY_FRAMES
-            self._ring[np.ix_(past, moved)] = (level * self._steady.percentile_ratio)[moved]
+            self._past[:-TONE_FRAMES, moved] = (level * STEADY_NOISE.percentile_ratio)[moved]
             estimate[moved] = np.maximum(level, ENERGY_FLOOR)[moved]
 
-    def _window(self, n_frames: int) -> Energies:
-        """The last frames, shape (n_frames, N_BANDS); maybe a view of the ring."""
-        if self._next >= n_frames:
-            return self._ring[self._next - n_frames : self._next]
-        return np.concatenate([self._ring[self._next - n_frames :], self._ring[: self._next]])
-
     def _renew(self, most: NDArray[np.float32] | None) -> None:
-        rank = int(PERCENTILE / 100.0 * (self._filled - 1))
-        ranked = self._ring[: self._filled].copy()
-        ranked.partition(rank, axis=0)
-        np.maximum(ranked[rank] / self._steady.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
+        rank = int(PERCENTILE / 100.0 * (len(self._past) - 1))
+        ranked = np.partition(self._past, rank, axis=0)
+        np.maximum(ranked[rank] / STEADY_NOISE.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
         if most is not None:
             np.minimum(self.estimate, most, out=self.estimate)
 
     def follow_step(self) -> bool:
         """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace the whole
         history."""
-        if self._filled < STEP_FRAMES:
+        if len(self._past) < STEP_FRAMES:
             return False
-        window = self._window(STEP_FRAMES)
+        window = self._past[-STEP_FRAMES:]
         rise = np.log(np.add.reduce(window, axis=0) / (STEP_FRAMES * self.estimate))
         if float(np.add.reduce(rise)) < N_BANDS * STEP_NEPER or not self._is_steady(window):
             return False
-        self._filled = 0
-        self._next = 0
+        self._past = self._past[:0]
         self.push(window)
         return True
 
@@ -166,5 +142,5 @@ class NoiseTracker:
         logs = np.log(window)
         half = STEP_FRAMES // 2
         drift = float(np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0)).mean())
-        spread = float((logs.std(axis=0) / self._steady.std_log).mean())
+        spread = float((logs.std(axis=0) / STEADY_NOISE.std_log).mean())
         return drift < STEADY_DRIFT_NEPER and spread < STEADY_SPREAD

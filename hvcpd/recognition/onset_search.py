@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import rfft
 from hvcpd.recognition.matched_filter import (
     BINS,
     PART,
@@ -47,9 +48,10 @@ APART = SAMPLE_RATE_HZ // 50
 BATCH = 4
 """Sounds that are correlated at once."""
 MOST_OF_SOUND = 8
-"""OnsetSearch of one sound in one step, the strongest ones."""
+"""Maximum number of onsets of one sound in one step."""
 MOST_SCRUTINIZED = 48
-"""Of all onsets in one step, the strongest ones: in babble, hisses of other voices come before a word's beginning."""
+"""Maximum number of onsets of all sounds in one step that are compared with the residual: in babble, hisses of other
+voices come before a word's beginning."""
 LEAST_THERE = 4.5
 """Least strength of an onset relative to the residual at its place."""
 LEAST_OF_BEST = 0.25
@@ -117,7 +119,7 @@ class OnsetSearch:
         self, places: Sequence[tuple[int, Samples]], whitening: WhiteningFilter
     ) -> Iterator[tuple[int, Onset]]:
         """Return all candidates that stand out from the usual noise, each with the number of its place."""
-        spectra = [np.fft.rfft(whitened, SIZE) for _, whitened in places]
+        spectra = [rfft(whitened, SIZE) for _, whitened in places]
         for start in range(0, len(self._sounds), BATCH):
             batch = slice(start, start + BATCH)
             known, usual = self._known(batch), self._expected(batch, whitening)
@@ -148,7 +150,7 @@ class OnsetSearch:
 
 
 def _conjugates(sounds: Quantised) -> Spectra:
-    return np.asarray(np.fft.rfft(restored(sounds), SIZE).conj(), np.complex64)
+    return np.asarray(rfft(restored(sounds), SIZE).conj(), np.complex64)
 
 
 def _loudest(sound: Samples) -> int:
@@ -190,21 +192,19 @@ class First:
     said: Said
 
 
-class _Search:
-    """Known beginnings, and the filters that find them."""
+_Beginnings = tuple[Sequence[First], OnsetSearch]
 
-    def __init__(self, firsts: Sequence[First], quick: bool) -> None:
-        self.firsts = firsts
-        self._onsets = OnsetSearch((first.said.samples for first in firsts), quick)
 
-    def find(self, sound: WhitenedSound, places: Sequence[int], more: bool) -> list[tuple[First, int]]:
-        """Return the beginnings within STEP samples of each of these places, in their order, with their samples;
-        `more`: the sound will be requested again."""
-        if not self.firsts:
-            return []
-        heard = [(at, sound.between(at, at + SIZE, more)) for at in places]
-        found = chain(*self._onsets.find(heard, sound.whitening))
-        return [(self.firsts[onset.sound], onset.at) for onset in found]
+def _beginnings(firsts: Sequence[First], quick: bool) -> _Beginnings:
+    return firsts, OnsetSearch((first.said.samples for first in firsts), quick)
+
+
+def _found(known: _Beginnings, sound: WhitenedSound, places: Sequence[int], more: bool) -> list[tuple[First, int]]:
+    """The beginnings within STEP samples of each place, in their order, with their samples; `more`: the sound will be
+    requested again."""
+    firsts, search = known
+    heard = [(at, sound.between(at, at + SIZE, more)) for at in places] if firsts else []
+    return [(firsts[onset.sound], onset.at) for onset in chain(*search.find(heard, sound.whitening))]
 
 
 class OnsetSchedule:
@@ -213,13 +213,13 @@ class OnsetSchedule:
     def __init__(self, make: Callable[[bool], Sequence[First]]) -> None:
         """`make`: all greetings, or all other beginnings."""
         self._make = make
-        self._greetings: _Search | None = None
-        self._others: _Search | None = None
+        self._greetings: _Beginnings | None = None
+        self._others: _Beginnings | None = None
         self._next = 0
         self._waiting: list[int] = []
         """First samples of the steps that were searched only for greetings."""
         self._sign: int | None = None
-        """Where the signs of speech were seen first."""
+        """Sample at which signs of speech were noticed first."""
 
     @property
     def due(self) -> int:
@@ -242,10 +242,10 @@ class OnsetSchedule:
         """
         greetings = self._greetings  # another thread may replace them meanwhile
         if greetings is None:
-            greetings = self._greetings = _Search(self._make(True), quick=True)
+            greetings = self._greetings = _beginnings(self._make(True), quick=True)
             sound.whitening.expect(_spectra_of(self._make(False)))
         while sound.end >= self.due:
-            found = greetings.find(sound, [self._next], signs or greeted) if not settled else []
+            found = _found(greetings, sound, [self._next], signs or greeted) if not settled else []
             greeted = greeted or bool(found)
             self._waiting.append(self._next)
             self._next += STEP
@@ -269,8 +269,8 @@ class OnsetSchedule:
         self._waiting = [at for at in self._waiting if at not in due]
         if not due:
             return
-        others = self._others = self._others or _Search(self._make(False), quick=False)
-        yield from others.find(sound, due, True)
+        others = self._others = self._others or _beginnings(self._make(False), quick=False)
+        yield from _found(others, sound, due, True)
 
 
 def _spectra_of(firsts: Sequence[First]) -> Spectrum:

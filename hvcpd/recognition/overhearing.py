@@ -201,7 +201,7 @@ LEAST_FRAMES = 60
 COMPARED_FRAMES = 300
 """The last 3 s of a sentence are compared, which bounds memory and time."""
 RANGE_DB = 40.0
-"""Below each band's loudest; what is fainter in a sentence drowns in a room."""
+"""Range of levels below each band's loudest; fainter parts of a sentence are lost in a room's noise."""
 LEAST_CORRELATION = 0.45
 CORRELATION_ROOT_FRAMES = 5.2
 """Least correlation: the first, and the second over the root of the number of frames (0.67 of 0.6 s).

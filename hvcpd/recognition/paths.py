@@ -102,7 +102,7 @@ class HeardWord:
     """The exact rendering, if it is known."""
 
     @property
-    def chance(self) -> float:
+    def probability(self) -> float:
         """The probability that it is right, given equal prior probabilities: one half below the least margin."""
         return 1.0 / (1.0 + float(np.exp(min(LEAST_MARGIN / 2 - self.margin, 50.0))))
 
@@ -161,7 +161,7 @@ class Path:
     book: Voicebook
     node: int
     at: int
-    """Where the next word has its place; `paused`: after a pause."""
+    """Sample at which the next word is expected; `paused`: after a pause."""
     paused: bool = False
     thirds: tuple[int, ...] = ()
     words: tuple[str, ...] = ()
@@ -177,7 +177,7 @@ class Path:
     said: Said | None = None
     """The rendering that matched."""
     first: int = 0
-    """Where the first word begins."""
+    """Sample at which the first word begins."""
     energy: float = 0.0
     """Energy of its words at gain 1; `heard_energy`: energy received while they were said."""
     heard_energy: float = 0.0
@@ -185,13 +185,13 @@ class Path:
     """The best likelihood of each word after this path."""
     waiting: list[Extension] = field(default_factory=list)
     goes_on: bool = False
-    """Words may come next, and are not queued yet."""
+    """Whether words may come next that are not queued yet."""
     ended: bool = False
-    """It may be a whole sentence."""
-    looks: list[bool] = field(default_factory=list)
-    """For each check of the sound after it, whether it may go on."""
+    """Whether it may be a whole sentence."""
+    checks: list[bool] = field(default_factory=list)
+    """Results of the checks of the sound after it: whether the sentence may go on."""
     loses: bool = False
-    """At the last check it surely went on."""
+    """Whether the last check showed that the sentence surely went on."""
     contested_until: int | None = None
     """The sample at which longer words that may replace its words have ended."""
 

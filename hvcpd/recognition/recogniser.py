@@ -79,7 +79,6 @@ class Recogniser:
         templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
         watch: Watch | None = None,
-        partial: frozenset[str] = frozenset(),
         coherent: CoherentListener | None = None,
         keyword: KeywordListener | None = None,
     ) -> None:
@@ -87,13 +86,14 @@ class Recogniser:
         microphone. `coherent` recognises sentences that noise hides from the templates. `keyword` detects one word,
         from any speaker and over any other sound.
 
-        Raises ValueError if a voice that is not in `partial` lacks a template of a word of `graph`.
+        Raises ValueError if a voice lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
-        self._session = DecoderSession(Network(graph, bank.templates, partial), bank, self._settings.session)
+        self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.session)
         self._keyword = keyword or KeywordListener(None)
-        self._agreement = Agreement(coherent) if coherent is not None else None
+        self._coherent = coherent or CoherentListener(graph, ())
+        self._agreement = Agreement(self._coherent)
         self.watch = watch or Watch()
         self._segments = SegmentTracker()
         self._alert_age = 0
@@ -115,22 +115,17 @@ class Recogniser:
     @property
     def signs(self) -> bool:
         """Whether the most recent sound may be speech, however faint."""
-        voiced = self._agreement is not None and self._agreement.coherent.voiced
-        return self.busy or self.watch.activity.alert or voiced
+        return self.busy or self.watch.activity.alert or self._coherent.voiced
 
     @property
     def under_way(self) -> bool:
-        """Whether some path looks like a sentence in progress."""
-        return self._session.under_way or self._coherent_follows
-
-    @property
-    def _coherent_follows(self) -> bool:
-        return self._agreement is not None and self._agreement.coherent.follows is not None
+        """Whether some path may be a sentence in progress."""
+        return self._session.under_way or self._coherent.follows is not None
 
     @property
     def follows(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self._session.follows or self._coherent_follows
+        return self._session.follows or self._coherent.follows is not None
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
@@ -160,8 +155,7 @@ class Recogniser:
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Prepare the coherent listener's reference sounds, while `go_on` holds. Takes seconds; another thread may call
         it."""
-        if self._agreement is not None:
-            self._agreement.coherent.prepare(go_on)
+        self._coherent.prepare(go_on)
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
@@ -175,7 +169,7 @@ class Recogniser:
         self._session.sleep()
         self._alert_age = 0
         garbled: list[Event] = [speech] if speech else []
-        held = self._agreement.interrupt() if self._agreement is not None and not garbled else []
+        held = self._agreement.interrupt() if not garbled else []
         return garbled + held + self._keyword.interrupt()
 
     def hear(self, chunk: Chunk) -> list[Event]:
@@ -184,7 +178,7 @@ class Recogniser:
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._session.awake:
-            self._session.deferred.add(energies, recent)
+            self._session.defer(energies, recent)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
@@ -193,43 +187,42 @@ class Recogniser:
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
         events = [] if self._defers() else self._concluded(end_frame, noise)
         speech = self._session.awake or self.watch.activity.alert
-        if self._agreement is not None:
-            events = self._settled(self._agreement, chunk, events, speech)
+        events = self._settled(chunk, events, speech)
         events += self._keyword.hear(chunk, events, self._session.best.node >= 0)
         self._doze(len(energies))
         return events
 
     def _defers(self) -> bool:
         """Whether to defer the network's decoding, since the coherent listener may understand the sentence."""
-        if self._agreement is None or not self._session.awake or self._keyword.pending:
+        if not self._session.awake or self._keyword.pending:
             return False
-        if self._coherent_follows:
+        if self._coherent.follows is not None:
             return True
-        speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._agreement.coherent.listens
-        return speaks and not self._session.heeds and self._session.deferred.n_frames < PATIENCE_FRAMES
+        speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._coherent.listens
+        return speaks and not self._session.heeds and self._session.deferred_frames < PATIENCE_FRAMES
 
     def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
         """The events to report once the network has processed everything."""
-        if not self._session.deferred:
+        if not self._session.awake:
             return self._conclude(end_frame)
-        lefts = self._session.catch_up(noise, RECENT_FRAMES)
+        lefts = self._session.catch_up(noise)
         return [event for left in lefts for event in self._conclude(end_frame - left)]
 
-    def _settled(self, agreement: Agreement, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
+    def _settled(self, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
         """The events to report once the coherent listener has processed the chunk too."""
         heard = [
             sentence
-            for sentence in agreement.coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
+            for sentence in self._coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
             if self._is_explained(sentence)
         ]
         self._keyword.understood(heard)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
-        told, dealt_with = agreement.settle(events, heard, since, now, self._described)
+        reported, dealt_with = self._agreement.settle(events, heard, since, now, self._described)
         if dealt_with:
             self._segments.close(dealt_with // HOP_SAMPLES)
             self._listen_on(dealt_with // HOP_SAMPLES)
-        return told
+        return reported
 
     def _is_explained(self, sentence: Coherent) -> bool:
         """Whether it explains enough of the received energy. A call without a greeting is short: in quiet, where scores
@@ -243,13 +236,13 @@ class Recogniser:
 
     def _described(self, sentence: Coherent) -> Recognised:
         words = sentence.words
-        spans = tuple(WordSpan(w.word, w.start, w.end, w.chance, max(1.0 - w.share, 0.0)) for w in words)
+        spans = tuple(WordSpan(w.word, w.start, w.end, w.probability, max(1.0 - w.share, 0.0)) for w in words)
         return Recognised(
             tuple(word.word for word in words),
             sentence.voice,
             words[0].start,
             words[-1].end,
-            float(np.prod([word.chance for word in words])),
+            float(np.prod([word.probability for word in words])),
             self._snr_db(*_frames_of(sentence)),
             spans,
             Source.WAVEFORM,

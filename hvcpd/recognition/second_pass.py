@@ -97,7 +97,6 @@ def snr_db(speech: Samples, noise_power: float) -> float:
     return 10.0 * math.log10(max(power / max(noise_power, 1e-12) - 1.0, 1e-3))
 
 
-Finding = tuple[Segment, Recognised | None]
 Job = TypeVar("Job")
 Found = TypeVar("Found")
 JobIn = TypeVar("JobIn", contravariant=True)
@@ -110,13 +109,8 @@ class SegmentListener(Protocol[JobIn, FoundOut]):
     def search(self, job: JobIn, /) -> FoundOut:
         """Return the recognition result for a segment."""
 
-
-class PeopleListener(SegmentListener[Segment, Recognised | None], Protocol):
-    """A listener that knows more voices: returns the sentence, in samples of the segment's own clock; None if there is
-    none."""
-
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make ready what takes long the first time, as long as `go_on`; in any thread."""
+        """Make the slow first-time preparations while `go_on` holds, in any thread."""
 
 
 class Worker(Protocol[Job, Found]):
@@ -146,20 +140,15 @@ class AtOnce(Generic[Job, Found]):
         return found
 
 
-class Prepares(Protocol):
-    """Has slow first-time preparations."""
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make it ready, as long as `go_on`; in any thread."""
-
-
 class LaterEars(ABC, Generic[Job, Found]):
     """`Ears` around others that submit sound for a second pass, and keep the last seconds for it."""
 
-    def __init__(self, ears: Ears, listener: Prepares, worker: Worker[Job, Found], keep: int) -> None:
+    def __init__(
+        self, ears: Ears, listener: SegmentListener[Job, Found], worker: Worker[Job, Found], keep: int
+    ) -> None:
         """`keep`: samples of sound that are kept."""
         self._ears = ears
-        self._prepares = listener
+        self._listener = listener
         self._worker = worker
         self._earlier = ears if isinstance(ears, LaterEars) else None
         """The inner ears keep the last seconds already."""
@@ -175,7 +164,7 @@ class LaterEars(ABC, Generic[Job, Found]):
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Recogniser.prepare`."""
         self._ears.prepare(go_on)
-        self._prepares.prepare(go_on)
+        self._listener.prepare(go_on)
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`; the result of a second pass comes with a later push."""
@@ -223,9 +212,13 @@ class LaterEars(ABC, Generic[Job, Found]):
 class SecondEars(LaterEars[Segment, Recognised | None]):
     """Ears with a second pass for people's speech."""
 
-    def __init__(self, ears: Ears, listener: PeopleListener, worker: Worker[Segment, Recognised | None]) -> None:
+    def __init__(
+        self,
+        ears: Ears,
+        listener: SegmentListener[Segment, Recognised | None],
+        worker: Worker[Segment, Recognised | None],
+    ) -> None:
         super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
-        self._listener = listener
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0

@@ -36,7 +36,7 @@ class Chunk:
 
 
 def cleaned(samples: Samples) -> Samples:
-    """As float32, without NaN, infinities and values beyond full scale."""
+    """Convert to float32, without NaN, infinities and values beyond full scale."""
     flat = np.asarray(samples, np.float32).reshape(-1)
     if np.abs(flat).max(initial=0.0) <= 1.0:  # never so with a NaN
         return flat

@@ -92,17 +92,6 @@ def reverberated(energies: Energies) -> Energies:
     return out
 
 
-def _joined(blocks: list[HalfEnergies]) -> HalfEnergies:
-    """Stack all blocks, one below the other. Each is released once it is copied, or all would be in memory twice."""
-    out = np.empty((sum(map(len, blocks)), N_BANDS), np.float16)  # takes pages only where it is written
-    at = len(out)
-    while blocks:
-        block = blocks.pop()
-        out[at - len(block) : at] = block
-        at -= len(block)
-    return out
-
-
 def _as_energies(take: Take) -> Energies:
     return take if take.ndim == 2 else trimmed_energies(take)
 
@@ -134,7 +123,7 @@ class TemplateBank:
         if not blocks:
             raise ValueError("no templates")
         self.templates = tuple(templates)
-        self.energies: HalfEnergies = _joined(blocks)
+        self.energies: HalfEnergies = np.concatenate(blocks)
         """Noise-free energies of every frame, shape (n_frames, N_BANDS), a voice's mean total being about 1."""
         self.n_frames = len(self.energies)
         power = self.energies.sum(axis=1, dtype=np.float32)

@@ -332,7 +332,8 @@ class Robot:
             utterance, records = self._sealing.said(utterance, self.phrasebook, now)
             self._records += records
         phrases = self.phrasebook.phrases(utterance)
-        speech = spoken(self._slow_mouth if say.slowly else self._mouth, utterance, self.phrasebook, say.times)
+        mouth = self._slow_mouth if say.slowly else self._mouth
+        speech = spoken(mouth, utterance, self.phrasebook, say.times, say.level_db)
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.

@@ -22,9 +22,10 @@ class Mouth(Protocol):
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
 
 
-def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook, times: int = 1) -> Samples:
-    """Return the sound of an utterance, said `times` times in a row, shape (n,), float32 at 16 kHz."""
-    once = _once(mouth, utterance, book)
+def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook, times: int = 1, level_db: float = 0.0) -> Samples:
+    """Return the sound of an utterance, said `times` times in a row at a level relative to the usual one, shape (n,),
+    float32 at 16 kHz."""
+    once = _once(mouth, utterance, book) * np.float32(10.0 ** (level_db / 20.0))
     pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
     return np.concatenate([once] + [pause, once] * (times - 1))
 

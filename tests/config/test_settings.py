@@ -15,6 +15,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.names import VoiceName
+from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.settings import (
     DEFAULT_TEAMS,
     MAX_KNOWN_NAMES,
@@ -274,6 +275,9 @@ def all_settings(draw: st.DrawFn) -> Settings:
             clock=st.booleans(),
             start=starts,
             speech=_of(SpeechSettings),
+            quiet=_of(
+                QuietSettings, hours=st.sampled_from((None, "22:00-07:00", "9:00-9:30")), level_db=st.floats(-30, 0)
+            ),
             waits=_of(
                 WaitSettings, absent_s=st.floats(120, 86400), lease_s=st.floats(120, 86400), answer_s=st.floats(2, 60)
             ),
@@ -329,7 +333,7 @@ def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path
     text = (ETC / "hvcpd.yaml").read_text()
     assert load(tmp_path, text) == Settings(name="Rob")
     lines = [line[2:] for line in text.splitlines() if line.startswith("# ")]
-    groups = {"speech", "waits", "start", "audio", "wheels", "stop_button", "control", "clips", "security"}
+    groups = {"speech", "waits", "quiet", "start", "audio", "wheels", "stop_button", "control", "clips", "security"}
     keys = {field.name for field in dataclasses.fields(Settings)}
     kept = []
     for line in lines:

@@ -13,20 +13,31 @@ import pytest
 
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.enrol.enrol import run
+from hvcpd.control.enrol.enrol_sentences import SENTENCES
 from hvcpd.control.enrol.enrol_session import record_takes
 from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.people.enrolled import person_path, read_person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import Voice
 from tests.recognition.signals import word
 
+LEXICON = Lexicon.load()
 QUIET = np.zeros(SAMPLE_RATE_HZ // 3, np.float32)
 SAID = ("stop", "rob", "bot", "water")
 
 
 def spoken(name: str, pitch_hz: float = 120.0) -> Samples:
     return np.concatenate([QUIET, word(name, pitch_hz), QUIET])
+
+
+def sentence(text: str) -> Samples:
+    """In a voice that no robot has."""
+    voice = Voice("child", 240.0, 1.35, 0.92, -32.0, 0.6, 3000.0)
+    return room(np.pad(Speaker(voice, LEXICON).render([text.split()]), SAMPLE_RATE_HZ // 2))
 
 
 def room(sound: Samples, seed: int = 1) -> Samples:
@@ -85,6 +96,35 @@ def test_who_has_a_broken_file_is_told_how_to_enrol_anew(
     assert enrol(tmp_path, "Anna", "--from", str(folder), "--words", "stop") == 0
 
 
+def test_sentences_from_wavs_are_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert enrol(tmp_path, "Anna", "--show") == 0
+    texts = capsys.readouterr().out.splitlines()
+    assert len(texts) == SENTENCES
+    takes = tmp_path / "takes"
+    takes.mkdir()
+    for number, text in enumerate(texts[:3], 1):
+        write_wav(takes / f"sentence_{number}.wav", sentence(text))
+    write_wav(takes / "sentence_4.wav", sentence(texts[0]))
+    assert enrol(tmp_path, "Anna", "--from", str(takes), "--json") == 0
+    told: dict[str, Any] = json.loads(capsys.readouterr().out)
+    assert (told["sentences"], told["words"], told["missing"]) == (3, 0, [])
+    assert told["rejected"] == ["sentence_4.wav: that was not the sentence, or it was hardly to be understood"]
+    person = read_person(person_path(tmp_path / "state", "Anna"))
+    assert [" ".join(each.words) for each in person.sentences] == texts[:3]
+    assert enrol(tmp_path, "--list") == 0
+    assert capsys.readouterr().out == "Anna: 3 sentences, 0 words, 0 takes\n"
+
+
+def test_the_sentences_are_orders_to_the_robot_itself_and_have_many_sounds(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert enrol(tmp_path, "Zoe", "--show") == 0
+    texts = capsys.readouterr().out.splitlines()
+    assert all(" i am zoe " in text and "stop" not in text.split() for text in texts)
+    phones = {phone for text in texts for word in text.split() for phone in LEXICON.sounds(word)[0]}
+    assert len(phones) >= 30
+
+
 def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "anna.npz"
     assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
@@ -100,7 +140,7 @@ def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.Ca
     assert enrol(tmp_path, "--import", str(file)) == 0
     capsys.readouterr()
     assert enrol(tmp_path, "--list", "--json") == 0
-    assert json.loads(capsys.readouterr().out) == [{"name": "Anna", "words": 4, "takes": 12}]
+    assert json.loads(capsys.readouterr().out) == [{"name": "Anna", "sentences": 0, "words": 4, "takes": 12}]
 
 
 @pytest.mark.parametrize(
@@ -179,3 +219,16 @@ def test_the_command_records_from_the_microphone(tmp_path: Path, capsys: pytest.
     assert run(options, Devices(make_stream=lambda _settings: Microphone(script))) == 0
     assert "1 words, 3 takes" in capsys.readouterr().out
     assert len(read_person(person_path(tmp_path, "Anna")).takes["stop"]) == 3
+
+
+def test_the_command_records_sentences_from_the_microphone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert enrol(tmp_path, "Anna", "--show") == 0
+    texts = capsys.readouterr().out.splitlines()
+    quiet = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
+    script = [np.concatenate([sentence(text), quiet]) for text in (texts[0], texts[2], *texts[1:])]
+    options: argparse.Namespace = make_parser().parse_args(["enrol", "Anna", "--state-dir", str(tmp_path)])
+    assert run(options, Devices(make_stream=lambda _settings: Microphone(script))) == 0
+    out = capsys.readouterr().out
+    assert f"[2/5] {texts[1]}  once more: that was not the sentence" in out
+    assert "Anna: 5 sentences, kept in" in out
+    assert len(read_person(person_path(tmp_path, "Anna")).sentences) == 5

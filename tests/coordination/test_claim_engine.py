@@ -13,6 +13,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hvcpd.config.tasks import Place
+from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 from tests.coordination.mission import plants, release_all
@@ -51,14 +52,18 @@ class ClaimEngine(RuleBasedStateMachine):
         n_tasks=st.integers(1, 6),
         near=st.booleans(),
         nearest=st.booleans(),
+        talks=st.tuples(*[st.sampled_from(Talk)] * len(NAMES)),
     )
-    def begin(self, seed: int, n_robots: int, n_tasks: int, near: bool, nearest: bool) -> None:
+    def begin(self, seed: int, n_robots: int, n_tasks: int, near: bool, nearest: bool, talks: tuple[Talk, ...]) -> None:
         """Tasks that are `near` take less time than a round of turns: then robots claim two at once. Robots that take
         the `nearest` plan for all, and Max, who stands nearer than the others, bids for what they claim."""
         first, *others = (replace(task, place=None) if near else task for task in plants(n_tasks))
         tasks = (first, *(replace(task, after=frozenset({1})) for task in others))
         starts = {"Max": Place(0.0, 0.0)}
-        plan = WordPlan(NAMES[:n_robots], tasks, seed=seed, limit_s=3000.0, nearest_first=nearest, starts=starts)
+        kinds = dict(zip(NAMES, talks, strict=True))
+        plan = WordPlan(
+            NAMES[:n_robots], tasks, seed=seed, limit_s=3000.0, nearest_first=nearest, starts=starts, talks=kinds
+        )
         self.mission = Sieve(plan)
         self.wanted_again = 0
         self.losses = 0
@@ -86,6 +91,13 @@ class ClaimEngine(RuleBasedStateMachine):
         if who in self.mission.robots:
             self.off[who] = self.mission.air.now
             self.mission.fail(Outage(who, self.mission.air.now, back_s))
+
+    @rule(who=st.sampled_from(NAMES), talk=st.sampled_from(Talk), softly_db=st.sampled_from((0.0, -10.0)))
+    def hours_or_settings_change(self, who: str, talk: Talk, softly_db: float) -> None:
+        robot = self.mission.robots.get(who)
+        if robot is not None:
+            robot.reconfigure(self.mission.air.now, replace(robot.role, talk=talk, softly_db=softly_db))
+            self.mission.air.refresh()
 
     @rule()
     def person_stops_all(self) -> None:

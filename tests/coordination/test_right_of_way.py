@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -153,6 +155,28 @@ def test_who_has_waited_longest_is_first() -> None:
     rob.sensed(here=WEST)
     rob.may_drive((), 52.0)
     assert p.keeper == "Max"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_robot_that_stays_inside_says_so_less_and_less_and_nobody_enters(seed: int) -> None:
+    """Nobody hears Rob's requests; Bot works inside for half an hour, and Rob misses every third sentence."""
+    inside = across(1, Place(0.0, 0.0), wait_s=1800.0)
+    unable = {"Bot": frozenset({2}), "Rob": frozenset({1})}
+    mission = Corridor(("Bot", "Rob"), (inside, across(2, WEST)), starts=(WEST, EAST), unable=unable, seed=seed)
+    mission.until_inside("Bot")
+    chance = random.Random(seed)
+    mission.air.misses = lambda listener, _: listener == "Bot" or chance.random() < 1 / 3
+    began_s = mission.air.now
+    while mission.robots["Bot"].knowledge.passes[0].inside:
+        mission.air.run_until(mission.air.now + 5.0)
+        assert mission.air.now < began_s + 2200.0
+    taken = [at_s for at_s, who, u in mission.said if who == "Bot" and isinstance(u.statement, m.PlaceTaken)]
+    assert len(taken) <= 10
+    assert mission.traffic.collisions == 0
+    mission.air.misses = lambda _listener, _utterance: False
+    result = mission.run()
+    assert (result.lost, mission.traffic.collisions) == (0, 0)
+    assert any(isinstance(u.statement, m.PlaceFree | m.PlaceGiven) and who == "Bot" for _, who, u in mission.said)
 
 
 def test_places_that_are_listed_anew_keep_what_is_known_of_the_others() -> None:

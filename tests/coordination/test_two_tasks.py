@@ -67,7 +67,13 @@ def test_a_team_that_waits_for_the_air_claims_and_reports_two_at_once(seed: int)
 def test_where_the_way_is_longer_than_a_round_of_turns_each_task_is_claimed_for_itself() -> None:
     mission = Mission(NAMES[:2], plants(6), seed=1, nearest_first=True)
     mission.run()
-    assert not any(getattr(m.own_words(u.statement), "also", None) for _, _, u in mission.said)
+    claimed: set[tuple[str, m.TaskRef]] = set()
+    for _, speaker, u in mission.said:
+        words = m.own_words(u.statement)
+        claim = words if isinstance(words, m.Claim) else words.claim if isinstance(words, m.Completed) else None
+        if claim is not None and claim.also is not None:
+            assert (speaker, claim.task) in claimed, "the second was claimed on the way to the first"
+        claimed |= {(speaker, task) for task in (claim.tasks if claim is not None else ())}
 
 
 def test_one_task_is_left_for_each_robot_that_has_none() -> None:

@@ -1,5 +1,7 @@
 """What a robot cannot do it refuses, and an able one takes over."""
 
+from dataclasses import replace
+
 import pytest
 
 from hvcpd.coordination.states import State, Trigger
@@ -16,6 +18,27 @@ def test_a_volunteer_leaves_what_it_cannot_do_to_others(seed: int) -> None:
     mission.run()
     assert mission.exactly_once
     assert (mission.by[1], mission.by[2]) == ("Bot", "Bot")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_who_comes_late_learns_that_others_have_done_what_it_cannot_do_itself(seed: int) -> None:
+    """Only it can do the last task, which comes after one that it cannot do: it would wait for that for ever."""
+    after = replace(plants(2)[1], after=frozenset({1}))
+    unable = {"Rob": frozenset({2}), "Bot": frozenset({2}), "Max": frozenset({1})}
+    names = ("Rob", "Bot", "Max")
+    mission = Mission(names, (plants(2)[0], after), seed=seed, unable=unable, late={"Max": 150.0})
+    result = mission.run()
+    assert mission.by == {1: mission.by[1], 2: "Max"}
+    assert (result.lost, result.agreed) == (0, True)
+
+
+def test_who_can_do_nothing_of_what_is_left_stops_asking() -> None:
+    nobody = {name: frozenset({1}) for name in ("Rob", "Bot")}
+    mission = Mission(("Rob", "Bot"), plants(2), seed=1, unable=nobody, limit_s=20_000.0)
+    mission.run()
+    asked = [at_s for at_s, _, u in mission.said if isinstance(u.statement, m.WhatLeft)]
+    assert 2 <= len(asked) <= 12
+    assert max(asked) < 4_000.0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -7,6 +7,8 @@ import io
 import json
 import os
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.control.live.status_screen import status_screen
-from hvcpd.coordination.coordination import MAX_SENTENCES
+from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_lobby import MAX_WAITING
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
@@ -219,6 +221,31 @@ def test_settings_come_with_their_sources(tmp_path: Path) -> None:
             settings = {each["key"]: each for each in (await talk.ask("config"))["result"]["settings"]}
             assert settings["name"] == {"key": "name", "value": "Rob", "source": "--name"}
             assert settings["pick"]["source"] == "default"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_reload_changes_how_much_the_robot_says(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            usual = {"now": "normal", "level_db": 0.0, "quiet": None}
+            assert (await talk.ask("status"))["result"]["talk"] == usual
+            bench.file.write_text('talk: full\nquiet: {hours: "00:00-23:59", level_db: -6}\n')
+            changed = [change["key"] for change in (await talk.ask("reload"))["result"]["changed"]]
+            assert changed == ["talk", "quiet.hours", "quiet.level_db"]
+            settings, role = bench.body.wiring.settings, bench.bench.robot.coordination.role
+            noon_s = datetime(2026, 11, 23, 12).timestamp()
+            quiet = bench.body.wiring.with_talk(role, noon_s)
+            assert (quiet.talk.value, quiet.softly_db) == ("terse", -6.0)
+            by_day = bench.body.wiring.with_talk(quiet, noon_s + 11 * 3600.0 + 59 * 60.0)
+            assert (by_day.talk.value, by_day.softly_db) == ("full", 0.0)
+            no_clock = replace(bench.body.wiring, settings=replace(settings, clock=False))
+            assert no_clock.with_talk(by_day, noon_s) is by_day, "it has no quiet hours"
+            status = (await talk.ask("status"))["result"]
+            assert status["talk"]["quiet"] == "00:00-23:59"
+            assert "(quiet hours 00:00-23:59)" in shown(status)
             await talk.hang_up()
 
     run(scene())

@@ -11,9 +11,10 @@ import pytest
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.assembly.plan import MemoryPlan
+from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.coordination.actions import Speech
-from hvcpd.daemon.preflight import find_memory, find_port
+from hvcpd.daemon.preflight import find_memory, find_port, find_quiet_hours
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
@@ -63,6 +64,17 @@ def test_a_port_without_permission_names_the_group(tmp_path: Path) -> None:
         group = group_of(bus.path)
     assert finding.exit_status == EX_UNAVAILABLE
     assert f"usermod -aG {group}" in finding.text
+
+
+def test_quiet_hours_need_a_clock() -> None:
+    night = QuietSettings("22:00-07:00")
+    assert not list(find_quiet_hours(Settings("Rob")))
+    (kept,) = find_quiet_hours(Settings("Rob", quiet=night))
+    assert (kept.ok, kept.doubtful) == (True, False)
+    assert "10 dB softer" in kept.text
+    (never,) = find_quiet_hours(Settings("Rob", quiet=night, clock=False))
+    assert (never.ok, never.doubtful) == (True, True)
+    assert "no clock" in never.text
 
 
 def test_memory_that_is_there_or_can_be_made(tmp_path: Path) -> None:

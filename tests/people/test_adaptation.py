@@ -1,4 +1,4 @@
-"""What is said again when it was asked for, and confirmed, becomes takes; nothing else does."""
+"""What a robot reads back and the person confirms, is learned; nothing else is."""
 
 from __future__ import annotations
 
@@ -9,19 +9,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.daemon.adaptation import Adaptation
+from hvcpd.daemon.adaptation import LEAST, Adaptation
 from hvcpd.daemon.second_pass import SecondPass
-from hvcpd.language.messages import Confirmed, SayAgain, ToRobot, Utterance, WhatLeft
-from hvcpd.people.enrolled import Person, person_path, read_person, remove_person, write_person
-from hvcpd.people.takes import ASKED_S, CONFIRMED_S, ConfirmedTakes, distance, features, words_in
+from hvcpd.language.messages import Claim, Confirmed, Order, TaskByNumber, ToAll, ToRobot, Utterance
+from hvcpd.people.enrolled import (
+    STRANGER,
+    Person,
+    SpokenSentence,
+    person_path,
+    read_person,
+    remove_person,
+    write_person,
+)
+from hvcpd.people.known_sentences import CONFIRMED_S, ConfirmedSentences
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 
-ASK = Utterance("Rob", ToRobot("Anna"), statement=SayAgain(False))
-QUESTION = Utterance("Anna", ToRobot("Rob"), statement=WhatLeft())
+ORDER = Utterance("Anna", ToRobot("Rob"), statement=Order(TaskByNumber(3)))
+READ_BACK = Utterance("Rob", ToRobot("Anna"), statement=Claim(TaskByNumber(3)))
 YES = Utterance("Anna", ToRobot("Rob"), statement=Confirmed(None, False))
 ORIGIN = 160_000
 
@@ -44,88 +53,126 @@ def piece_of(*words: str) -> tuple[Segment, Recognised]:
 START_S = (ORIGIN + SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ
 
 
-def test_words_are_cut_out_of_a_sentence() -> None:
-    takes = words_in(*piece_of("water", "green", "rose"))
-    assert sorted(takes) == ["green", "rose", "water"]
-    alone = words_in(*piece_of("green"))["green"][0]
-    cut = features(takes["green"][0])
-    assert distance(cut, features(alone)) < 0.6 * distance(cut, features(takes["rose"][0]))
-
-
-def learn(asked_s: float = START_S - 3.0, confirmed_s: float = START_S + 8.0, yes: Utterance = YES) -> object:
-    learning = ConfirmedTakes("Rob")
-    learning.said(ASK, asked_s)
-    learning.found(*piece_of("water", "rose"))
-    assert learning.heard(QUESTION, START_S, START_S + 2.0) is None
+def learn(
+    read_back: Utterance | None = READ_BACK, confirmed_s: float = START_S + 8.0, yes: Utterance = YES, **of: bool
+) -> tuple[str, SpokenSentence] | None:
+    learning = ConfirmedSentences("Rob")
+    segment, sentence = piece_of("water", "rose")
+    learning.found(replace(segment, **of), sentence)
+    assert learning.heard(ORDER, START_S, START_S + 2.0) is None
+    if read_back is not None:
+        learning.said(read_back)
     return learning.heard(yes, confirmed_s - 1.0, confirmed_s)
 
 
-def test_what_was_asked_for_again_and_confirmed_is_learned_once() -> None:
+def test_what_was_read_back_and_confirmed_is_learned_once() -> None:
     learned = learn()
-    assert isinstance(learned, tuple)
-    name, takes = learned
-    assert name == "Anna"
-    assert sorted(takes) == ["rose", "water"]
+    assert learned is not None
+    assert learned[0] == "Anna"
+    assert learned[1].words == ("water", "rose")
+    assert len(learned[1].logs) > 40
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"asked_s": START_S - ASKED_S - 1.0},
+        {"read_back": None},
+        {"read_back": replace(READ_BACK, addressee=ToAll())},
+        {"read_back": replace(READ_BACK, addressee=ToRobot("Bot"))},
         {"confirmed_s": START_S + CONFIRMED_S + 3.0},
         {"yes": replace(YES, speaker="Bot")},
         {"yes": replace(YES, speaker=None)},
         {"yes": replace(YES, speaker="Rob")},
+        {"yes": ORDER},
+        {"within_talk": True},
     ],
 )
-def test_nothing_is_learned_of_what_was_not_asked_for_or_not_confirmed(wrong: dict[str, object]) -> None:
+def test_nothing_is_learned_of_what_was_not_read_back_or_not_confirmed(wrong: dict[str, object]) -> None:
     assert learn(**wrong) is None  # type: ignore[arg-type]
 
 
-def confirm(people: dict[str, Person], state_dir: Path) -> list[Person]:
-    """A daemon that knows these people hears Anna confirm two words; of whom it learns more."""
+def test_others_may_speak_between_a_sentence_and_its_confirmation() -> None:
+    learning = ConfirmedSentences("Rob")
+    learning.found(*piece_of("water", "rose"))
+    learning.heard(ORDER, START_S, START_S + 2.0)
+    learning.said(READ_BACK)
+    assert learning.heard(replace(YES, speaker="Bot"), START_S + 4.0, START_S + 5.0) is None
+    assert learning.heard(YES, START_S + 7.0, START_S + 8.0) is not None
+
+
+def confirm(
+    people: dict[str, Person], state_dir: Path, times: int = 1, voice: str = STRANGER, others: tuple[Record, ...] = ()
+) -> list[Person]:
+    """A daemon that knows these people hears Anna confirm orders; of whom it learns more."""
     learned: list[Person] = []
 
     class Found(SecondPass[Segment, Recognised | None]):
         def take_sentences(self) -> list[tuple[Segment, Recognised | None]]:
             return [piece_of("water", "rose")]
 
-    def heard(utterance: Utterance, start_s: float, at_s: float) -> HeardRecord:
-        return HeardRecord(at_s, utterance, "", start_s, at_s, 0.9, 20.0, "stranger")
-
-    async def live(records: list[Record]) -> None:
+    async def live() -> None:
         second = Found(None)
         adaptation = Adaptation("Rob", people, learned.append, state_dir, second)
-        for record in records:
-            adaptation.take([record])
+        adaptation.take(others)
+        for _ in range(times):
+            adaptation.take([record_of(ORDER, START_S, START_S + 2.0, voice)])
+            adaptation.take([SaidRecord(START_S + 3.0, READ_BACK, "", 1.0)])
+            adaptation.take([record_of(YES, START_S + 7.0, START_S + 8.0, voice)])
         await adaptation.settled()
         await second.close()
 
-    records: list[Record] = [
-        SaidRecord(START_S - 3.0, ASK, "", 1.0),
-        heard(QUESTION, START_S, START_S + 2.0),
-        heard(YES, START_S + 7.0, START_S + 8.0),
-    ]
-    asyncio.run(live(records))
+    asyncio.run(live())
     return learned
 
 
-def test_the_daemon_keeps_what_enrolled_people_confirm(tmp_path: Path) -> None:
-    anna = Person("Anna", words_in(*piece_of("stop")))
-    write_person(person_path(tmp_path, "Anna"), anna)
-    assert confirm({}, tmp_path) == []
-    assert read_person(person_path(tmp_path, "Anna")).words == {"stop"}
+def record_of(utterance: Utterance, start_s: float, at_s: float, voice: str = STRANGER) -> HeardRecord:
+    return HeardRecord(at_s, utterance, "", start_s, at_s, 0.9, 20.0, voice)
+
+
+def known_by(*words: str) -> Person:
+    return Person("Anna", {word: [np.ones((10, N_BANDS), np.float32)] for word in words})
+
+
+def test_what_enrolled_people_confirm_counts_at_once(tmp_path: Path) -> None:
+    anna, path = known_by("stop"), person_path(tmp_path, "Anna")
+    write_person(path, anna)
     (learned,) = confirm({"anna": anna}, tmp_path)
-    assert read_person(person_path(tmp_path, "Anna")).words == {"stop", "water", "rose"}
-    assert learned.words == {"stop", "water", "rose"}  # known to the second look at once
-    assert anna.words == {"stop"}
+    assert [each.words for each in learned.sentences] == [("water", "rose")]
+    assert [each.words for each in read_person(path).sentences] == [("water", "rose")]
+    assert read_person(path).words == {"stop"}
+    assert anna.sentences == ()
+
+
+def test_who_has_confirmed_three_sentences_is_enrolled(tmp_path: Path) -> None:
+    path = person_path(tmp_path, "Anna")
+    assert confirm({}, tmp_path, LEAST - 1) == []
+    assert not path.exists()
+    assert confirm({}, tmp_path, LEAST) == []  # from the next start on
+    assert len(read_person(path).sentences) == LEAST
+
+
+def test_somebody_who_was_enrolled_meanwhile_keeps_the_takes(tmp_path: Path) -> None:
+    write_person(person_path(tmp_path, "Anna"), known_by("stop"))
+    confirm({}, tmp_path, LEAST)
+    person = read_person(person_path(tmp_path, "Anna"))
+    assert person.words == {"stop"}
+    assert len(person.sentences) == LEAST
+
+
+def test_a_robot_is_never_enrolled(tmp_path: Path) -> None:
+    confirm({}, tmp_path, 2 * LEAST, "oak")
+    assert not person_path(tmp_path, "Anna").exists()
+    robot = record_of(Utterance("Anna", ToAll()), 1.0, 2.0, "oak")
+    confirm({}, tmp_path, 2 * LEAST, others=(robot,))
+    assert not person_path(tmp_path, "Anna").exists()
 
 
 def test_what_was_enrolled_or_removed_meanwhile_is_left_so(tmp_path: Path) -> None:
-    path, anna = person_path(tmp_path, "Anna"), Person("Anna", words_in(*piece_of("stop")))
-    write_person(path, anna.with_takes(words_in(*piece_of("rob"))))
+    path, anna = person_path(tmp_path, "Anna"), known_by("stop")
+    write_person(path, known_by("stop", "rob"))
     confirm({"anna": anna}, tmp_path)
-    assert read_person(path).words == {"stop", "rob", "water", "rose"}
+    assert read_person(path).words == {"stop", "rob"}
+    assert len(read_person(path).sentences) == 1
     remove_person(path)
     confirm({"anna": anna}, tmp_path)
     assert not path.exists()

@@ -13,9 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.errors import StoreError
+from hvcpd.people.bands import N_BANDS as NET_BANDS
 from hvcpd.people.enrolled import (
+    MAX_SENTENCES,
     MAX_TAKES,
     Person,
+    SpokenSentence,
     enrolled_people,
     person_path,
     read_person,
@@ -44,6 +47,39 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         for one, other in zip(takes, again.takes[word], strict=True):
             np.testing.assert_allclose(np.log(one), np.log(other), atol=0.01)
     assert path.stat().st_mode & 0o007 == 0
+
+
+def test_sentences_are_read_again_and_the_newest_are_kept(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    said = [
+        SpokenSentence(("hi", f"r{k}"), rng.normal(0, 2, (30 + k, NET_BANDS)).astype(np.float32)) for k in range(25)
+    ]
+    path = person_path(tmp_path, "Anna")
+    write_person(path, ANNA.with_sentences(said))
+    again = read_person(path)
+    assert [each.words for each in again.sentences] == [each.words for each in said[-MAX_SENTENCES:]]
+    for one, other in zip(said[-MAX_SENTENCES:], again.sentences, strict=True):
+        np.testing.assert_allclose(one.logs, other.logs, atol=0.01)
+    assert again.words == ANNA.words
+    assert not again.same_as(ANNA)
+    assert again.same_as(read_person(path))
+
+
+@pytest.mark.parametrize(
+    ("words", "logs"),
+    [
+        (("hi",), np.zeros((30, NET_BANDS + 1), np.float32)),
+        (("hi",), np.zeros((1, NET_BANDS), np.float32)),
+        (("hi",), np.full((30, NET_BANDS), np.inf, np.float32)),
+        (("../x",), np.zeros((30, NET_BANDS), np.float32)),
+        (("hi",) * 50, np.zeros((30, NET_BANDS), np.float32)),
+    ],
+)
+def test_sentences_that_are_none_are_refused(words: tuple[str, ...], logs: np.ndarray, tmp_path: Path) -> None:
+    path = person_path(tmp_path, "Anna")
+    write_person(path, Person("Anna", sentences=(SpokenSentence(words, logs),)))
+    with pytest.raises(StoreError, match="not an enrolment by hvcpd: a sentence"):
+        read_person(path)
 
 
 def test_people_are_known_by_their_files_and_forgotten_with_them(tmp_path: Path) -> None:

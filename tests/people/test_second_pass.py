@@ -18,13 +18,13 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import FeatureCache, features_of_take, probability
+from hvcpd.people.enrolled_listener import _features_of, probability
 from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
 from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.frontend import Energies, Features
+from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
@@ -214,24 +214,19 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
 
 
 def test_takes_are_made_ready_once_for_all_looks(book: Phrasebook, sound: Sound) -> None:
-    made: list[int] = []
-
-    def counted(take: Energies) -> Features:
-        made.append(len(take))
-        return features_of_take(take)
-
+    _features_of.cache_clear()
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True, FeatureCache(counted))
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True)
     opinion.prepare(lambda: False)
-    assert made == []
+    assert _features_of.cache_info().misses == 0
     opinion.prepare(lambda: True)
-    assert len(made) == 3
+    assert _features_of.cache_info().misses == 3
     known["anna"] = known["anna"].with_takes(takes_of(speaker, "stop"))
     found = opinion.search(alone(speaker, "turn left"))
     assert found is not None
     assert found.words == ("turn", "left")
-    assert len(made) == 4  # the new word's
+    assert _features_of.cache_info().misses == 4  # the new word's
 
 
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:

@@ -10,12 +10,12 @@ import pytest
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.bands import N_BANDS, Bands, heard_alone, levelled, logs_of, noise_of, upper_lost
-from hvcpd.people.enrolled_listener import MOST_OTHERS, FeatureCache, TandemTakes
+from hvcpd.people.enrolled_listener import TandemTakes, _features_of
 from hvcpd.people.phones import centred, phones_of
 from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Hearing, TemplateDecoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import Energies, Features, energies_of, smoothed
+from hvcpd.recognition.frontend import Energies, energies_of, smoothed
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice
 
@@ -105,23 +105,11 @@ def test_no_take_is_too_short_or_too_quiet() -> None:
         assert found.best in (None, ("stop",))
 
 
-def test_what_a_team_needs_is_remembered_however_much_and_little_else() -> None:
-    made: list[int] = []
-
-    def counted(take: Energies) -> Features:
-        made.append(len(take))
-        return np.zeros((1, 4), np.float32)
-
-    takes = [np.full((1, 1), n, np.float32) for n in range(2 * MOST_OTHERS + 4000)]
-    many, others = {"anna": {"stop": takes[MOST_OTHERS + 1 :]}}, {"ben": {"stop": takes[: MOST_OTHERS + 1]}}
-    remembered = FeatureCache(counted)
+def test_features_are_computed_once_for_each_take(takes: dict[str, dict[str, list[Energies]]]) -> None:
+    _features_of.cache_clear()
     for _ in range(2):  # a word is learned
-        TandemTakes(many, remembered)
-    assert len(made) == len(takes) - MOST_OTHERS - 1
-    TandemTakes(others, remembered)  # and everybody else is removed
-    assert len(made) == len(takes)
-    TandemTakes(many, remembered)
-    assert len(made) == 2 * len(takes) - MOST_OTHERS - 1
+        TandemTakes(takes)
+    assert _features_of.cache_info().misses == len(WORDS)
 
 
 def test_without_takes_nothing_can_be_known() -> None:

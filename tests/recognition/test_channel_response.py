@@ -111,7 +111,7 @@ def noise(n: int, seed: int) -> Samples:
 
 def explained(sound: WeightedSound, at: int, n: int = 64) -> float:
     """What the word explains there beyond what as many taps do by chance, without the taps before its place."""
-    fit = sound.fit(WORD, at)
+    [fit] = sound.fits([(WORD, at)])
     there = fit.correlation[SHIFT + BACK : SHIFT + BACK + n]
     return float(response(autocorrelations([fit])[0], there, n) @ there) - n
 
@@ -162,7 +162,7 @@ def test_noise_explains_about_as_much_as_chance() -> None:
 
 @pytest.mark.parametrize("at", [-5000, -100, 0, 20_000, 23_999, 40_000])
 def test_a_signal_may_begin_before_the_sound_and_end_after_it(at: int) -> None:
-    fit = WeightedSound(with_word(1), noise(8000, 2)).fit(WORD, at)
+    [fit] = WeightedSound(with_word(1), noise(8000, 2)).fits([(WORD, at)])
     assert fit.correlation.shape == (TAPS + 2 * SHIFT,)
     assert autocorrelations([fit]).shape == (1, TAPS)
     assert np.isfinite(fit.correlation).all()

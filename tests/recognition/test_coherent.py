@@ -141,7 +141,7 @@ def test_two_words_that_sound_alike_are_not_sure() -> None:
 
     [sentence] = heard(stream([spoken("hi rob, water rose")], 0.0), CoherentListener(GRAPH, (Twins("oak"),)))
     assert not sentence.sure
-    assert min(word.chance for word in sentence.words) < 0.5
+    assert min(word.probability for word in sentence.words) < 0.5
 
 
 def test_what_follows_tells_two_words_that_sound_alike_apart() -> None:

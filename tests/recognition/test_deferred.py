@@ -1,38 +1,44 @@
-"""What the network hears later is what it would have heard at once."""
+"""What the network decodes later is what it would have decoded at once."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hvcpd.recognition.decoder_session import DeferredBuffer
-from hvcpd.recognition.frontend import N_BANDS
+from hvcpd.recognition.decoder_session import DecoderSession, SessionSettings
+from hvcpd.recognition.frontend import energies_of
+from hvcpd.recognition.network import Network
+from hvcpd.recognition.templates import TemplateBank
+from tests.recognition.signals import graph, sentence, templates
 
-ENERGIES = np.arange(40 * N_BANDS, dtype=np.float32).reshape(40, N_BANDS)
-
-
-def test_each_piece_comes_with_what_was_recent_then() -> None:
-    deferred = DeferredBuffer()
-    for end in range(10, 40, 4):
-        deferred.add(ENERGIES[end - 4 : end], ENERGIES[max(end - 12, 0) : end])
-    assert deferred.n_frames == 28
-    for (piece, recent, left), end in zip(deferred.taken(12), range(10, 40, 4), strict=True):
-        assert np.array_equal(piece, ENERGIES[end - 4 : end])
-        assert np.array_equal(recent, ENERGIES[max(end - 12, 0) : end])
-        assert left == 38 - end
-    assert not deferred
+BANK = TemplateBank(templates())
+SOUND = sentence("hi rob") + np.random.default_rng(3).normal(0.0, 1e-3, len(sentence("hi rob"))).astype(np.float32)
+ENERGIES = energies_of(SOUND)
+NOISE = ENERGIES[-8:].mean(axis=0)
 
 
-def test_the_first_piece_may_be_all_that_was_recent() -> None:
-    deferred = DeferredBuffer()
-    deferred.add(ENERGIES[:20], ENERGIES[:20])
-    [(piece, recent, left)] = deferred.taken(160)
-    assert (len(piece), len(recent), left) == (20, 20, 0)
+def decoded(at_once: bool) -> tuple[DecoderSession, list[int]]:
+    session = DecoderSession(Network(graph(), BANK.templates), BANK, SessionSettings())
+    session.wake(ENERGIES[:12], 0, NOISE)
+    left = list(session.catch_up(NOISE)) if at_once else []
+    for end in range(16, len(ENERGIES) + 1, 4):
+        session.defer(ENERGIES[end - 4 : end], ENERGIES[max(end - 40, 0) : end])
+        left += list(session.catch_up(NOISE)) if at_once else []
+    return session, left + list(session.catch_up(NOISE))
 
 
-def test_what_is_cleared_is_heard_by_nobody() -> None:
-    deferred = DeferredBuffer()
-    deferred.add(ENERGIES[:4], ENERGIES[:4])
-    deferred.add(ENERGIES[4:8], ENERGIES[:8])
-    deferred.clear()
-    assert not deferred
-    assert deferred.n_frames == 0
+def test_deferred_frames_are_decoded_as_if_at_once() -> None:
+    (now, left_now), (later, left_later) = decoded(True), decoded(False)
+    assert now.best == later.best
+    assert now.best.cost < -10.0
+    assert left_now == [0] * len(left_later)
+    assert left_later == list(range(4 * len(left_later) - 4, -1, -4))
+
+
+def test_only_frames_since_it_woke_count_as_deferred() -> None:
+    session = DecoderSession(Network(graph(), BANK.templates), BANK, SessionSettings())
+    session.wake(ENERGIES[:12], 0, NOISE)
+    assert session.deferred_frames == 0
+    session.defer(ENERGIES[12:16], ENERGIES[:16])
+    assert session.deferred_frames == 4
+    session.sleep()
+    assert session.deferred_frames == 0

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.fit import measured
 from hvcpd.recognition.frontend import HOP_SAMPLES, energies_of
-from hvcpd.recognition.noise import STEADY_NOISE, NoiseTracker, measured
+from hvcpd.recognition.noise import STEADY_NOISE, NoiseTracker
 from tests.recognition.signals import sentence
 
 RATE = 16_000

@@ -10,10 +10,14 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.second_pass import AtOnce, Finding, PeopleListener, SecondEars, Segment
+from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
+
+
+Listener = SegmentListener[Segment, Recognised | None]
+Finding = tuple[Segment, Recognised | None]
 
 
 class Script:
@@ -59,11 +63,11 @@ class Slow:
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Segment, PeopleListener]] = []
+        self.waiting: list[tuple[Segment, Listener]] = []
         self.room = room
         self.done: list[Finding] = []
 
-    def submit(self, segment: Segment, listener: PeopleListener) -> bool:
+    def submit(self, segment: Segment, listener: Listener) -> bool:
         if len(self.waiting) >= self.room:
             return False
         self.waiting.append((segment, listener))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -10,11 +11,13 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import Samples
+from hvcpd.synthesis import unit_cache
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import UNITS_KEPT, Speaker, UnitPosition
-from hvcpd.synthesis.unit_cache import DAY_S, KEPT_S, SUFFIX, UnitCache
+from hvcpd.synthesis.unit_cache import DAY_S, KEPT_S, SUFFIX, UnitCache, without_prose
 from hvcpd.synthesis.voices import voice_named
 
+SOURCES = sorted(Path(unit_cache.__file__).parent.glob("*.py"))
 UNIT = np.linspace(-0.5, 0.5, 100, dtype=np.float32)
 
 
@@ -150,3 +153,30 @@ def test_what_nobody_needs_any_more_is_deleted_after_a_month(tmp_path: Path) -> 
 def test_a_folder_that_is_not_there_needs_no_tidying(tmp_path: Path) -> None:
     UnitCache(tmp_path / "units").tidy(0.0)
     assert not (tmp_path / "units").exists()
+
+
+def tree_of(source: str) -> str:
+    """The syntax tree of a module without its docstrings and other lone constants."""
+    tree = ast.parse(source)
+    for node in ast.walk(tree):
+        if isinstance(body := getattr(node, "body", None), list):
+            node.body = [
+                each for each in body if not (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
+            ]  # type: ignore[attr-defined]
+    return ast.dump(tree)
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.stem)
+def test_a_program_without_prose_is_the_same_program(path: Path) -> None:
+    """So that no change of the sound goes unnoticed, for each source as it stands."""
+    source = path.read_text(encoding="utf-8")
+    assert tree_of(without_prose(source)) == tree_of(source)
+    assert len(without_prose(source)) < len(source)
+
+
+def test_prose_does_not_count_and_all_else_does() -> None:
+    source = '"""Words.\n\nMore: "quoted", # not a comment.\n"""\nA = 1  # why\n\n# of B\nB = "x # y"\n"""Of B."""\n'
+    other = '"""Other words."""\nA = 1\nB = "x # y"\n\n"""Another."""\n'
+    assert without_prose(source) == without_prose(other)
+    for before, after in (("A = 1", "A = 2"), ("x # y", "x # z"), ("B =", "C =")):
+        assert without_prose(source.replace(before, after)) != without_prose(source)

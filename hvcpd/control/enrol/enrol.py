@@ -1,4 +1,4 @@
-"""`hvcpctl enrol`: records or reads takes of a person's words, and keeps them."""
+"""`hvcpctl enrol`: a person's sentences or words, from the microphone or from WAVs, and where they are kept."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ import re
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from hvcpd.config.names import valid_robot_name
-from hvcpd.control.enrol.enrol_session import record_takes
+from hvcpd.control.enrol.enrol_sentences import sentences_for
+from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences, record_takes
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
@@ -20,17 +22,20 @@ from hvcpd.language.competition import competing_phrases
 from hvcpd.people.enrolled import (
     MAX_TAKES,
     Person,
+    SpokenSentence,
     enrolled_people,
     person_path,
     read_person,
     remove_person,
     write_person,
 )
+from hvcpd.people.known_sentences import check_sentence
 from hvcpd.people.takes import check_take, confusable, odd_takes
 from hvcpd.recognition.frontend import Energies
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
+_SENTENCE = re.compile(r"sentence_[1-9]\.wav")
 FIRST = ("stop", "hi", "all", "i", "am")
 """Words that are asked for first, so that an interrupted session has the most important ones."""
 HOW_IT_COUNTS = "a running robot loads them with: hvcpctl reload"
@@ -40,6 +45,7 @@ HOW_IT_COUNTS = "a running robot loads them with: hvcpctl reload"
 class Report:
     """The result of an enrolment."""
 
+    sentences: int = 0
     words: int = 0
     takes: int = 0
     rejected: list[str] = field(default_factory=list)
@@ -76,12 +82,15 @@ def _list(options: argparse.Namespace) -> int:
     people, faults = enrolled_people(_state_dir(options))
     for fault in faults:
         sys.stderr.write(f"hvcpctl: {fault}\n")
-    rows = [{"name": p.name, "words": len(p.takes), "takes": p.n_takes} for p in people.values()]
+    rows = [
+        {"name": p.name, "sentences": len(p.sentences), "words": len(p.takes), "takes": p.n_takes}
+        for p in people.values()
+    ]
     if options.json:
         sys.stdout.write(json.dumps(rows) + "\n")
         return EX_OK
     for row in rows:
-        sys.stdout.write(f"{row['name']}: {row['words']} words, {row['takes']} takes\n")
+        sys.stdout.write(f"{row['name']}: {row['sentences']} sentences, {row['words']} words, {row['takes']} takes\n")
     if not rows:
         sys.stdout.write("nobody is enrolled; enrol somebody with: hvcpctl enrol NAME\n")
     return EX_OK
@@ -111,30 +120,44 @@ def _import(options: argparse.Namespace) -> int:
     if options.person is not None and options.person.lower() != person.name.lower():
         raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
     write_person(person_path(_state_dir(options), person.name), person)
-    sys.stdout.write(f"{person.name}: {len(person.takes)} words are known; {HOW_IT_COUNTS}\n")
+    sys.stdout.write(
+        f"{person.name}: {len(person.sentences)} sentences and {len(person.takes)} words are known; {HOW_IT_COUNTS}\n"
+    )
     return EX_OK
 
 
 def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     team = load_team(options, more=(options.person,))
+    robot = next((name for name in team.names if name.lower() != options.person.lower()), options.person)
+    wanted = sentences_for(team.phrasebook, robot, options.person, team.sound.lexicon.sounds)
+    if options.show:
+        sys.stdout.write("".join(f"{' '.join(words)}\n" for words in wanted))
+        return EX_OK
     words = _wanted(options, team)
     path = person_path(options.state_dir or team.settings.state_dir, options.person)
     known = _kept(path, options.person)
     report = Report()
+    check = partial(check_sentence, pronounce=team.sound.lexicon.sounds)
+    found: dict[str, list[Energies]] = {}
+    sentences: list[SpokenSentence] = []
     if options.folder is not None:
+        sentences = _sentences_from_folder(options.folder, wanted, check, report)
         found = _from_folder(options.folder, words, team.phrasebook.people_graph.words, report)
-    else:
+    elif options.each_word or options.words is not None:
         found = record_takes(words, options.takes, devices.make_stream(team.settings.audio), sys.stdout)
+    else:
+        sentences = record_sentences(wanted, check, devices.make_stream(team.settings.audio), sys.stdout)
     found = {word: _consistent(word, takes, report) for word, takes in found.items()}
     found = {word: takes for word, takes in found.items() if takes}
     report.words, report.takes = len(found), sum(map(len, found.values()))
-    person = known.with_takes(found)
-    report.missing = sorted(set(team.phrasebook.people_graph.words) - person.words)
+    report.sentences = len(sentences)
+    person = known.with_takes(found).with_sentences(sentences)
+    report.missing = sorted(set(team.phrasebook.people_graph.words) - person.words) if person.words else []
     report.confusable = confusable(person.takes, _competing(team, found))
-    if found:
+    if found or sentences:
         write_person(path, person)
     _tell(options, report, path)
-    return EX_OK if found else EX_FAILURE
+    return EX_OK if found or sentences else EX_FAILURE
 
 
 def _kept(path: Path, name: str) -> Person:
@@ -177,6 +200,8 @@ def _from_folder(
     found: dict[str, list[Energies]] = {}
     wavs = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".wav")
     for path in wavs:
+        if _SENTENCE.fullmatch(path.name.lower()):
+            continue
         match = _NUMBERED.fullmatch(path.stem.lower())
         word = match[1] if match is not None else ""
         if word not in words:
@@ -191,6 +216,25 @@ def _from_folder(
     if not wavs:
         raise AudioFileError(f"--from: there is no WAV in {folder}; name them by their words (stop_1.wav)")
     return {word: takes[-MAX_TAKES:] for word, takes in found.items()}
+
+
+def _sentences_from_folder(
+    folder: Path,
+    wanted: Sequence[tuple[str, ...]],
+    check: CheckOfSentence[SpokenSentence],
+    report: Report,
+) -> list[SpokenSentence]:
+    """The sentences that `--show` prints, in WAVs numbered as they are printed."""
+    found = []
+    for number, words in enumerate(wanted, 1):
+        path = folder / f"sentence_{number}.wav"
+        if path.is_file():
+            sentence, fault = check(read_wav(path), words)
+            if sentence is None:
+                report.rejected.append(f"{path.name}: {fault}")
+            else:
+                found.append(sentence)
+    return found
 
 
 def _consistent(word: str, takes: Sequence[Energies], report: Report) -> list[Energies]:
@@ -211,10 +255,12 @@ def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
         sys.stdout.write(f"not used: {line}\n")
     for first, second in report.confusable:
         sys.stdout.write(f"'{first}' and '{second}' sound alike; say them more clearly: --words {first},{second}\n")
+    if report.sentences:
+        sys.stdout.write(f"{options.person}: {report.sentences} sentences, kept in {path}\n")
     sys.stdout.write(
         f"{options.person}: {report.words} words, {report.takes} takes, kept in {path}\n" * bool(report.words)
     )
     if report.missing:
         more = " …" if len(report.missing) > 8 else ""
         sys.stdout.write(f"{len(report.missing)} words are missing: {', '.join(report.missing[:8])}{more}\n")
-    sys.stdout.write(f"{HOW_IT_COUNTS}\n" * bool(report.words))
+    sys.stdout.write(f"{HOW_IT_COUNTS}\n" * bool(report.words or report.sentences))

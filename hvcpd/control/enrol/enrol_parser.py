@@ -17,11 +17,12 @@ def add_enrol(commands: Commands, run: Run) -> None:
         "enrol",
         help="teach the robots a person's voice",
         epilog=with_examples(
-            "Without --from it asks for each word in turn and listens; stop the daemon first, if it uses the same "
-            "microphone. You can enrol words at any time; the newest takes count; a running robot takes them "
-            "with hvcpctl reload.",
+            "It asks for five sentences and listens; stop the daemon first, if it uses the same microphone. With "
+            "--each-word it asks for each word of the phrasebook three times instead: for voices that the robots do "
+            "not understand at all. A running robot takes what is enrolled with hvcpctl reload.",
             "hvcpctl enrol Anna",
-            "hvcpctl enrol Anna --from takes/       # takes/stop_1.wav, takes/stop_2.wav, …",
+            "hvcpctl enrol Anna --show              # the five sentences, to be recorded elsewhere",
+            "hvcpctl enrol Anna --from takes/       # takes/sentence_1.wav, …; takes/stop_1.wav, takes/stop_2.wav, …",
             "hvcpctl enrol --list",
             "hvcpctl enrol Anna --export anna.npz",
             "hvcpctl enrol --import anna.npz",
@@ -31,13 +32,15 @@ def add_enrol(commands: Commands, run: Run) -> None:
     enrol.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
     enrol.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
     enrol.add_argument("--state-dir", type=Path, metavar="DIR", help="where takes are kept (default: the settings')")
-    enrol.add_argument("--words", metavar="stop,rob", help="only these words (default: all of the phrase card)")
+    enrol.add_argument("--each-word", action="store_true", help="ask for each word of the phrasebook, not sentences")
+    enrol.add_argument("--words", metavar="stop,rob", help="ask for these words, not sentences")
     enrol.add_argument("--takes", type=int, choices=range(1, 7), default=TAKES, help=f"of each word (default {TAKES})")
     enrol.add_argument("--json", action="store_true", help="print the result as one JSON object")
     action = enrol.add_mutually_exclusive_group()
     action.add_argument(
-        "--from", dest="folder", type=Path, metavar="DIR", help="take WAVs: DIR/WORD.wav, DIR/WORD_2.wav"
+        "--from", dest="folder", type=Path, metavar="DIR", help="take WAVs: DIR/sentence_1.wav, DIR/WORD.wav, …"
     )
+    action.add_argument("--show", action="store_true", help="print the sentences that it asks for")
     action.add_argument("--list", action="store_true", help="list who is enrolled")
     action.add_argument("--remove", action="store_true", help="forget the person")
     action.add_argument("--export", type=Path, metavar="FILE.npz", help="write the person's words to a file")

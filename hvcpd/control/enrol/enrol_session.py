@@ -1,10 +1,12 @@
-"""Leads a person through the words at the microphone: asks, listens, shows the level, and asks again if necessary."""
+"""Leads a person through sentences or words at the microphone: asks, listens, shows the level, and asks again."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
-from typing import TextIO
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
+from functools import partial
+from typing import Protocol, TextIO, TypeVar
 
 import numpy as np
 
@@ -16,18 +18,32 @@ from hvcpd.recognition.frontend import Energies
 SETTLE_S = 0.5
 """Sound cards click and adapt when they are opened."""
 NOISE_S = 1.0
-"""Listened to before the first word."""
+"""Time of quiet before the first word or sentence, to measure the noise."""
 BEFORE_S = 0.3
-"""Sound kept before the word."""
-AFTER_S = 0.5
-"""Quiet that ends a word."""
+"""Sound kept before speech."""
+AFTER_S, AFTER_SENTENCE_S = 0.5, 1.0
+"""Quiet that ends a word, and a sentence, in which people pause."""
 WAIT_S = 6.0
-"""Time for a word to begin, before it is asked for again."""
-LONGEST_S = 3.0
+"""Time for somebody to begin, before the word or sentence is asked for again."""
+LONGEST_S, LONGEST_SENTENCE_S = 3.0, 15.0
 ONSET_DB = 12.0
 """Least level of a word above the noise."""
 TRIES = 4
-"""Attempts at one take; then the word is left out, and can be enrolled later."""
+"""Attempts at one word or sentence; then it is left out."""
+Words = tuple[str, ...]
+Sentence = TypeVar("Sentence")
+SentenceOut = TypeVar("SentenceOut", covariant=True)
+Checked = tuple[Sentence | None, str]
+"""What a recording holds, or None and the reason why it cannot be used."""
+
+
+class CheckOfSentence(Protocol[SentenceOut]):
+    """Checks a recording of a sentence whose words are known."""
+
+    def __call__(self, sound: Samples, words: Words) -> Checked[SentenceOut]:
+        """What it holds, or why it cannot be used."""
+
+
 _BARS = " ▁▂▃▄▅▆▇█"
 _BAR_DB = 7.0
 """One step of the meter, from -70 dBFS on."""
@@ -43,25 +59,64 @@ def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: Tex
     return found
 
 
+def record_sentences(
+    sentences: Sequence[Words], check: CheckOfSentence[Sentence], stream: SoundStream, out: TextIO
+) -> list[Sentence]:
+    """What `check` makes of each sentence. Raises DeviceError. What was said until an interrupt is kept."""
+    found: list[Sentence] = []
+    try:
+        asyncio.run(_Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S).lead_sentences(sentences, check, found))
+    except KeyboardInterrupt:
+        out.write("\ninterrupted; what was said is kept\n")
+    return found
+
+
 class _Session:
-    def __init__(self, stream: SoundStream, out: TextIO) -> None:
+    def __init__(
+        self, stream: SoundStream, out: TextIO, after_s: float = AFTER_S, longest_s: float = LONGEST_S
+    ) -> None:
         self._stream = stream
         self._out = out
+        self._after_s, self._longest_s = after_s, longest_s
         self._noise_rms = 1e-4
 
     async def lead(self, words: Sequence[str], takes: int, found: dict[str, list[Energies]]) -> None:
         """Word by word; a take is in `found` as soon as it is good."""
-        try:
-            await self._stream.open()
-            await self._stream.start()
-            await self._hear_noise()
+        async with self._listening():
             total = len(words) * takes
             self._out.write(f"{len(words)} words, {takes} times each. Say each one as you would to a robot.\n")
             for number in range(total):  # all words once, then again: repeated at once, they are sung
                 word = words[number % len(words)]
-                take = await self._take(word, f"[{number + 1}/{total}]")
-                if take is not None:
+                take = await self._ask(f"[{number + 1}/{total}] {word.upper()}", _take)
+                if take is None:
+                    self._out.write(f"'{word}' is left out; enrol it later with --words {word}\n")
+                else:
                     found.setdefault(word, []).append(take)
+
+    async def lead_sentences(
+        self,
+        sentences: Sequence[Words],
+        check: CheckOfSentence[Sentence],
+        found: list[Sentence],
+    ) -> None:
+        """Sentence by sentence; one is in `found` as soon as it is good."""
+        async with self._listening():
+            self._out.write(f"{len(sentences)} sentences. Say each one as you would to a robot.\n")
+            for number, words in enumerate(sentences):
+                text = " ".join(words)
+                sentence = await self._ask(f"[{number + 1}/{len(sentences)}] {text}", partial(check, words=words))
+                if sentence is None:
+                    self._out.write("this sentence is left out; four are nearly as good as five\n")
+                else:
+                    found.append(sentence)
+
+    @asynccontextmanager
+    async def _listening(self) -> AsyncIterator[None]:
+        try:
+            await self._stream.open()
+            await self._stream.start()
+            await self._hear_noise()
+            yield
         finally:
             await self._stream.close()
 
@@ -71,16 +126,16 @@ class _Session:
         self._out.flush()
         self._noise_rms = max(_rms(await self._read(NOISE_S)), 1e-5)
 
-    async def _take(self, word: str, progress: str) -> Energies | None:
+    async def _ask(self, prompt: str, check: Callable[[Samples], Checked[Sentence]]) -> Sentence | None:
+        """What `check` makes of what is said; None after TRIES that were no good."""
         for _ in range(TRIES):
-            self._out.write(f"{progress} {word.upper()}  ")
+            self._out.write(f"{prompt}  ")
             self._out.flush()
-            check = check_take(await self._utterance())
-            if check.energies is not None:
+            found, fault = check(await self._utterance())
+            if found is not None:
                 self._out.write("good\n")
-                return check.energies
-            self._out.write(f"once more: {check.fault}\n")
-        self._out.write(f"'{word}' is left out; enrol it later with --words {word}\n")
+                return found
+            self._out.write(f"once more: {fault}\n")
         return None
 
     async def _utterance(self) -> Samples:
@@ -88,7 +143,9 @@ class _Session:
         blocks: list[Samples] = []
         heard = quiet = 0
         began: int | None = None
-        while began is None or (quiet < AFTER_S * SAMPLE_RATE_HZ and heard - began < LONGEST_S * SAMPLE_RATE_HZ):
+        while began is None or (
+            quiet < self._after_s * SAMPLE_RATE_HZ and heard - began < self._longest_s * SAMPLE_RATE_HZ
+        ):
             block = await self._block()
             blocks.append(block)
             heard += len(block)
@@ -117,6 +174,11 @@ class _Session:
         block = await self._stream.read()
         self._stream.write(np.zeros(len(block), np.float32))
         return block
+
+
+def _take(sound: Samples) -> Checked[Energies]:
+    check = check_take(sound)
+    return check.energies, check.fault
 
 
 def _rms(block: Samples) -> float:

@@ -52,10 +52,20 @@ def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
     if status["wheels"] is not None:
         facts.append(("Battery", _battery(status)))
     facts.append(("Sound", _sound(status["sound"])))
+    facts += _talk(status.get("talk"))  # a daemon before this field says nothing of it
     facts += _skills(status.get("skills"))  # a daemon before this field says nothing of it
     facts += [("Way", _way(place)) for place in status.get("places", ())]
     facts += [("Memory", Text(clean(fault), "bold red")) for fault in memory_faults(status["memory"])]
     return facts
+
+
+def _talk(talk: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableType]]:
+    """How much the robot says, unless that is as usual."""
+    if talk is None or (talk["now"] == "normal" and talk["quiet"] is None):
+        return
+    softer = f", {-talk['level_db']:g} dB softer" if talk["level_db"] else ""
+    hours = f" (quiet hours {clean(talk['quiet'])})" if talk["quiet"] is not None else ""
+    yield "Talk", f"{clean(talk['now'])}{softer}{hours}"
 
 
 def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:

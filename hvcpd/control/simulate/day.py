@@ -14,7 +14,7 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
 from hvcpd.control.simulate.team import Team
-from hvcpd.coordination.actions import Speech
+from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, unwritable
 from hvcpd.memory.store import TranscriptRecord, TranscriptRow
 from hvcpd.reporting.occurrences import occurrences
@@ -67,6 +67,7 @@ def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, spee
         coordinator=coordinator,
         nearest_first=options.pick == "nearest",
         speech=speech,
+        talks=dict.fromkeys(options.robots, Talk(options.talk)),
         unable={name: team.tasks.lacking(skills - missing) for name, missing in lacked.items()},
         clocks=dict.fromkeys(options.robots, 0.0),
         begin_s=BEGIN_S,

@@ -25,7 +25,7 @@ from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import Team, load_team, vocabulary_cache
-from hvcpd.coordination.actions import Speech
+from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, did_you_mean, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
@@ -74,6 +74,7 @@ def run(options: argparse.Namespace) -> int:
         nearest_first=options.pick == "nearest",
         strangers=options.strangers,
         speech=_speech(options, team.settings.speech),
+        talk=Talk(options.talk),
         keys=keys,
         encrypts=options.encrypted,
         skills=_skills(options, team, robots),

@@ -33,6 +33,8 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
     )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
     c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
+    talk = "how much the robots say (default normal)"
+    c.add_argument("--talk", choices=("full", "normal", "terse"), default="normal", help=talk)
     hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
     c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"

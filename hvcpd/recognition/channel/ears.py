@@ -31,8 +31,8 @@ MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
 CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
-"""In clatter there are signs for more than this share of the last seconds (at first of 5 s, later of 10), and they no
-longer say who begins or ends: a sentence takes 6 s or less, and then somebody waits."""
+"""Share of the last seconds (at first 5 s, later 10 s) with signs of speech from which on there is clatter: then they
+no longer show beginnings and ends, since a sentence takes 6 s or less, and then somebody waits."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
 """Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
 clatter ends."""
@@ -77,16 +77,16 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """`varied`: words that are also said in other ways than the listener knows."""
         super().__init__(ears, listener, worker, LEAD + 2 * LONGEST + 2 * MOST_WAIT)
         self._varied = varied
-        self._listener = listener
+        self._forget = listener.forget
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._busy = False
-        self._stirred = 0.0
+        self._activity = 0.0
         """Share of the last seconds in which there were signs of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
         """Stretches being searched, or searched a moment ago."""
-        self._told: list[Recognised] = []
+        self._reported: list[Recognised] = []
         self._searched_at: int | None = None
         """When the last stretch was submitted; None once its data are dropped."""
 
@@ -98,9 +98,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def succeed(self, predecessor: Self) -> None:
         """As `LaterEars.succeed`."""
         super().succeed(predecessor)
-        self._open, self._closed, self._told = predecessor._open, predecessor._closed, predecessor._told
+        self._open, self._closed, self._reported = predecessor._open, predecessor._closed, predecessor._reported
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
-        self._stirred = predecessor._stirred
+        self._activity = predecessor._activity
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
@@ -111,7 +111,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             for each in self._closed:
                 if each.job is job:
                     each.result = result
-                    out += [self._tell(sentence) for sentence in result.sentences if not self._is_told(sentence)]
+                    out += [self._report(each) for each in result.sentences if not self._is_reported(each)]
         for each in self._closed:
             if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
@@ -121,14 +121,14 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def _let_go(self, stretch: _Open) -> list[Event]:
         """The events to report for everything that a stretch held."""
         held, stretch.held = stretch.held, []
-        return [told for event in held for told in self._released(event, stretch.result or SearchResult())]
+        return [each for event in held for each in self._released(event, stretch.result or SearchResult())]
 
     def finish(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' last events and of the open stretches: the sound has ended."""
-        told = self.take(events)
+        reported = self.take(events)
         self._close()
-        told += self.take([])
-        return told + [event for stretch in self._closed for event in self._let_go(stretch)]
+        reported += self.take([])
+        return reported + [event for stretch in self._closed for event in self._let_go(stretch)]
 
     def _break_off(self, n_samples: int) -> None:
         self._close()
@@ -136,7 +136,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     @property
     def _clatters(self) -> bool:
-        return self._stirred > CLATTER
+        return self._activity > CLATTER
 
     def _mask(self) -> None:
         self._break_off(0)
@@ -147,7 +147,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         rises, self._busy = busy and not self._busy, busy
         shortest_s, longest_s = CLATTER_S
         within = min(max(self._now / SAMPLE_RATE_HZ, shortest_s), longest_s) * SAMPLE_RATE_HZ
-        self._stirred += (float(signs) - self._stirred) * len(block) / within
+        self._activity += (float(signs) - self._activity) * len(block) / within
         if signs:
             if self._open is None:
                 self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])
@@ -166,7 +166,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Free memory once nobody has spoken for a while."""
         if self._searched_at is not None and self._now - self._searched_at >= REMEMBERED:
             self._searched_at = None
-            self._listener.forget()
+            self._forget()
 
     def _close(self, cut: bool = False) -> None:
         """Close the open stretch, or `cut` it: submit it, unless all of it has been reported."""
@@ -202,8 +202,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Whether it is too short for a sentence, or all of it has been reported."""
         if not stretch.held:
             length = stretch.end - stretch.begin - EARLIER
-            told = sum(_overlap(stretch.begin, stretch.end, each) for each in self._told)
-            return length < SHORTEST or told > 0.6 * length
+            reported = sum(_overlap(stretch.begin, stretch.end, each) for each in self._reported)
+            return length < SHORTEST or reported > 0.6 * length
         return False
 
     def _taken(self, event: Event) -> list[Event]:
@@ -211,12 +211,12 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if not isinstance(event, Recognised | Garbled):
             return [event]
         if isinstance(event, Recognised):
-            if self._is_told(event):
+            if self._is_reported(event):
                 return []
             called = event.words[-1] == CALL and event.confidence >= SURE_CALL
             if called or event.source is not Source.TEMPLATES:
-                return [self._tell(event)]
-        elif any(_overlaps(event, each) for each in self._told):
+                return [self._report(event)]
+        elif any(_overlaps(event, each) for each in self._reported):
             return []
         where = [each for each in (*self._closed, self._open) if each is not None]
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
@@ -236,20 +236,20 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         A sentence that templates found stands unless somebody is known to have said something else there: its words may
         differ from their renderings in robots' voices.
         """
-        if any(_overlaps(event, each) for each in self._told):
+        if any(_overlaps(event, each) for each in self._reported):
             return []
         if isinstance(event, Recognised) and (not result.robot or self._varied.intersection(event.words)):
-            return [self._tell(event)]
+            return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
     def _is_over(self, stretch: _Open) -> bool:
         return self._now - stretch.closed_at > MOST_WAIT
 
-    def _is_told(self, sentence: Recognised) -> bool:
-        return any(_overlaps(sentence, each) and sentence.words == each.words for each in self._told)
+    def _is_reported(self, sentence: Recognised) -> bool:
+        return any(_overlaps(sentence, each) and sentence.words == each.words for each in self._reported)
 
-    def _tell(self, sentence: Recognised) -> Recognised:
-        self._told = [*self._told[-3:], sentence]
+    def _report(self, sentence: Recognised) -> Recognised:
+        self._reported = [*self._reported[-3:], sentence]
         return sentence
 
 
@@ -257,7 +257,7 @@ def _overlap(begin: int, end: int, event: Recognised | Garbled) -> int:
     return max(min(end, event.end_sample) - max(begin, event.start_sample), 0)
 
 
-def _overlaps(event: Recognised | Garbled, told: Recognised) -> bool:
+def _overlaps(event: Recognised | Garbled, reported: Recognised) -> bool:
     """Whether most of an event, or of the reported sound, is the same sound."""
-    shorter = min(event.end_sample - event.start_sample, told.end_sample - told.start_sample)
-    return _overlap(told.start_sample, told.end_sample, event) > 0.5 * shorter
+    shorter = min(event.end_sample - event.start_sample, reported.end_sample - reported.start_sample)
+    return _overlap(reported.start_sample, reported.end_sample, event) > 0.5 * shorter

@@ -27,8 +27,7 @@ BEFORE, BEFORE_SHARE = 100.0, 0.05
 """Explained energy, and its share of what a sentence explains, from which on a word in the same voice was said right
 before it. Chance reaches 20."""
 HEARD_BEFORE = 0.5
-"""Of that energy, what must have been heard before the sentence: no word explains more than there is, and most of one
-that was said before it lies there."""
+"""Share of that energy that must have been received before the sentence, where most of a word said before it lies."""
 
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
@@ -38,8 +37,8 @@ MOST_LEAD_SHARE = 0.15
 
 @dataclass(frozen=True)
 class Evidence:
-    """What speaks for a sentence: the `share` that it explains of what was heard while it was said, its `lead` over any
-    other path no word of which is missing (MOST_LEAD_SHARE of its score at most), and the `fit` of its worst word."""
+    """Evidence for a sentence: the `share` that it explains of the energy received during it, its `lead` over any other
+    path no word of which is missing (MOST_LEAD_SHARE of its score at most), and the `fit` of its worst word."""
 
     path: Path
     share: float
@@ -48,7 +47,7 @@ class Evidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """Of `confidence`: log score; log share; lead over score, MOST_LEAD_SHARE behind at most; fit, at most 1."""
+        """Features of `confidence`: log score, log share, lead over score (from -MOST_LEAD_SHARE), fit (at most 1)."""
         score = max(self.path.score, 1.0)
         lead = max(self.lead / score, -MOST_LEAD_SHARE)
         return (math.log(score), math.log(max(self.share, 1e-3)), lead, min(self.fit, 1.0))
@@ -62,7 +61,7 @@ class Evidence:
 
 
 def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:
-    """For one of `paths`, which are sorted by score, the best first; `fit`: its `least_fit`."""
+    """The evidence for one of `paths`, which are sorted by score, the best first; `fit`: its `least_fit`."""
     least = (1.0 - MOST_LEAD_SHARE) * path.score
     rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
     rival = next((each.score for each in rivals if least_fit(sound, each) >= MISSING), least)
@@ -93,9 +92,9 @@ class _End:
 
 
 def least_fit(sound: WeightedSound, path: Path) -> float:
-    """Of the word that fits worst, what was heard of it through the path's response over what was expected: about 1 if
-    it was said, 0 or less if not. The last word's end counts by itself: a sentence may have been cut off in it. What
-    little was to be expected of does not count."""
+    """Ratio of received to expected energy of the word that fits worst, through the path's response: about 1 if it was
+    said, 0 or less if not. The second half of the last word counts as a word, since a sentence may have been cut off in
+    it. Words with little expected energy do not count."""
     end = _End(path.said[-1])
     words = zip(path.said, path.starts, strict=True)
     there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + end.begin)])
@@ -111,10 +110,10 @@ def least_fit(sound: WeightedSound, path: Path) -> float:
 def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     """Whether one of these words was said by the same voice, through the same response, right before a path: then it is
     the end of a longer sentence."""
-    ways = (said for word in words for third in range(3) for said in path.book.said(word, third))
+    renderings = (said for word in words for third in range(3) for said in path.book.said(word, third))
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
-    places = [(said, place - said.advance + path.said[0].lead * said.final) for said in ways]
+    places = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
     there = [(said, at) for said, at in places if sound.energy(at, place) >= HEARD_BEFORE * least]
     first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
@@ -205,11 +204,11 @@ class ChannelListener:
         if len(heard) < FRAME:
             return SearchResult()
         noise = quiet_part(stretch.sound[: stretch.lead], heard)
-        told: list[Path] = []
+        reported: list[Path] = []
         sentences: list[Recognised] = []
-        while len(told) < MOST_AT_ONCE:
+        while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
-            paths, evidence = self._found(sound, stretch, begin, told)
+            paths, evidence = self._found(sound, stretch, begin, reported)
             best = evidence.path if evidence is not None else None
             if evidence is None or best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
                 if not paths:
@@ -220,23 +219,23 @@ class ChannelListener:
                 begun = last is not None and last.score >= (BEGUN if stretch.cut else LEAST_SCORE)
                 since = last.starts[0] + stretch.origin + begin if last is not None and begun else None
                 return SearchResult(tuple(sentences), path.score >= LEAST_SCORE, since)
-            told.append(best)
-            sentences.append(_told(evidence, stretch.origin + begin, heard, noise))
+            reported.append(best)
+            sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise))
             heard -= best.sound(len(heard))
         return SearchResult(tuple(sentences))
 
     def _found(
-        self, sound: WeightedSound, stretch: Stretch, begin: int, told: Sequence[Path]
+        self, sound: WeightedSound, stretch: Stretch, begin: int, reported: Sequence[Path]
     ) -> tuple[list[Path], Evidence | None]:
-        """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `told` sentences, most
-        likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual rate
-        finds nobody."""
+        """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `reported` sentences,
+        most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
+        rate finds nobody."""
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
-        proposed = [each for each in stretch.proposed if all(each.words != path.words for path in told)]
-        for search in self._searches[:1] if told else self._searches:
-            found = search.paths(sound, noticed, told)
+        proposed = [each for each in stretch.proposed if all(each.words != path.words for path in reported)]
+        for search in self._searches[:1] if reported else self._searches:
+            found = search.paths(sound, noticed, reported)
             paths += found
             for sentence in proposed:
                 if not found or sentence.words != found[0].words:
@@ -302,7 +301,7 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     return where[at : at + n]
 
 
-def _told(evidence: Evidence, origin: int, heard: Samples, noise: Samples) -> Recognised:
+def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples) -> Recognised:
     path, sure = evidence.path, evidence.confidence
     delay = path.delay + origin
     spans = tuple(

@@ -31,6 +31,7 @@ from hvcpd.recognition.channel.weighting import (
     responses,
     transform_size,
 )
+from hvcpd.recognition.frontend import rfft
 from hvcpd.recognition.paths import GREETING, Said, Voicebook, may_have, thirds_of
 
 FIRST_TAPS = 64
@@ -76,7 +77,7 @@ class Path:
     thirds: tuple[int, ...]
     autocorrelation: Taps
     correlation: Taps
-    """At lags from -BACK on."""
+    """Correlation of the sound with the signal, at lags from -BACK on."""
     taps: Taps
     explained: tuple[float, ...]
     """Energy that it explains beyond what its taps do by chance, before its first word and after each one."""
@@ -119,7 +120,7 @@ class Path:
             first, last = max(start, 0), min(start + each.length, n + TAPS)
             said[first:last] += each.samples[first - start : last - start]
         size = transform_size(n + TAPS)
-        heard = np.fft.irfft(np.fft.rfft(said, size) * np.fft.rfft(self.response, size), size)
+        heard = np.fft.irfft(rfft(said, size) * rfft(self.response, size), size)
         return np.asarray(heard[BACK : BACK + n], np.float32)
 
     @cached_property
@@ -149,7 +150,7 @@ class _Next:
     said: Said
     at: int
     shift: int
-    promise: float
+    expected_score: float
 
     @property
     def end(self) -> int:
@@ -169,13 +170,13 @@ class ChannelSearch:
         self._pauses = graph.pauses | graph.finals
         self._lengths = lengths_of(graph)
 
-    def paths(self, sound: WeightedSound, noticed: Sequence[int], told: Sequence[Path] = ()) -> list[Path]:
+    def paths(self, sound: WeightedSound, noticed: Sequence[int], reported: Sequence[Path] = ()) -> list[Path]:
         """Return sentences and partial sentences, those that explain most first. They begin near a sample where speech
-        was `noticed`, or anywhere if with a greeting. None that begins within a sentence `told` is in the same voice,
-        of which late echoes remain: a robot does not say two things at once."""
+        was `noticed`, or anywhere if with a greeting. None that begins within a sentence `reported` is in the same
+        voice, of which late echoes remain: a robot does not say two things at once."""
         found: list[Path] = []
-        level = self._begun(sound, noticed, told)
-        if max((path.score for path in level), default=0.0) < (FAINT_BESIDE if told else FAINT):
+        level = self._begun(sound, noticed, reported)
+        if max((path.score for path in level), default=0.0) < (FAINT_BESIDE if reported else FAINT):
             return []
         while level:
             found += level
@@ -189,11 +190,11 @@ class ChannelSearch:
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
         return (said for said in book.said(word, third) if not said.final or node in self._pauses)
 
-    def _begun(self, sound: WeightedSound, noticed: Sequence[int], told: Sequence[Path]) -> list[Path]:
+    def _begun(self, sound: WeightedSound, noticed: Sequence[int], reported: Sequence[Path]) -> list[Path]:
         """Paths of one word, at the best places of each."""
         begun: list[_Next] = []
         for book in self._books:
-            before = [(path.starts[0] - EARLIER, path.end) for path in told if path.book.voice == book.voice]
+            before = [(path.starts[0] - EARLIER, path.end) for path in reported if path.book.voice == book.voice]
             near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n, before)
             anywhere = _merged([(-EARLIER, sound.n)], sound.n, before)
             for word, node in self._arcs.get(self._graph.start, ()):
@@ -213,10 +214,10 @@ class ChannelSearch:
         promising = [each for path in level for each in self._next(sound, path)]
         if not promising:
             return []
-        share = _share_of_best([(each.promise, each.path.energy(sound, each.end)) for each in promising])
-        promising.sort(key=lambda each: share * each.path.energy(sound, each.end) - each.promise)
+        share = _share_of_best([(each.expected_score, each.path.energy(sound, each.end)) for each in promising])
+        promising.sort(key=lambda each: share * each.path.energy(sound, each.end) - each.expected_score)
         promising = promising[:TRIED]
-        enough = max(max(each.promise for each in promising) / ENOUGH, 1.0)
+        enough = max(max(each.expected_score for each in promising) / ENOUGH, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
         paths = _best_first(sound, _joined(sound, promising, n_taps))
         leaders = sorted(paths, key=lambda path: -path.score)[:4]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import rfft
 from hvcpd.recognition.paths import Signal
 
 Taps = NDArray[np.float32]
@@ -50,11 +51,11 @@ def responses(autocorrelations: Taps, correlations: Taps, n: int) -> Taps:
     explained = np.maximum(_products(p, p) / energy, 1.0)
     ridge = (energy * np.clip(n / explained, LEAST_RIDGE, MOST_RIDGE)).astype(np.float32)[:, None]
     column[:, :1] += ridge
-    spectrum = np.asarray(np.fft.rfft(column).real, np.float32)
+    spectrum = np.asarray(rfft(column).real, np.float32)
     weight = np.arange(n, dtype=np.float32) / n
     around = (1.0 - weight) * column[:, :n]
     around[:, 1:] += weight[1:] * column[:, n - 1 : 0 : -1]
-    smooth = np.asarray(np.maximum(np.fft.rfft(around).real, 0.1 * ridge), np.float32)
+    smooth = np.asarray(np.maximum(rfft(around).real, 0.1 * ridge), np.float32)
     return _solved(spectrum, smooth, p)
 
 
@@ -71,7 +72,7 @@ def _solved(spectrum: Taps, smooth: Taps, p: Taps) -> Taps:
         going = (_products(left, left) > goal) & (rho > 0.0)
         if not going.any():
             break
-        image = np.asarray(np.fft.irfft(np.fft.rfft(direction, 2 * n) * spectrum, 2 * n)[:, :n], np.float32)
+        image = np.asarray(np.fft.irfft(rfft(direction, 2 * n) * spectrum, 2 * n)[:, :n], np.float32)
         alpha = np.where(going, rho / np.maximum(_products(direction, image), 1e-30), 0.0).astype(np.float32)[:, None]
         h += alpha * direction
         left -= alpha * image
@@ -82,7 +83,7 @@ def _solved(spectrum: Taps, smooth: Taps, p: Taps) -> Taps:
 
 
 def _conditioned(left: Taps, smooth: Taps) -> Taps:
-    return np.asarray(np.fft.irfft(np.fft.rfft(left) / smooth, left.shape[1]), np.float32)
+    return np.asarray(np.fft.irfft(rfft(left) / smooth, left.shape[1]), np.float32)
 
 
 def _products(a: Taps, b: Taps) -> NDArray[np.float64]:
@@ -100,12 +101,12 @@ SHIFT = 16
 FRAME = 1024
 BINS = FRAME // 2 + 1
 BAND_HZ = (100.0, 7600.0)
-"""Below, rumble; above, converters' filters differ."""
+"""Band that counts: rumble lies below it, and converters' filters differ above it."""
 ECHOES = 0.3
 """Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
 LOUD = 4.0
-"""Where sound has more than four times the noise's power, it counts by its own power: clatter is noise, and echoes are
-as loud as what they follow."""
+"""Ratio to the noise's power above which sound is weighted by its own power: clatter is noise, and echoes are as loud
+as what they follow."""
 POWER_S = 0.04
 FLOOR = 1e-4
 """No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
@@ -160,9 +161,9 @@ def _blocks_of(said: Signal) -> _Blocks:
     n_blocks = -(-said.length // BLOCK)
     sound = np.zeros((n_blocks + 2) * BLOCK, np.float32)
     sound[BLOCK : BLOCK + said.length] = said.samples
-    spectra = np.conj(np.fft.rfft(sound[BLOCK:-BLOCK].reshape(n_blocks, BLOCK), SIZE))
+    spectra = np.conj(rfft(sound[BLOCK:-BLOCK].reshape(n_blocks, BLOCK), SIZE))
     around = np.lib.stride_tricks.sliding_window_view(sound, SIZE)[::BLOCK] * _WINDOW
-    both = np.fft.rfft(around)
+    both = rfft(around)
     slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
     time = np.square(slopes).reshape(n_blocks + 1, -1, STEP).sum(axis=2) + 1e-12
     time /= time.sum(axis=1, keepdims=True)
@@ -228,12 +229,8 @@ class WeightedSound:
         energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
         return np.asarray(found / np.sqrt(max(energy, 1e-9)), np.float32)
 
-    def fit(self, said: Signal, at: int) -> Fit:
-        """The fit of the signal, beginning at sample `at` or SHIFT around it."""
-        return self.fits([(said, at)])[0]
-
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[Fit]:
-        """The fits of several signals at their places: one call for all takes less time."""
+        """The fits of signals that begin at these samples, or SHIFT around them: one call for all takes less time."""
         wanted = list(wanted)
         new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
         for begin in range(0, len(new), AT_ONCE):
@@ -278,7 +275,7 @@ def autocorrelations(fits: Sequence[Fit]) -> Taps:
 def energy_weights(taps: Taps) -> Spectrum:
     """The weights that turn a signal's `density`, multiplied and summed, into the signal's energy after the response
     `taps`, shape (SIZE / 2 + 1,)."""
-    response = np.fft.rfft(taps, SIZE)
+    response = rfft(taps, SIZE)
     weights = (response.real**2 + response.imag**2) * (2.0 / SIZE)
     weights[[0, -1]] *= 0.5
     return np.asarray(weights, np.float32)
@@ -287,7 +284,7 @@ def energy_weights(taps: Taps) -> Spectrum:
 def _frames_of(sound: Samples) -> NDArray[np.complex64]:
     """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
     frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]
-    return np.concatenate([np.fft.rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
+    return np.concatenate([rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
 
 
 def _at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
@@ -299,7 +296,7 @@ def _at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
 def _filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
     """A sound through a filter of these gains at BINS frequencies, without delay."""
     size = transform_size(len(sound) + FRAME)
-    return np.asarray(np.fft.irfft(np.fft.rfft(sound, size) * _at_bins(gains, size), size)[: len(sound)])
+    return np.asarray(np.fft.irfft(rfft(sound, size) * _at_bins(gains, size), size)[: len(sound)])
 
 
 def _spectrum(sound: Samples) -> NDArray[np.float64]:
@@ -307,7 +304,7 @@ def _spectrum(sound: Samples) -> NDArray[np.float64]:
     window = np.hanning(FRAME).astype(np.float32)
     padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
     frames = np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * window
-    spectra = np.fft.rfft(frames)
+    spectra = rfft(frames)
     return np.asarray(np.mean(spectra.real**2 + spectra.imag**2, axis=0) / np.square(window).sum(), np.float64)
 
 

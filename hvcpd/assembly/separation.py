@@ -95,7 +95,7 @@ class VoiceSounds:
         self.noises = np.stack([_noise_of(condition, power) + np.float32(self.mask) for condition in self.conditions])
         """Shape (n_conditions, N_BANDS), relative to the bank's energies, with the mask."""
         self.scale = _scale_of(words)
-        """From a recording's energies to the bank's."""
+        """Factor from a recording's energies to the bank's."""
         rows = np.arange(self.bank.n_frames)
         features = np.stack([self.bank.compose(rows, noise, 1.0) for noise in self.noises])
         self._words: dict[str, list[Features]] = {}
@@ -114,7 +114,7 @@ class VoiceSounds:
 
 
 def _scale_of(words: Mapping[str, Sequence[Samples]]) -> float:
-    """As `TemplateBank` scales a voice: its mean total to 1."""
+    """The factor by which `TemplateBank` scales a voice: its mean total becomes 1."""
     return 1.0 / float(np.concatenate([trimmed_energies(t) for takes in words.values() for t in takes]).sum(1).mean())
 
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.assembly.make import templates_of
+from hvcpd.assembly.separation import CONDITIONS, ConfusionCurve, References, VoiceSounds, band_noise
 from hvcpd.assembly.sound import Sound
 from hvcpd.language.competition import competing_phrases
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts
 from hvcpd.recognition.frontend import N_FEATURES, power_weights
-from hvcpd.recognition.separation import CONDITIONS, ConfusionCurve, References, VoiceSounds, band_noise
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.voices import voice_named
 

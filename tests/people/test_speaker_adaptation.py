@@ -1,0 +1,142 @@
+"""The phone net learns a voice by sentences whose words are known."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from hvcpd.language.graph import Arc, WordGraph, graph_of
+from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
+from hvcpd.people.known_sentences import check_sentence, spoken
+from hvcpd.people.phones import PHONES, CtcSearch, anybodys_layer, phones_of
+from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.speaker_adaptation import GAP, adapted, alignment
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.second_pass import Segment
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import Voice
+
+ELF = Voice("elf", 380.0, 1.75, 0.8, -24.0, 0.6, 3000.0)
+"""Unlike all that the net has learned from."""
+KNOWN = (
+    "hi rob i am anna move forward five metres",
+    "hi rob i am anna complete task seven",
+    "hi rob i am anna report",
+    "hi rob i am anna what are you doing",
+    "hi rob i am anna say again slowly",
+)
+LEXICON = Lexicon.load()
+
+
+@lru_cache
+def recording(text: str, noise_rms: float = 1e-4) -> Samples:
+    sound = Speaker(ELF, LEXICON).render([text.split()])
+    padded = np.pad(sound, SAMPLE_RATE_HZ // 2)
+    return np.asarray(padded + noise_rms * np.random.default_rng(3).standard_normal(len(padded)), np.float32)
+
+
+def segment(text: str) -> Segment:
+    lead, sound = SAMPLE_RATE_HZ // 2, recording(text)
+    return Segment(sound, lead, lead, len(sound) - lead, 0)
+
+
+def sentence(text: str) -> SpokenSentence:
+    return spoken(segment(text), tuple(text.split()))
+
+
+def losses(text: str, *known: str) -> tuple[float, float]:
+    """Of a sentence by the layer for anybody, and by the one adapted to the `known` sentences."""
+    layer = adapted(map(sentence, known), LEXICON.sounds)
+    assert layer is not None
+    activations, search = phones_of(sentence(text).logs).activations, CtcSearch(graph_of(text.split()), LEXICON.sounds)
+    both = [search.best(each.log_posteriors(activations)) for each in (anybodys_layer(), layer)]
+    assert both[0] is not None
+    assert both[1] is not None
+    return both[0].loss, both[1].loss
+
+
+@pytest.mark.parametrize(
+    "text", ["hi all i am anna what is left", "bot turn left", "hi all i am anna complete task two"]
+)
+def test_sentences_of_a_voice_make_others_likelier(text: str) -> None:
+    before, after = losses(text, *KNOWN)
+    assert after < before
+
+
+def test_without_sentences_nothing_is_adapted() -> None:
+    assert adapted([], LEXICON.sounds) is None
+    too_short = SpokenSentence(tuple(KNOWN[0].split()), sentence(KNOWN[0]).logs[:20])
+    assert adapted([too_short], LEXICON.sounds) is None
+
+
+def test_an_alignment_has_the_phones_of_the_words_in_order() -> None:
+    words = KNOWN[2].split()
+    found = alignment(phones_of(sentence(KNOWN[2]).logs).log_posteriors, words, LEXICON.sounds)
+    assert found is not None
+    changes = [int(phone) for before, phone in zip([GAP, *found], found, strict=False) if phone not in (GAP, before)]
+    said = [PHONES.index(phone) for word in words for phone in LEXICON.sounds(word)[0]]
+    assert changes == said
+
+
+def test_a_phone_said_twice_has_a_gap_within() -> None:
+    words = ["team", "my"]  # its M ends one word and begins the next
+    log_posteriors = np.full((12, len(PHONES) + 1), -9.0, np.float32)
+    for frame, phone in enumerate("T T IY IY M M M M AY AY AY".split()):
+        log_posteriors[frame, PHONES.index(phone)] = 0.0
+    log_posteriors[11, GAP] = 0.0
+    found = alignment(log_posteriors, words, {"team": [("T", "IY", "M")], "my": [("M", "AY")]}.__getitem__)
+    assert found is not None
+    m = PHONES.index("M")
+    assert np.count_nonzero(np.diff((found == m).astype(int)) == 1) >= 1
+    assert set(found) <= {*(PHONES.index(p) for p in ("T", "IY", "M", "AY")), GAP}
+
+
+def test_who_enrolled_by_sentences_is_understood_better() -> None:
+    text = "hi all i am anna complete task two"
+    anna = Person("Anna", sentences=tuple(map(sentence, KNOWN)))
+    graph = graph_of(text.split())
+    alone = SecondPassRecogniser(graph, LEXICON, {}, True).likeliest(segment(text))
+    known = SecondPassRecogniser(graph, LEXICON, {"anna": anna}, True).likeliest(segment(text))
+    assert alone is not None
+    assert known is not None
+    assert known.confidence > alone.confidence
+    assert known.voice == anna.voice == STRANGER  # a layer says nothing about who speaks
+
+
+def test_where_the_layers_disagree_nothing_is_sure() -> None:
+    graph = WordGraph(2, tuple(Arc(0, 1, word) for word in ("seven", "eleven")), 0, frozenset((1,)), frozenset())
+    said = "seven"
+    as_if = SpokenSentence(("eleven",), sentence(said).logs)  # enrolled with the wrong word, time and again
+    liar = Person("Eve", sentences=(as_if,) * 20)
+    alone = SecondPassRecogniser(graph, LEXICON, {}, True).likeliest(segment(said))
+    known = SecondPassRecogniser(graph, LEXICON, {"eve": liar}, True).likeliest(segment(said))
+    assert alone is not None
+    assert known is not None
+    assert known.words == alone.words
+    assert known.confidence == 0.0 < alone.confidence
+
+
+@pytest.mark.parametrize(
+    ("sound", "why"),
+    [
+        (np.zeros(8000, np.float32), "nothing is to be heard"),
+        (recording(KNOWN[1]), "that was not the sentence"),
+        (np.clip(40.0 * recording(KNOWN[0]), -1.0, 1.0), "too loud for the microphone"),
+        (recording(KNOWN[0], 0.06), "the room is too loud"),
+        (np.concatenate([recording(KNOWN[0])] * 4), "it takes too long"),
+    ],
+)
+def test_what_is_not_the_sentence_is_refused_with_the_reason(sound: Samples, why: str) -> None:
+    found, fault = check_sentence(sound, tuple(KNOWN[0].split()), LEXICON.sounds)
+    assert found is None
+    assert why in fault
+
+
+def test_what_is_the_sentence_is_taken() -> None:
+    found, fault = check_sentence(recording(KNOWN[0]), tuple(KNOWN[0].split()), LEXICON.sounds)
+    assert fault == ""
+    assert found is not None
+    assert found.words == tuple(KNOWN[0].split())
