@@ -30,8 +30,8 @@ _ARROW_EVERY = 160.0
 """SVG units of trail between two arrowheads."""
 _END = 15.0
 """Half the side of the frame around a trail's end: a robot ends at a task's place, whose mark stays visible in it."""
-_CHARACTER, _LINE = 10.0, 20.0
-"""Size of a label's letter, SVG units, as on a phone, where labels are larger than on a desk: to keep them apart."""
+_CHARACTER, _LINE = 13.5, 20.0
+"""Size of a label's letter, SVG units: bold, 20 px, as on a phone, where labels are larger than on a desk."""
 
 
 @dataclass(frozen=True)
@@ -263,15 +263,16 @@ class _Labels:
 
     def place(self, text: str, x: float, y: float, radius: float, kind: str) -> Markup:
         wide = max(len(text) * _CHARACTER, 8.0)
+        above, below = y - radius - 5, y + radius + 16
         options = (
-            ("middle", x, y + radius + 13, x - wide / 2),
-            ("middle", x, y - radius - 5, x - wide / 2),
+            ("middle", x, above, x - wide / 2),
             ("start", x + radius + 4, y + 5, x + radius + 4),
             ("end", x - radius - 4, y + 5, x - radius - 4 - wide),
-            ("end", x + radius, y - radius - 5, x + radius - wide),
-            ("end", x + radius, y + radius + 13, x + radius - wide),
-            ("start", x - radius, y - radius - 5, x - radius),
-            ("start", x - radius, y + radius + 13, x - radius),
+            ("end", x + radius, above, x + radius - wide),
+            ("start", x - radius, above, x - radius),
+            ("middle", x, below, x - wide / 2),
+            ("end", x + radius, below, x + radius - wide),
+            ("start", x - radius, below, x - radius),
         )
         anchor, tx, ty, left = min(options, key=lambda o: self._cost(o[3], o[2], wide))
         self._taken.append(self._box(left, ty, wide))

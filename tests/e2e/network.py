@@ -15,7 +15,10 @@ _INTERNET_INODE = 9
 def socket_kinds(pid: int) -> set[str]:
     """The kinds of the sockets that the process keeps open; "unknown" for one in no table."""
     before = _open_sockets(pid)
-    tables = {name: _inodes(pid, name) for name in (*_INODE, *_INTERNET)}
+    tables = {name: _inodes(str(pid), name) for name in (*_INODE, *_INTERNET)}
+    tables[UNIX] |= _inodes(
+        "self", UNIX
+    )  # an accepted connection is in the table of who connected (unix_stream_connect)
     kept = before & _open_sockets(pid)  # others came or went while the tables were read
     return {next((name for name, inodes in tables.items() if number in inodes), "unknown") for number in kept}
 
@@ -42,7 +45,7 @@ def routes(pid: int) -> str:
     return Path(f"/proc/{pid}/net/fib_trie").read_text()
 
 
-def _inodes(pid: int, table: str) -> set[str]:
+def _inodes(pid: str, table: str) -> set[str]:
     path = Path(f"/proc/{pid}/net/{table}")
     rows = [line.split() for line in path.read_text().splitlines()[1:]] if path.exists() else []
     column = _INODE.get(table, _INTERNET_INODE)

@@ -10,8 +10,8 @@ import pytest
 from hvcpd.reporting.events import Plant
 from hvcpd.reporting.map_svg import draw_plan
 
-LETTER = 10.0
-"""Width of a letter on a phone, SVG units, where labels are largest."""
+LETTER = 13.5
+"""Width of a letter on a phone, SVG units, where labels are largest: 13.2 in bold DejaVu Sans of 20 px."""
 LABEL = re.compile(r'<text class="label" x="([-0-9.]+)" y="[-0-9.]+" text-anchor="(\w+)">([^<]+)</text>')
 
 

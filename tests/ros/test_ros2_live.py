@@ -102,7 +102,7 @@ def test_topics_of_the_bridge_and_of_a_ros_2_node_meet(tmp_path: Path) -> None:
         if TYPED:
             wait_until(lambda: bool(seen("heard/sentence")), WAIT_S, "the sentence comes with its words")
             assert seen("heard/sentence")[0] == ["Bot", 0.93, ["hi", "four"]]
-            wait_until(lambda: seen("tasks") == [[[1, "open"]]], WAIT_S, "the board comes")
+            wait_until(lambda: [[1, "open"]] in seen("tasks"), WAIT_S, "the board comes")
         assert seen("estop/state") == [False]
         wait_until(lambda: any("x_m" in each for each in daemon.arguments("base")), WAIT_S, "odometry arrives")
         odometry = next(each for each in daemon.arguments("base") if "x_m" in each)
