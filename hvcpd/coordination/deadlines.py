@@ -43,9 +43,9 @@ def time_is_over(me: Knowledge, now: float) -> None:
         case State.MEETING if not me.peers.all() and me.acquaintance.greetings < me.timing.greetings_max:
             fire(me, Trigger.GAVE_UP, now)
         case State.PROPOSED | State.CHECKING | State.ASKED:
-            _again_or_give_up(me, choosing.claims_max(me, now), now)
+            _again_or_give_up(me, choosing.claims_max(me), now)
         case State.REPORTED if me.current.partner is None:
-            _again_or_give_up(me, choosing.claims_max(me, now), now)
+            _again_or_give_up(me, choosing.claims_max(me), now)
         case State.READ_BACK | State.ORDERED | State.REPORTED:
             _again_or_give_up(me, me.timing.repeats_max, now)
         case _:

@@ -4,6 +4,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage
+from hvcpd.coordination import choosing
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -30,6 +31,18 @@ def test_a_robot_alone_stops_asking_whether_others_are_there() -> None:
     claims = [m.own_words(u.statement) for _, _, u in mission.said]
     assert result.sent <= 5 + 2 * 12, "its first claims take the place of greetings, later ones are said twice"
     assert sum(isinstance(s, m.Claim) for s in claims) >= 2
+
+
+def test_who_was_not_heard_for_long_is_asked_as_often_as_others_once() -> None:
+    """Robots that rest say nothing for hours; a claim said only twice was lost to them, or the objection to it."""
+    mission = Mission(("Rob", "Bot"), plants(2), seed=1)
+    mission.run()
+    rob, now = mission.robots["Rob"].knowledge, mission.air.now + 1.1 * mission.plan.timing.absent_s
+    assert not rob.peers.present(now)
+    rob.current.asked_since_s = now
+    assert choosing.claims_max(rob) == mission.plan.timing.claims_max
+    rob.peers.nobody_answered(now)
+    assert choosing.claims_max(rob) == mission.plan.timing.claims_alone
 
 
 @pytest.mark.parametrize("n_robots", [2, 4])
