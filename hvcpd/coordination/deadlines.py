@@ -131,9 +131,9 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
 
 
 def _is_left_out(me: Knowledge, now: float) -> bool:
-    """Whether nothing is left but tasks that this volunteer cannot do, and that nobody is known to do: others may have
-    done them unheard, and it would wait for them for ever."""
-    if not me.role.volunteer or me.role.coordinator or _may_claim(me, now):
+    """Whether nothing is left but tasks that this robot cannot do, and that nobody is known to do: others may have done
+    them unheard, and it would wait for them for ever."""
+    if me.role.coordinator:
         return False
     left = [me.board[number] for number in me.board.not_done()]
     return bool(left) and all(_is_for_others(me, e) and (e.state == OPEN or now >= e.lease_end_s) for e in left)

@@ -3,7 +3,8 @@
 import pytest
 
 from hil_fakes.word_channel import Conditions
-from hil_fakes.word_mission import Outage
+from hil_fakes.word_mission import Outage, WordMission
+from hil_fakes.word_plans import any_plan
 from hvcpd.coordination import choosing
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
@@ -144,3 +145,12 @@ def test_nobody_obeys_its_own_echo() -> None:
     mission.air.run_until(80.0)
     assert mission.robots["Rob"].state is State.READY
     assert mission.written(60.0, without=("Bot",)) == []
+
+
+@pytest.mark.parametrize("seed", [30000, 30026, 30031, 30068, 30136, 30168])
+def test_missions_drawn_from_everything_end(seed: int) -> None:
+    """A robot that could do none of what it believed to be left never learned that all was done."""
+    mission = WordMission(any_plan(seed))
+    result = mission.run()
+    assert (result.lost, result.agreed) == (0, True)
+    assert result.duplicates == 0 or result.off_in_mid_task
