@@ -183,7 +183,7 @@ class Timing:
     claims_among_talkers: int = 3
     """Factor on `claims_max` if another speaker was heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
-    """How often a claim or report is said if no other robot has been heard of."""
+    """How often a claim or report is said if no other robot has been heard of, or none answered the last one."""
     stop_again_s: float = 1.2
     """From a robot's "stop" to its second one: it lasts half a second, and robots that heard the first have
     answered."""

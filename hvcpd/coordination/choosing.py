@@ -21,11 +21,11 @@ MARGIN_S = 10.0
 """Between the end of a task's actions and the end of its lease: for a stall, and for the report."""
 
 
-def claims_max(me: Knowledge, now: float) -> int:
+def claims_max(me: Knowledge) -> int:
     """Number of times that a sentence in need of a confirmation is said: largest if others are heard meanwhile."""
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
-    if not me.peers.present(now):
+    if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting
         greetings_spared = me.timing.greetings_max - me.acquaintance.greetings if not me.peers.all() else 0
         return me.timing.claims_alone + max(greetings_spared, 0)
     talkers = me.peers.last_heard_s > me.current.asked_since_s

@@ -24,6 +24,10 @@ class Missed:
     """It does not ask for the remaining tasks again before then."""
     asked: int = 0
     """How often it has asked about tasks that may be done, since all was last certain."""
+    left_out_s: float = math.inf
+    """When it asks because it can do none of the tasks that are left, and hears of nobody who does them."""
+    left_out_asks: int = 0
+    """How often it has asked for that reason."""
     last_s: float = NEVER_S
     """When it last turned out that this robot, or one it spoke to, had missed a sentence."""
 

@@ -16,9 +16,9 @@ BAD_AIR_REPEATS = 2
 """Number of unanswered repetitions after which a collision is no longer a likely cause."""
 ASKS_AT_ONCE = 6
 """Number of questions about tasks that may be done before the pause between two questions doubles; and so on."""
-ASKS_LEFT_OUT = 6
-"""Number of questions of a robot that can do none of the tasks that are left; the last come 8 to 16 minutes apart. By
-then it has heard that they are left, or that they are done."""
+ASKS_LEFT_OUT = 4
+"""Number of questions of a robot that can do none of the tasks that are left, the first after a lease in which nobody
+has claimed them; the pause doubles. By then it has heard that they are left, or that they are done."""
 ASK_DOUBLINGS_MAX = 4
 """Longest pause, if no robot can tell for certain: 8 to 16 minutes."""
 CALL_S = 15.0
@@ -43,9 +43,9 @@ def time_is_over(me: Knowledge, now: float) -> None:
         case State.MEETING if not me.peers.all() and me.acquaintance.greetings < me.timing.greetings_max:
             fire(me, Trigger.GAVE_UP, now)
         case State.PROPOSED | State.CHECKING | State.ASKED:
-            _again_or_give_up(me, choosing.claims_max(me, now), now)
+            _again_or_give_up(me, choosing.claims_max(me), now)
         case State.REPORTED if me.current.partner is None:
-            _again_or_give_up(me, choosing.claims_max(me, now), now)
+            _again_or_give_up(me, choosing.claims_max(me), now)
         case State.READ_BACK | State.ORDERED | State.REPORTED:
             _again_or_give_up(me, me.timing.repeats_max, now)
         case _:
@@ -107,14 +107,15 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
     """There is nothing to do: look for robots, report, ask about tasks that may be done, or wait."""
     if me.role.coordinator:
         _look_for_robots(me, now)
-    may_ask, is_left_out = now >= me.missed.ask_again_s, _is_left_out(me, now)
-    unsure = may_ask and not me.board.not_done() and me.board.hearsay()
-    wonders = may_ask and is_left_out and me.missed.asked < ASKS_LEFT_OUT
+    unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
     if me.report.task is not None:
         fire(me, Trigger.CHOSE_REPORT, now)
-    elif (unsure or wonders) and me.peers.present(now):
-        doublings = me.missed.asked if wonders else me.missed.asked // ASKS_AT_ONCE
-        pause_s = me.timing.ask_again_s * 2.0 ** min(doublings, ASK_DOUBLINGS_MAX)
+    elif _wonders(me, now) and me.peers.present(now):
+        me.missed.left_out_asks += 1
+        me.missed.left_out_s = now + me.timing.lease_s * 2.0**me.missed.left_out_asks
+        _ask(me, now)
+    elif unsure and me.peers.present(now):
+        pause_s = me.timing.ask_again_s * 2.0 ** min(me.missed.asked // ASKS_AT_ONCE, ASK_DOUBLINGS_MAX)
         me.missed.asked += 1
         me.missed.ask_again_s = now + pause_s * (1.0 + me.rng.random())
         _ask(me, now)
@@ -123,17 +124,28 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
             me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
     else:
-        if not me.board.hearsay() and not is_left_out:
+        if not me.board.hearsay():
             me.missed.asked = 0
         if me.board.all_done:
             chatter.tell_free(me, now)
         _wait(me, now)
 
 
+def _wonders(me: Knowledge, now: float) -> bool:
+    """Whether the robot has been left out for so long that it asks what is left; notes since when it is."""
+    if not _is_left_out(me, now):
+        me.missed.left_out_s, me.missed.left_out_asks = math.inf, 0
+    elif math.isinf(me.missed.left_out_s) and me.missed.left_out_asks == 0:
+        me.missed.left_out_s = now + me.timing.lease_s * (1.0 + 0.5 * me.rng.random())
+    elif me.missed.left_out_asks >= ASKS_LEFT_OUT:
+        me.missed.left_out_s = math.inf
+    return now >= me.missed.left_out_s
+
+
 def _is_left_out(me: Knowledge, now: float) -> bool:
-    """Whether nothing is left but tasks that this volunteer cannot do, and that nobody is known to do: others may have
-    done them unheard, and it would wait for them for ever."""
-    if not me.role.volunteer or me.role.coordinator or _may_claim(me, now):
+    """Whether nothing is left but tasks that this robot cannot do, and that nobody is known to do: others may have done
+    them unheard, and it would wait for them for ever."""
+    if me.role.coordinator:
         return False
     left = [me.board[number] for number in me.board.not_done()]
     return bool(left) and all(_is_for_others(me, e) and (e.state == OPEN or now >= e.lease_end_s) for e in left)
@@ -153,7 +165,8 @@ def _wait(me: Knowledge, now: float) -> None:
         now + LEFT_TO_OTHERS_S if _may_claim(me, now) else None,
         me.board.next_lapse(now),
         choosing.next_call_s(me, now),
-        me.missed.ask_again_s if me.board.hearsay() or _is_left_out(me, now) else None,
+        me.missed.ask_again_s if me.board.hearsay() else None,
+        me.missed.left_out_s,
         me.acquaintance.call_s,
         me.waiting.until_s,
         *(p.silent_until_s for p in me.peers.all() if p.silent_until_s > now),

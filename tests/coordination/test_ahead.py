@@ -13,7 +13,7 @@ from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
-from tests.coordination.mission import COLOURS, Mission
+from tests.coordination.mission import Mission
 
 WORK_S = 30.0
 
@@ -21,15 +21,7 @@ WORK_S = 30.0
 def rows(n: int, work_s: float = WORK_S) -> tuple[TaskDefinition, ...]:
     """Two rows of tasks, 8 m apart."""
     places = [Place(-4.0 if i % 2 else 4.0, float(i // 2)) for i in range(n)]
-    return tuple(
-        TaskDefinition(
-            i + 1,
-            f"water the {COLOURS[i % 8]} rose {i // 8}" if i > 7 else f"water the {COLOURS[i]} rose",
-            p,
-            (GoTo(p), Wait(work_s)),
-        )
-        for i, p in enumerate(places)
-    )
+    return tuple(TaskDefinition(i, f"task {i}", p, (GoTo(p), Wait(work_s))) for i, p in enumerate(places, 1))
 
 
 def standing_s(mission: WordMission, step_s: float = 0.25) -> float:

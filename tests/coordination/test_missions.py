@@ -3,7 +3,9 @@
 import pytest
 
 from hil_fakes.word_channel import Conditions
-from hil_fakes.word_mission import Outage
+from hil_fakes.word_mission import Outage, WordMission
+from hil_fakes.word_plans import any_plan
+from hvcpd.coordination import choosing
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -30,6 +32,18 @@ def test_a_robot_alone_stops_asking_whether_others_are_there() -> None:
     claims = [m.own_words(u.statement) for _, _, u in mission.said]
     assert result.sent <= 5 + 2 * 12, "its first claims take the place of greetings, later ones are said twice"
     assert sum(isinstance(s, m.Claim) for s in claims) >= 2
+
+
+def test_who_was_not_heard_for_long_is_asked_as_often_as_others_once() -> None:
+    """Robots that rest say nothing for hours; a claim said only twice was lost to them, or the objection to it."""
+    mission = Mission(("Rob", "Bot"), plants(2), seed=1)
+    mission.run()
+    rob, now = mission.robots["Rob"].knowledge, mission.air.now + 1.1 * mission.plan.timing.absent_s
+    assert not rob.peers.present(now)
+    rob.current.asked_since_s = now
+    assert choosing.claims_max(rob) == mission.plan.timing.claims_max
+    rob.peers.nobody_answered(now)
+    assert choosing.claims_max(rob) == mission.plan.timing.claims_alone
 
 
 @pytest.mark.parametrize("n_robots", [2, 4])
@@ -131,3 +145,12 @@ def test_nobody_obeys_its_own_echo() -> None:
     mission.air.run_until(80.0)
     assert mission.robots["Rob"].state is State.READY
     assert mission.written(60.0, without=("Bot",)) == []
+
+
+@pytest.mark.parametrize("seed", [30000, 30026, 30031, 30068, 30136, 30168])
+def test_missions_drawn_from_everything_end(seed: int) -> None:
+    """A robot that could do none of what it believed to be left never learned that all was done."""
+    mission = WordMission(any_plan(seed))
+    result = mission.run()
+    assert (result.lost, result.agreed) == (0, True)
+    assert result.duplicates == 0 or result.off_in_mid_task

@@ -54,6 +54,16 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
         default="open",
         help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
     )
+    _add_robots_options(c)
+    c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
+    c.add_argument("--allow-confusable", action="store_true", help="also use words that robots may confuse")
+    c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
+    c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
+    c.set_defaults(run=run)
+
+
+def _add_robots_options(c: argparse.ArgumentParser) -> None:
+    """What the robots know and have, and how they speak."""
     c.add_argument("--strangers", action="store_true", help="robots do not know each other's names, and spell them")
     c.add_argument("--slow", action="store_true", help="speak slowly, as for long distances")
     c.add_argument(
@@ -72,8 +82,3 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
         metavar="ROBOT=SKILL",
         help="take a skill of the task file from a robot; may be repeated",
     )
-    c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
-    c.add_argument("--allow-confusable", action="store_true", help="also use words that robots may confuse")
-    c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
-    c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
-    c.set_defaults(run=run)
