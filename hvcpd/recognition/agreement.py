@@ -34,9 +34,8 @@ class Agreement:
     def settle(
         self, events: Sequence[Event], heard: Sequence[Coherent], since: int, now: int, describe: Describe
     ) -> tuple[list[Event], int]:
-        """Return the events to report at sample `now`, from the results of the network and of the coherent listener;
-        and
-        the sample up to which the network need not listen any more, 0 if there is none.
+        """Return the events to report at sample `now`, from the results of the network and of the coherent listener,
+        and the sample up to which the network need not listen any more, 0 if there is none.
 
         Whatever begins before sample `since` may be the end of something longer that was lost.
         """

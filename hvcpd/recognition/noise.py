@@ -25,9 +25,9 @@ STEP_FRAMES = 48
 STEP_NEPER = 0.7
 """Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is searched for."""
 STEADY_DRIFT_NEPER = 0.22
-"""Two halves of the window may differ by this, mean over the bands; steady noise: 0.11, hardly ever above 0.18."""
+"""Largest difference between the halves of the window, mean over the bands; steady noise: 0.11, hardly above 0.18."""
 STEADY_SPREAD = 1.15
-"""The spread in time may be this much more than steady noise's, mean over the bands; hardly ever above 1.06 there.
+"""Largest spread in time, relative to steady noise's, mean over the bands; hardly ever above 1.06 there.
 Speech 3 dB above a noise has 1.3 and more, in quiet 3 and more (both measured on our own voices)."""
 RISE_DB_PER_S = 2.0
 """While somebody speaks the estimate rises by no more, and falls at once: slow speech leaves too few gaps in 3 s."""
@@ -37,18 +37,17 @@ faster than the memory forgets, and hardly any vowel stays that long unchanged."
 TONE_EVERY_FRAMES = 8
 """Interval at which tones are searched for: 80 ms."""
 TONE_SPREAD = 0.6
-"""A tone's spread in time is less than this much of steady noise's; speech has more than the noise."""
+"""Largest spread in time of a tone, as a share of steady noise's; speech has more than the noise."""
 TONE_DRIFT_NEPER = 0.35
-"""The halves of a tone may differ by this (1.5 dB)."""
+"""Largest difference between the halves of a tone (1.5 dB)."""
 TONE_RISE_NEPER = 0.4
-"""Rise above the estimate: 1.7 dB."""
+"""Least rise of a tone above the estimate (1.7 dB)."""
 TONE_SHARE = 0.3
 """A rise is a tone whose pitch has moved if its power is at most this share of the whole noise's. A vowel that is
 louder than the noise is none."""
 FALL_NEPER = 0.7
-"""A band that was this much (3 dB) below the estimate has become quieter: the mean of that number of frames of steady
-noise
-has a standard deviation of 1 dB."""
+"""A band whose mean over TONE_FRAMES is this much (3 dB) below the estimate has become quieter: in steady noise that
+mean has a standard deviation of 1 dB."""
 _RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
 PERCENTILE = 20.0
 """Low enough that speech present four fifths of the time leaves the estimate of the noise alone."""
