@@ -114,7 +114,7 @@ class ComposedTakes:
     def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
         """`takes[voice][word]`: without noise. Raises ValueError without takes."""
         self._bank = TemplateBank(takes)
-        self._scorer = Scorer(self._bank)
+        self._scorer = Scorer(self._bank, (0.0,))
         self.templates = self._bank.templates
 
     def hear(self, energies: Energies, noise: Noise) -> Heard:

@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.decoder import Best, Decoder, Step, StepCosts
+from hvcpd.recognition.decoder import Best, Decoder, StepCosts
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, Features, features_of
+from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
@@ -32,9 +33,11 @@ class SessionSettings:
 
     filler_cost: float = 1.2
     """Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
+    gain_step_db: float = 6.0
+    """Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
     retune_db: float = 4.5
-    """The templates' gain follows the level heard when it differs by more than this: the first word, "hi", can be much
-    weaker than the rest, and speakers come nearer or turn away."""
+    """The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
+    way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
     end_frames: int = 25
     """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
     late_end_frames: int = 40
@@ -63,8 +66,6 @@ class SessionSettings:
 LEAD_FRAMES = 60
 """The 0.6 s before a sentence show whether it follows silence: over the pause at a comma and the weak sounds around
 it."""
-LEVEL_FRAMES = 80
-"""While a sentence is under way, its level is that of the last 0.8 s: two syllables or more, at any comma."""
 FOLLOWED_BLOCKS = 6
 """48 frames: as long as noise must have been steady after a step."""
 HISTORY_FRAMES = 2048
@@ -98,8 +99,9 @@ class DecoderSession:
     def __init__(self, network: Network, bank: TemplateBank, settings: SessionSettings) -> None:
         self._settings = settings
         self._net = network
-        self._scorer = Scorer(bank)
-        self._decoder = Decoder(network, settings.steps, settings.beam)
+        gains_db = (-settings.gain_step_db, 0.0, settings.gain_step_db)
+        self._scorer = Scorer(bank, gains_db)
+        self._decoder = Decoder(network, len(gains_db), settings.steps, settings.beam)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -182,7 +184,7 @@ class DecoderSession:
             self._tail = block
             return
         self._tail = block[-2 * CONTEXT_FRAMES :]
-        self._retune(self._scorer.level_of(recent[-LEVEL_FRAMES:] if self.under_way else recent, noise))
+        self._retune(self._scorer.level_of(recent, noise))
         mask = self._scorer.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
         features = features_of(block + mask)
@@ -210,7 +212,11 @@ class DecoderSession:
         off_db = 10.0 * np.log10(level / max(self._gain, 1e-12))
         if abs(off_db) <= self._settings.retune_db:
             return
-        self._gain = level
+        if not self.under_way:
+            self._gain = level
+        elif off_db > 0.0:
+            self._gain *= 10.0 ** (self._settings.gain_step_db / 10.0)
+            self._decoder.climb()
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""

@@ -15,8 +15,6 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.recognition.templates import Template
 
 Index = NDArray[np.intp]
-Tokens = NDArray[np.int32]
-Costs = NDArray[np.float32]
 
 
 class Network:

@@ -19,10 +19,9 @@ RECOMPOSE_NEPER = 0.12
 nothing."""
 
 MASK_DB = 16.0
-"""Level below the voice's loud spectrum at which sound is masked (Klatt 1976): in quiet, faint remainders of a word
-vary from one utterance to the next, and their logarithms would count as much as the vowels; clipping and reverberation
-fill the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB,
-15."""
+"""Below the voice's loud spectrum by this much, sound is masked (Klatt 1976): in quiet, faint remainders of a word vary
+from one utterance to the next, and their logarithms would count as much as the vowels; clipping and reverberation fill
+the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB, 15."""
 
 NOISE_DISTANCE = 1.7
 """Distance of a frame of steady noise to the noise's mean (measured, white and pink)."""
@@ -46,9 +45,10 @@ class Scores:
 class Scorer:
     """Composes the templates in use with noise and gains, and measures distances to them."""
 
-    def __init__(self, bank: TemplateBank) -> None:
+    def __init__(self, bank: TemplateBank, gains_db: tuple[float, ...]) -> None:
         self._bank = bank
-        self._codebook = np.unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
+        self._gain_factors = 10.0 ** (np.array(gains_db) / 10.0)
+        self._codebook = distinct(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
         self.rest()
@@ -62,10 +62,14 @@ class Scorer:
     def rest(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
 
-        `_composed` has their features, those of frame `row` in line `_slots[row]`; line 0 is unused.
+        `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
+        line 0 is unused.
         """
         self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
-        self._slots = np.zeros(self._bank.n_frames, np.int32)
+        self._slots = np.zeros(
+            (len(self._gain_factors), self._bank.n_frames), np.int32
+        )  # has pages where it is written
+        self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
     def level_of(self, energies: Energies, noise: NDArray[np.float32]) -> float:
@@ -101,8 +105,9 @@ class Scorer:
             return
         self._noise = noise.copy()
         self._gain = gain
-        self._slots.fill(0)
-        self._n_composed = 1
+        for hypothesis, rows in self._used:
+            self._slots[hypothesis, rows] = 0
+        self._used, self._n_composed = [], 1
         self._noise_features = noise_features(noise)
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = norms_of(self._codebook_features)
@@ -120,20 +125,29 @@ class Scorer:
 
     def follow(self, layout: Layout) -> None:
         """Load the features of this layout's states; templates are composed when first needed."""
-        missing = layout.row[self._slots[layout.row] == 0]
-        if len(missing):
-            self._compose_more(np.unique(missing))
-        self._features = self._composed[self._slots[layout.row]]
-        self._norms = norms_of(self._features)
+        features = np.empty((layout.n_states, N_FEATURES), np.float32)
+        for hypothesis in range(len(self._gain_factors)):
+            begin, end = layout.hypothesis_begins[hypothesis : hypothesis + 2]
+            rows = layout.row[begin:end]
+            slots = self._slots[hypothesis, rows]
+            missing = rows[slots == 0]
+            if len(missing):
+                self._compose_more(hypothesis, distinct(missing))
+                slots = self._slots[hypothesis, rows]
+            np.take(self._composed, slots, axis=0, out=features[begin:end])
+        self._features, self._norms = features, norms_of(features)
 
-    def _compose_more(self, rows: NDArray[np.intp]) -> None:
+    def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
         if end > len(self._composed):
             grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
             grown[:first] = self._composed[:first]
             self._composed = grown
-        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain)
-        self._slots[rows] = np.arange(first, end)
+        self._composed[first:end] = self._bank.compose(
+            rows, self._noise, self._gain * float(self._gain_factors[hypothesis])
+        )
+        self._slots[hypothesis, rows] = np.arange(first, end)
+        self._used.append((hypothesis, rows))
         self._n_composed = end
 
     def score(self, features: Features) -> Scores:
@@ -144,6 +158,12 @@ class Scorer:
         cohort = squared_distances(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
+
+
+def distinct(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Each of them once, in ascending order. (`np.unique` loads numpy's masked arrays: 1.7 MB.)"""
+    ordered = np.sort(numbers)
+    return ordered[np.flatnonzero(np.diff(ordered, prepend=-1))]
 
 
 def norms_of(features: Features) -> NDArray[np.float32]:
