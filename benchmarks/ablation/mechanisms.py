@@ -160,7 +160,7 @@ RULES = (
     Mechanism(
         "keyword-remainder",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.remainder:Remainder.chance", None),
+        answering(f"{HEARING}.keyword.remainder:Remainder.chances", None),
     ),
     Mechanism(
         "look-surer",
