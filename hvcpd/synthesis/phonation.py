@@ -42,8 +42,8 @@ RAMP_S = 0.012
 """Time in which a source is switched on or off."""
 
 
-def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], final: bool) -> Track:
-    """A track of (start, end, dB) stretches with ramps between them; before a pause it dies away."""
+def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], final: bool, fall_db: float = 0.0) -> Track:
+    """A track of (start, end, dB) stretches with ramps between; before a pause it falls by `fall_db` and dies away."""
     before = levels[0][2]
     points = Breakpoints([0.0], [before])
     for start, _end, level in levels[1:]:
@@ -52,7 +52,7 @@ def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], final: bo
         before = level
     if final:
         points.add(end_s - FALL_S, before)
-        points.add(end_s, before - FALL_DB)
+        points.add(end_s, before - fall_db)
         points.add(end_s + TAIL_S - 0.015, max(OFF_DB, before - 30.0))
         points.add(end_s + TAIL_S - 0.01, OFF_DB)
     return points.track()
@@ -60,7 +60,7 @@ def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], final: bo
 
 def voicing(placed: Sequence[Placed], final: bool) -> Track:
     """Return the level of the voice, dB relative to a stressed vowel."""
-    return _steps(placed[-1].end_s, _voicing(placed), final)
+    return _steps(placed[-1].end_s, _voicing(placed), final, FALL_DB)
 
 
 def _voicing(placed: Sequence[Placed]) -> list[tuple[float, float, float]]:
