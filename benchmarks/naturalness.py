@@ -2,9 +2,8 @@
 
 Two networks that were trained on listening tests predict the mean opinion score, 1 (bad) to 5 (excellent), of random
 sentences of the phrasebook: DistillMOS (pip install distillmos) and DNSMOS P.808 (pip install speechmos). Both were
-made for the quality of transmitted speech rather than for synthetic speech: compare talkers and builds with the same
-seed, and believe what both say. The intervals (95 %) are over sentences; in the last two rows over the means of eight
-voices.
+made for transmitted speech, and not for synthesizers: compare talkers and builds with the same seed, and believe what
+both say. The intervals (95 %) are over sentences; in the last two rows over the means of eight voices.
 
     python -m benchmarks.naturalness [--sentences 12] [--seed 1] [--only oak,oak-n,flite]
 """

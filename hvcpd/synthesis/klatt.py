@@ -33,6 +33,9 @@ SILENCE_DB = -60.0
 VOICE_GAIN = 0.42
 """Scale that brings an open vowel near 0.1 rms, the level to which the noise levels of `phones` refer."""
 
+SMOOTH_S = 0.02
+"""Time over which corners of formant tracks are rounded."""
+
 _BIN_HZ = np.arange(RING_SAMPLES // 2 + 1) * (SAMPLE_RATE_HZ / RING_SAMPLES)
 _Z1: ComplexArray = np.exp(-2j * np.pi * _BIN_HZ / SAMPLE_RATE_HZ)
 
@@ -66,13 +69,19 @@ class Track:
         """The parameter at the times given (s); same shape."""
         return np.interp(times_s, self.times_s, self.values)
 
+    def smooth(self, times_s: Array) -> Array:
+        """The parameter with rounded corners, as tongue and lips move: the mean over `SMOOTH_S`; same shape."""
+        steps = np.linspace(-0.5, 0.5, 5)[:, None] * SMOOTH_S
+        return np.asarray(self.at(times_s + steps).mean(axis=0))
+
 
 @dataclass(frozen=True)
 class Controls:
     """Everything that the synthesizer is told of one stretch of speech.
 
     `formants_hz` and `bandwidths_hz` hold one track per moving resonator; `fixed` the (Hz, Hz) pairs of those that
-    stay; `tilt_hz` is the corner of the source's low-pass; `nasal_zero_hz` parts from `nasal_pole_hz` in nasals.
+    stay; `tilt_hz` is the corner of the source's low-pass; `nasal_zero_hz` parts from `nasal_pole_hz` in nasals;
+    `voiced_hz` is the maximum voiced frequency, above which the source is noise; `noise_seed` decides every randomness.
     """
 
     duration_s: float
@@ -84,6 +93,7 @@ class Controls:
     bandwidths_hz: tuple[Track, ...]
     nasal_zero_hz: Track
     nasal_pole_hz: float
+    voiced_hz: Track
     nasal_width_hz: float = 100.0
     fixed: tuple[tuple[float, float], ...] = ()
     frications: tuple[Frication, ...] = field(default=())
@@ -116,7 +126,7 @@ def tract_response(controls: Controls, times_s: Array) -> ComplexArray:
     count = len(times_s)
     poles, gain = np.ones((count, 1)), np.ones(count)
     for centre, width in zip(controls.formants_hz, controls.bandwidths_hz, strict=True):
-        a, b, c = _coefficients(centre.at(times_s), width.at(times_s))
+        a, b, c = _coefficients(centre.smooth(times_s), width.at(times_s))
         poles, gain = _times_quadratic(poles, b, c), gain * a
     zero_hz = controls.nasal_zero_hz.at(times_s)
     nasal = np.abs(zero_hz - controls.nasal_pole_hz) > 1.0
@@ -187,33 +197,83 @@ def glottal_spectrum(open_s: Array, delay_s: Array) -> ComplexArray:
     return np.asarray(spectrum)
 
 
-def pulse_times(f0_hz: Track, duration_s: float) -> Array:
-    """The moments of glottal closure (s) for a pitch track: where the integral of the frequency passes integers."""
-    grid = np.arange(0.0, duration_s + 1e-3, 1e-3)
-    f0 = f0_hz.at(grid)
-    # Klatt's flutter (1990): three slow incommensurate sines keep a long vowel from sounding mechanical.
-    f0 = f0 * (1.0 + 0.005 * (np.sin(2 * np.pi * 12.7 * grid) + np.sin(2 * np.pi * 7.1 * grid)) / 2.0)
+JITTER = 0.006
+"""Standard deviation of a glottal closure's moment, in periods: people's periods vary by 0.3 to 1 %."""
+
+SHIMMER_DB = 0.35
+"""Standard deviation of a pulse's level; people's voices have 0.2 to 0.4 dB."""
+
+FLUTTER_HZ = (1.3, 2.9, 4.7, 7.1, 12.7)
+FLUTTER = (0.006, 0.005, 0.004, 0.0025, 0.0025)
+"""Slow movements of the pitch beside its track, incommensurate so that they do not repeat (Klatt and Klatt 1990)."""
+
+
+def pulse_times(f0_hz: Track, duration_s: float, rng: np.random.Generator) -> Array:
+    """Return the moments of glottal closure (s) for a pitch track until 20 ms after `duration_s`: where the integral of
+    the frequency passes integers, with flutter and jitter by `rng`."""
+    grid = np.arange(0.0, duration_s + 0.02, 1e-3)  # the last pulses begin before the end, whatever its rounding
+    phases = rng.uniform(0.0, 2.0 * np.pi, len(FLUTTER))
+    flutter = sum(
+        a * np.sin(2.0 * np.pi * hz * grid + phase) for a, hz, phase in zip(FLUTTER, FLUTTER_HZ, phases, strict=True)
+    )
+    f0 = f0_hz.at(grid) * (1.0 + flutter)
     cycles = np.concatenate(([0.0], np.cumsum(0.5e-3 * (f0[1:] + f0[:-1]))))
-    closures: Array = np.interp(np.arange(0.5, cycles[-1]), cycles, grid)
+    wanted = np.arange(0.5, cycles[-1])
+    closures: Array = np.interp(wanted + JITTER * rng.standard_normal(len(wanted)), cycles, grid)
     return closures
+
+
+BLEND_HZ = 350.0
+"""Width of the change from pulses to noise: the noise has 12 % of the power this far below `voiced_hz`, 88 % above."""
+
+NOISE_SPAN = 1.2
+"""Length of the noise of a pulse, glottal periods, round the closure: so it comes and goes with the glottis."""
+
+NOISE_LAG = 160
+"""Most samples of it on either side of the closure: enough for 60 Hz. Fixed, so that no rounding shifts the sequence of
+random numbers between one processor and another."""
+
+
+def mixed_excitation(voiced_hz: Array, period_s: Array, white: Array) -> ComplexArray:
+    """Return factors, shape (n, bins), that turn the spectrum of each pulse into noise of the same power above
+    `voiced_hz`, in a raised-cosine window of `NOISE_SPAN` periods round the closure.
+
+    `voiced_hz` and `period_s` have shape (n,), `white` is unit noise, shape (n, 2 · NOISE_LAG + 1).
+    """
+    lag = np.arange(-NOISE_LAG, NOISE_LAG + 1)
+    turn = np.clip(lag / (NOISE_SPAN * SAMPLE_RATE_HZ * period_s[:, None]), -0.5, 0.5)
+    window = 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)
+    placed = np.zeros((len(white), RING_SAMPLES))
+    placed[:, lag] = white * window / np.sqrt(np.sum(window**2, axis=1, keepdims=True))
+    share = 1.0 / (1.0 + np.exp(np.clip((voiced_hz[:, None] - _BIN_HZ) / (0.5 * BLEND_HZ), -30.0, 30.0)))
+    return np.asarray(np.sqrt(1.0 - share) + np.sqrt(share) * np.fft.rfft(placed, axis=1))
 
 
 def _voiced(controls: Controls, out: Array) -> None:
     """Add the glottal pulses, each through the tract of its moment."""
-    times = pulse_times(controls.f0_hz, controls.duration_s)
+    times = pulse_times(controls.f0_hz, controls.duration_s, _rng(controls, 0))
     level_db = controls.voicing_db.at(times)
     keep = level_db > SILENCE_DB
-    times, level_db = times[keep], level_db[keep]
-    if not len(times):
+    if not keep.any():
         return
-    open_s = controls.open_quotient / controls.f0_hz.at(times)
+    level_db = (level_db + SHIMMER_DB * _rng(controls, 1).standard_normal(len(times)))[keep]
+    white = _rng(controls, 2).standard_normal((len(times), 2 * NOISE_LAG + 1))[keep]
+    times = times[keep]
+    period_s = 1.0 / controls.f0_hz.at(times)
+    open_s = controls.open_quotient * period_s
     lead = np.ceil(open_s * SAMPLE_RATE_HZ) + 1.0
     start = np.floor(times * SAMPLE_RATE_HZ) - lead
     spectra = glottal_spectrum(open_s, times - start / SAMPLE_RATE_HZ)
     corner = np.exp(-2.0 * np.pi * controls.tilt_hz.at(times) / SAMPLE_RATE_HZ)
     spectra *= ((1.0 - corner) * VOICE_GAIN * 10.0 ** (level_db / 20.0))[:, None] / (1.0 - corner[:, None] * _Z1)
     spectra *= tract_response(controls, times)
+    spectra *= mixed_excitation(controls.voiced_hz.at(times), period_s, white)
     _overlap_add(out, np.fft.irfft(spectra, RING_SAMPLES, axis=1), start.astype(np.int64))
+
+
+def _rng(controls: Controls, use: int) -> np.random.Generator:
+    """Return a generator of its own for each use: what one draws shifts no other's sequence."""
+    return np.random.default_rng((controls.noise_seed, use))
 
 
 _BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.6 / (1.0 - 0.4 * _Z1)) ** 2
@@ -281,9 +341,8 @@ def _overlap_add(out: Array, grains: Array, starts: NDArray[np.int64]) -> None:
 def synthesize(controls: Controls) -> Samples:
     """The sound of the controls: float32, shape (duration_s * 16 kHz,), an open vowel near 0.1 rms."""
     out = np.zeros(round(controls.duration_s * SAMPLE_RATE_HZ))
-    rng = np.random.default_rng(controls.noise_seed)
     _voiced(controls, out)
-    _aspirated(controls, out, rng)
-    for event in controls.frications:
-        _frication(event, out, rng)
+    _aspirated(controls, out, _rng(controls, 3))
+    for number, event in enumerate(controls.frications, start=4):
+        _frication(event, out, _rng(controls, number))
     return out.astype(np.float32)

@@ -17,8 +17,8 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.acoustic_net import Array, shared_net
 from hvcpd.synthesis.allophones import is_flapped
-from hvcpd.synthesis.articulation import LEAD_S
 from hvcpd.synthesis.phones import PHONES, Kind, is_vowel, stress_of
+from hvcpd.synthesis.placement import LEAD_S
 from hvcpd.synthesis.vocoder import HOP, VOICED_HZ, Colour, sound_of
 from hvcpd.synthesis.voices import Voice
 

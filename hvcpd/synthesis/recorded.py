@@ -8,10 +8,10 @@ import numpy as np
 
 from hvcpd.errors import PhraseError
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.articulation import LEAD_S
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.leveling import audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.placement import LEAD_S
 from hvcpd.synthesis.speaker import OVERLAP_S, Speaker, UnitPosition
 from hvcpd.synthesis.voices import VOICES, Voice
 

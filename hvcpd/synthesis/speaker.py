@@ -11,13 +11,14 @@ from itertools import cycle
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.articulation import LEAD_S, controls_for
+from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.dictionary import Pronunciation
 from hvcpd.synthesis.homographs import Place, place_in
 from hvcpd.synthesis.klatt import synthesize
 from hvcpd.synthesis.leveling import audible, fade, level_gain, leveled
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.natural import unaccented, word_sound
+from hvcpd.synthesis.placement import LEAD_S
 from hvcpd.synthesis.shipped import from_steps, in_steps
 from hvcpd.synthesis.unit_cache import UnitCache, key_of
 from hvcpd.synthesis.voices import Voice

@@ -9,10 +9,11 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.allophones import allophone
-from hvcpd.synthesis.articulation import LEAD_S, controls_for, place
+from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.durations import durations_s
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.phones import PHONES, Kind
+from hvcpd.synthesis.placement import LEAD_S, place
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import VOICES, voice_named
 from tests.synthesis.sounds import rms_db
@@ -133,3 +134,35 @@ def test_what_closes_a_vowel_matters_most_before_a_pause() -> None:
         return durations_s(phones("B EH1 D"), final)[1] / durations_s(phones("B EH1 T"), final)[1]
 
     assert ratio(final=True) > ratio(final=False) + 0.1 > 1.1
+
+
+def test_a_words_last_stop_breathes_less_before_another_word() -> None:
+    """Or "task eight" is heard as "cascade"."""
+    medial, final = (place(phones("T AE1 S K"), OAK.rate, final=end)[-1].phone for end in (False, True))
+    assert medial.aspiration_s < 0.5 * final.aspiration_s
+
+
+def test_breath_leaves_a_vowel_without_stress_its_voice() -> None:
+    """In "taken" the schwa has 40 ms of voice at least, after the breath of the K."""
+    said = phones("T EY1 K AH0 N")
+    schwa = place(said, OAK.rate, final=False)[3]
+    times = np.arange(schwa.start_s, schwa.end_s, 0.001)
+    assert np.sum(controls_for(said, OAK, final=False).voicing_db.at(times) > -12.0) >= 40
+
+
+def test_before_a_pause_the_voice_sinks_and_turns_to_breath() -> None:
+    said = phones("F R IY1")
+    inside, end = (controls_for(said, OAK, final=final) for final in (False, True))
+    last_s = np.array([place(said, OAK.rate, final=True)[-1].end_s])
+    assert end.voicing_db.at(last_s)[0] < inside.voicing_db.at(last_s)[0] - 4.0
+    assert end.voiced_hz.at(last_s)[0] < inside.voiced_hz.at(last_s)[0] - 400.0
+
+
+def test_every_unit_has_random_numbers_of_its_own() -> None:
+    seeds = {
+        controls_for(phones(word), voice, final).noise_seed
+        for word in ("R AA1 B", "B AA1 T")
+        for voice in VOICES
+        for final in (False, True)
+    }
+    assert len(seeds) == 2 * len(VOICES) * 2

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.articulation import LEAD_S
 from hvcpd.synthesis.durations import durations_s
 from hvcpd.synthesis.leveling import TARGET_LUFS, audible, fade, leveled
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.loudness import loudness_lufs
+from hvcpd.synthesis.placement import LEAD_S
 from hvcpd.synthesis.speaker import PAUSE_S, Speaker, UnitPosition
 from hvcpd.synthesis.voices import VOICES, voice_named
 from tests.synthesis.sounds import pitch_hz, rms_db
