@@ -63,18 +63,7 @@ class Part:
 
 def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
     """Voices, people and recordings of that part."""
-    texts = Texts(common_words(), 77)
-    if name == "test":
-        some = [f for f in foreigners() if f.name.startswith(HELD_OUT_VOICES)]
-        voices = {kind: [f for f in some if f.name.startswith(kind)] for kind in ("espeak-ng", "flite")}
-        speak = {kind: _chosen([_anything(f.say) for f in found]) for kind, found in voices.items()}
-        ked = festival("ked_diphone")
-        speak["festival"] = lambda chooser, phrases: ked(phrases, chooser)
-        neural = list(kokoro().values())
-        speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
-    else:
-        found = calibrators()
-        speak = {"other synthesizers": lambda chooser, phrases: chooser.choice(found)(phrases, chooser)}
+    texts, speak = Texts(common_words(), 77), _voices(name)
     callers: dict[str, Speak] = {
         kind: lambda chooser, say=say: say(chooser, [chooser.choice(CALLS).split()]) for kind, say in speak.items()
     }
@@ -125,6 +114,20 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         others |= {f"sentences by {more.name}": map(read, rest)} if rest else {}
     over = [lambda chooser: stage.sentence(chooser, chooser.choice(stage.names)), lambda c: read(c.choice(coffee))]
     return Part(callers, others, over)
+
+
+def _voices(name: str) -> dict[str, Callable[..., Samples]]:
+    """What synthesizers of that part say, by kind."""
+    if name != "test":
+        found = calibrators()
+        return {"other synthesizers": lambda chooser, phrases: chooser.choice(found)(phrases, chooser)}
+    some = [f for f in foreigners() if f.name.startswith(HELD_OUT_VOICES)]
+    voices = {kind: [f for f in some if f.name.startswith(kind)] for kind in ("espeak-ng", "flite")}
+    speak = {kind: _chosen([_anything(f.say) for f in found]) for kind, found in voices.items()}
+    ked, neural = festival("ked_diphone"), list(kokoro().values())
+    speak["festival"] = lambda chooser, phrases: ked(phrases, chooser)
+    speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
+    return speak
 
 
 def _anything(say: Callable[..., Samples]) -> Callable[..., Samples]:

@@ -38,8 +38,7 @@ HARDEST = CONDITIONS[-1:]
 EVERY = 2
 """Step between the frames that the first comparison takes, which so costs a quarter."""
 FAR = 22.0
-"""Distance at that first look beyond which a pair is let go: twice that over all frames, where no pair at all was
-confused (benchmarks/vocabulary.py)."""
+"""Distance beyond which that skips a pair; at half of it no pair was ever confused (benchmarks/vocabulary.py)."""
 LIMIT_QUIET = 0.001
 """In quiet nothing may go wrong: the whole recogniser is to make fewer than one substitution in 1,000."""
 LIMIT_NOISE = 0.01
