@@ -38,7 +38,7 @@ HARDEST = CONDITIONS[-1:]
 EVERY = 2
 """Step between the frames that the first comparison takes, which so costs a quarter."""
 FAR = 22.0
-"""Such a distance from which on pairs are skipped: 44 over all frames, where none was confused (benchmarks/vocabulary)."""
+"""Such a distance from which pairs are skipped: 44 over all frames, where none was confused (benchmarks/vocabulary)."""
 LIMIT_QUIET = 0.001
 """In quiet nothing may go wrong: the whole recogniser is to make fewer than one substitution in 1,000."""
 LIMIT_NOISE = 0.01
