@@ -273,6 +273,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             state_dir=paths,
             unable=st.lists(st.integers(1, 99), max_size=5).map(tuple),
             clock=st.booleans(),
+            learn_voices=st.booleans(),
             start=starts,
             speech=_of(SpeechSettings),
             quiet=_of(

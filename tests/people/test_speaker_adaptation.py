@@ -58,11 +58,9 @@ def losses(text: str, *known: str) -> tuple[float, float]:
     return both[0].loss, both[1].loss
 
 
-@pytest.mark.parametrize(
-    "text", ["hi all i am anna what is left", "bot turn left", "hi all i am anna complete task two"]
-)
-def test_sentences_of_a_voice_make_others_likelier(text: str) -> None:
-    before, after = losses(text, *KNOWN)
+def test_sentences_of_a_voice_make_others_likelier() -> None:
+    both = [losses(text, *KNOWN) for text in ("hi all i am anna what is left", "bot turn left", "complete task two")]
+    before, after = map(sum, zip(*both, strict=True))
     assert after < before
 
 

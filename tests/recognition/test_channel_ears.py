@@ -224,10 +224,17 @@ def test_the_own_voice_ends_a_stretch_and_is_not_looked_at() -> None:
     assert np.abs(job.sound).max() < 0.9
 
 
-@pytest.mark.parametrize("gap", [400])
-def test_who_answers_the_own_voice_at_once_is_heard_at_its_place(gap: int) -> None:
-    own = (AT - gap - 16_000, AT - gap)
+def test_who_answers_the_own_voice_soon_is_heard_at_its_place() -> None:
+    own = (AT - 4_000 - 16_000, AT - 4_000)
     the_sentence(run(ears(Script([(END + 3000, GARBLED)])), own=[own], block=200))
+
+
+@pytest.mark.parametrize("gap", [0, 400])
+def test_what_may_be_the_end_of_a_sentence_under_the_own_voice_is_garbled(gap: int) -> None:
+    """The end of a sentence that the robot's own voice had covered was taken for "hi all, i am bot, resume"."""
+    own = (AT - gap - 16_000, AT - gap)
+    told = run(ears(Script([(END + 3000, GARBLED)])), own=[own], block=200)
+    assert [type(event) for event in told] == [Garbled]
 
 
 def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
@@ -235,9 +242,9 @@ def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
     listening = ears(Script(speech=((8000, 20_000), (AT, END))), worker)
     run(listening, 0, 16_000)
     assert worker.waiting == []
-    listening.lost(AT - 400 - 16_000)
+    listening.lost(AT - 4_000 - 16_000)
     assert len(worker.waiting) == 1
-    run(listening, AT - 400, END + 12_000)
+    run(listening, AT - 4_000, END + 12_000)
     worker.end()
     the_sentence(run(listening, END + 12_000))
 

@@ -28,7 +28,8 @@ NEAR_DB = 3.0
 """Tolerance of the peak; mixers have steps of 1 to 3 dB."""
 MOST_CHANGE_DB = 20.0
 """Largest change of the gain at a time, because the true peak of a clipped or buried voice is unknown."""
-ROUNDS = 4
+ROUNDS = 6
+"""Most changes of the gain: a voice that clips comes down by 6 dB at a time."""
 
 
 def run(

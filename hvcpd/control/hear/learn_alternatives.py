@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -99,14 +99,30 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
     if near is None:
         return
     sentence = team.phrasebook.write(team.phrasebook.parse(near.words))
-    spans = sorted(enumerate(near.spans), key=lambda pair: pair[1].confidence)
-    for index, span in spans[:MOST_DOUBTFUL]:
-        if span.confidence >= DOUBTFUL:
-            break
-        phrase = _sounds_like(piece, near, index, bank[near.voice], team)
-        if phrase is not None and phrase != (span.word,):
+    spans = sorted(enumerate(near.spans), key=lambda pair: pair[1].confidence)[:MOST_DOUBTFUL]
+    doubtful = [index for index, span in spans if span.confidence < DOUBTFUL]
+    heard = {index: _sounds_like(piece, near, index, bank[near.voice], team) for index in doubtful}
+    for index, phrase in _needed(near, heard):
+        span = near.spans[index]
+        if phrase != (span.word,):
             at_s = (begin + span.start_sample) / SAMPLE_RATE_HZ
             yield Proposal(span.word, phrase, sentence, file, at_s, (begin + span.end_sample) / SAMPLE_RATE_HZ)
+
+
+def _needed(near: Recognised, heard: Mapping[int, Recognised | None]) -> Iterator[tuple[int, tuple[str, ...]]]:
+    """The words that must have been others, and which: a wrong word squeezes the one beside it, which is sure once the
+    wrong one is replaced. `heard`: the sentence with other words in place of each doubtful one."""
+    left = {index: other for index, other in heard.items() if other is not None}
+    while left:
+        index = max(left, key=lambda each: min(span.confidence for span in left[each].spans))
+        best = left.pop(index)
+        more = len(best.words) - len(near.words)
+        yield index, best.words[index : index + 1 + more]
+        left = {
+            other: sentence
+            for other, sentence in left.items()
+            if best.spans[other + (more if other > index else 0)].confidence < DOUBTFUL
+        }
 
 
 def team_voices(team: Team) -> dict[str, Voice]:
@@ -122,21 +138,21 @@ def _longest(events: Sequence[Event]) -> Recognised | None:
 
 def _sounds_like(
     piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team
-) -> tuple[str, ...] | None:
-    """The words heard instead of the one at `index` when they may be any; None when nothing is heard.
+) -> Recognised | None:
+    """The sentence with the words that are heard instead of the one at `index` when they may be any; None when nothing
+    is heard.
 
     As few as explain it, since several short words bend to anything.
     """
-    phrase = None
+    found = None
     for n_words in range(1, MAX_ALTERNATIVE_WORDS + 1):
         heard = _heard_freely(piece, near, index, known, team, n_words)
         if heard is None:
             continue
-        after = len(heard.words) - (len(near.words) - index - 1)
-        phrase = heard.words[index:after]
+        found, after = heard, len(heard.words) - (len(near.words) - index - 1)
         if min(span.confidence for span in heard.spans[index:after]) >= DOUBTFUL:
             break
-    return phrase
+    return found
 
 
 def _heard_freely(

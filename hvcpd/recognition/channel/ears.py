@@ -38,6 +38,9 @@ CUT = 5 * SAMPLE_RATE_HZ // 2
 clatter ends."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
 """In clatter, beginnings are searched for around points this far apart (0.85 s), so everywhere: see `search`."""
+TORN = SAMPLE_RATE_HZ // 5
+"""Samples (0.2 s) after lost sound, or the robot's own voice, within which a sentence that seems to begin there may be
+the end of a longer one, and is not believed. Robots wait for 0.5 s before they answer."""
 REMEMBERED = 20 * SAMPLE_RATE_HZ
 """Samples (20 s) after the submission of a stretch until the search's data are dropped, up to 40 MB of spectra and
 waveforms: between two sentences of a talk they are kept."""
@@ -55,6 +58,8 @@ class _Open:
     noticed: list[int]
     held: list[Recognised | Garbled] = field(default_factory=list)
     closed_at: int = 0
+    whole_from: int = 0
+    """A sentence that begins before this sample may lack its beginning."""
     job: Stretch | None = None
     result: SearchResult | None = None
 
@@ -111,12 +116,17 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             for each in self._closed:
                 if each.job is job:
                     each.result = result
-                    out += [self._report(each) for each in result.sentences if not self._is_reported(each)]
+                    out += self._believed(each, result)
         for each in self._closed:
             if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
+
+    def _believed(self, stretch: _Open, result: SearchResult) -> list[Recognised]:
+        """The sentences of a search that are whole and not reported yet."""
+        whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
+        return [self._report(each) for each in whole if not self._is_reported(each)]
 
     def _let_go(self, stretch: _Open) -> list[Event]:
         """The events to report for everything that a stretch held."""
@@ -183,6 +193,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
         stretch.closed_at = self._now
+        stretch.whole_from = self._whole_from + TORN if self._whole_from else 0
         self._closed.append(stretch)
         if self._is_dealt_with(stretch):
             stretch.result = SearchResult()
