@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from hvcpd.ros.port import Listener
+
 SUCCEEDED = 4
 ENDS = {5: "canceled", 6: "aborted"}
 """action_msgs/GoalStatus: what a result can be."""
@@ -23,15 +25,6 @@ class Server:
     client: Any
     make_goal: Callable[[], Any]
     whose: str
-
-
-@dataclass(frozen=True)
-class Listener:
-    """Receives the progress of goals, by number: feedback messages, from any thread, and the end with its reason
-    ("" for success) and its result message (None if there is none)."""
-
-    fed_back: Callable[[int, Any], None]
-    ended: Callable[[int, str, Any], None]
 
 
 class RclpyAction:

@@ -13,6 +13,7 @@ from typing import Any
 
 from hvcpd.ros.convert import Dialect, ros_class, to_ros
 from hvcpd.ros.messages import Header, Time
+from hvcpd.ros.port import Listener
 
 SUCCEEDED = 3
 ENDS = {2: "preempted", 4: "aborted", 5: "rejected", 8: "recalled", 9: "lost"}
@@ -29,15 +30,6 @@ class Link:
     send: Callable[[Any], None]
     withdraw: Callable[[Any], None]
     is_connected: Callable[[], bool]
-
-
-@dataclass(frozen=True)
-class Listener:
-    """Receives the progress of goals, by number: feedback messages, and the end with its reason ("" for success)
-    and its result message (None if the server never answered)."""
-
-    fed_back: Callable[[int, Any], None]
-    ended: Callable[[int, str, Any], None]
 
 
 class TopicAction:

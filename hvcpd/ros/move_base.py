@@ -7,9 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 from hvcpd.ports import PlaceGoal
-from hvcpd.ros.action_topics import Link, Listener, TopicAction
+from hvcpd.ros.action_topics import Link, TopicAction
 from hvcpd.ros.convert import Dialect, to_ros
 from hvcpd.ros.messages import Header, Point, Pose, PoseStamped, Quaternion, Time
+from hvcpd.ros.port import Listener
 
 
 class MoveBase(TopicAction):

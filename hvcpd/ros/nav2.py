@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from hvcpd.ports import PlaceGoal
-from hvcpd.ros.action_rclpy import Listener, RclpyAction, Server
+from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.convert import Dialect, to_ros
 from hvcpd.ros.messages import Header, Point, Pose, PoseStamped, Quaternion, Time
-from hvcpd.ros.port import Report
+from hvcpd.ros.port import Listener, Report
 
 
 class Nav2(RclpyAction):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters
-from hvcpd.ros.skills import Act, Leave, RosAction
+from hvcpd.ros.skills import Act, Leave, RosAction, values_of
 from hvcpd.ros.topics import Topic
 
 NODE = "hvcpd"
@@ -22,6 +22,29 @@ Happening = Callable[[Bridge, float], None]
 """Something that came from ROS, for the bridge to take at time `now_s` (monotonic)."""
 Report = Callable[[Happening], None]
 """Hands it over; may be called from any thread."""
+
+
+@dataclass(frozen=True)
+class Listener:
+    """Receives the progress of an action's goals, by number: feedback messages, from any thread, and the end with its
+    reason ("" for success) and its result message (None if there is none)."""
+
+    fed_back: Callable[[int, Any], None]
+    ended: Callable[[int, str, Any], None]
+
+
+def told_of_skills(report: Report) -> Listener:
+    """Hands the progress of skills' actions over to the bridge."""
+
+    def fed_back(number: int, feedback: Any) -> None:
+        values = values_of(feedback)
+        report(lambda bridge, now_s: bridge.action_fed_back(number, values, now_s))
+
+    def ended(number: int, reason: str, result: Any) -> None:
+        values = values_of(result) if result is not None else {}
+        report(lambda bridge, _: bridge.action_ended(number, reason or None, values))
+
+    return Listener(fed_back, ended)
 
 
 @dataclass(frozen=True)

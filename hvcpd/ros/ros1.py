@@ -20,14 +20,14 @@ from typing import Any
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
-from hvcpd.ros.action_topics import Link, Listener, TopicAction
+from hvcpd.ros.action_topics import Link, TopicAction
 from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.parameters import Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
-from hvcpd.ros.skills import Act, Leave, RosAction, fill_message, values_of
+from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, told_of_skills
+from hvcpd.ros.skills import Act, Leave, RosAction, fill_message
 from hvcpd.ros.topics import Topic
 
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
@@ -179,15 +179,7 @@ class Ros1Port:
         return client
 
     def _make_action(self, skill: str, action: RosAction) -> TopicAction:
-        def fed_back(number: int, feedback: Any) -> None:
-            values = values_of(feedback)
-            self._report(lambda bridge, now_s: bridge.action_fed_back(number, values, now_s))
-
-        def ended(number: int, reason: str, result: Any) -> None:
-            values = values_of(result) if result is not None else {}
-            self._report(lambda bridge, _: bridge.action_ended(number, reason or None, values))
-
-        link, listener = self._link_to(action.action, action.type), Listener(fed_back, ended)
+        link, listener = self._link_to(action.action, action.type), told_of_skills(self._report)
         client = TopicAction(action.action, action.type, link, listener, self._dialect, f"what does {skill!r}")
         self._listen_to(action.action, action.type, client)
         return client

@@ -11,13 +11,13 @@ from typing import Any
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
-from hvcpd.ros.action_rclpy import Listener, RclpyAction, Server
+from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.convert import OWN, Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.nav2 import Nav2
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, Wanted
-from hvcpd.ros.skills import Act, Leave, RosAction, fill_message, values_of
+from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, told_of_skills
+from hvcpd.ros.skills import Act, Leave, RosAction, fill_message
 from hvcpd.ros.topics import Topic
 
 JOIN_S = 2.0
@@ -240,16 +240,8 @@ class RclpyPort:
         return Nav2(server, self.parameters.map_frame, self._dialect, self._in_turn, self._report)
 
     def _make_action(self, skill: str, action: RosAction) -> RclpyAction:
-        def fed_back(number: int, feedback: Any) -> None:
-            values = values_of(feedback)
-            self._report(lambda bridge, now_s: bridge.action_fed_back(number, values, now_s))
-
-        def ended(number: int, reason: str, result: Any) -> None:
-            values = values_of(result) if result is not None else {}
-            self._report(lambda bridge, _: bridge.action_ended(number, reason or None, values))
-
         server = self._server(action.action, action.type, f"what does {skill!r}")
-        return RclpyAction(server, Listener(fed_back, ended), self._in_turn)
+        return RclpyAction(server, told_of_skills(self._report), self._in_turn)
 
     def _server(self, name: str, ros_type: str, whose: str) -> Server:
         package, kind_name = ros_type.split("/")

@@ -24,14 +24,14 @@ from hil_fakes.ros_actions import (
 from hil_fakes.sound_server import wait_until
 from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import ConfigError
-from hvcpd.ros.action_rclpy import Listener as RclpyListener
 from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.action_topics import SILENT_S as SERVER_SILENT_S
-from hvcpd.ros.action_topics import Link, Listener, TopicAction
+from hvcpd.ros.action_topics import Link, TopicAction
 from hvcpd.ros.bridge import Ask, Bridge
 from hvcpd.ros.command import base_of
 from hvcpd.ros.convert import ros_class
 from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.port import Listener
 from hvcpd.ros.skills import SILENT_S, Act, Leave, RosAction, Skills, fill_message, filled, values_of
 from tests.e2e import ros_robot
 from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
@@ -163,7 +163,7 @@ def test_the_settings_name_it_in_one_line_and_faults_have_theirs(tmp_path: Path)
 
 def test_a_goal_of_ros_2_is_taken_fed_back_and_ended() -> None:
     server, told = RclpyServer(), []
-    listener = RclpyListener(
+    listener = Listener(
         lambda number, feedback: told.append((number, values_of(feedback))),
         lambda number, reason, result: told.append((number, reason, values_of(result) if result else None)),
     )
