@@ -128,10 +128,8 @@ def _import(options: argparse.Namespace) -> int:
 
 def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     team = load_team(options, more=(options.person,))
-    robot = next((name for name in team.names if name.lower() != options.person.lower()), options.person)
-    wanted = sentences_for(team.phrasebook, robot, options.person, team.sound.lexicon.sounds)
     if options.show:
-        sys.stdout.write("".join(f"{' '.join(words)}\n" for words in wanted))
+        sys.stdout.write("".join(f"{' '.join(words)}\n" for words in _sentences(options.person, team)))
         return EX_OK
     words = _wanted(options, team)
     path = person_path(options.state_dir or team.settings.state_dir, options.person)
@@ -141,12 +139,13 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     found: dict[str, list[Energies]] = {}
     sentences: list[SpokenSentence] = []
     if options.folder is not None:
-        sentences = _sentences_from_folder(options.folder, wanted, check, report)
+        sentences = _sentences_from_folder(options.folder, _sentences(options.person, team), check, report)
         found = _from_folder(options.folder, words, team.phrasebook.people_graph.words, report)
     elif options.each_word or options.words is not None:
         found = record_takes(words, options.takes, devices.make_stream(team.settings.audio), sys.stdout)
     else:
-        sentences = record_sentences(wanted, check, devices.make_stream(team.settings.audio), sys.stdout)
+        wanted, stream = _sentences(options.person, team), devices.make_stream(team.settings.audio)
+        sentences = record_sentences(wanted, check, stream, sys.stdout)
     found = {word: _consistent(word, takes, report) for word, takes in found.items()}
     found = {word: takes for word, takes in found.items() if takes}
     report.words, report.takes = len(found), sum(map(len, found.values()))
@@ -158,6 +157,12 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
         write_person(path, person)
     _tell(options, report, path)
     return EX_OK if found or sentences else EX_FAILURE
+
+
+def _sentences(person: str, team: Team) -> list[tuple[str, ...]]:
+    """The sentences to say, addressed to the robot whose microphone it is."""
+    robot = next((name for name in team.names if name.lower() != person.lower()), person)
+    return sentences_for(team.phrasebook, robot, person, team.sound.lexicon.sounds)
 
 
 def _kept(path: Path, name: str) -> Person:
