@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
+from hvcpd.recognition.second_pass import Segment
 
 Bands = NDArray[np.float64]
 """Mel filterbank energies, shape (frames, N_BANDS), of sound whose full scale is FULL_SCALE."""
@@ -121,6 +122,12 @@ def logs_of(sound: Samples, noise: NDArray[np.float64]) -> Bands:
         return bands
     logs = np.log(without_noise(bands, noise) + mask_of(bands) + LEAST)
     return completed(np.asarray(logs), bands)
+
+
+def logs_of_segment(segment: Segment) -> Bands:
+    """`logs_of` the speech in a segment of sound, whose noise is that before the speech."""
+    sound, speech = levelled(segment.sound, segment.speech)
+    return logs_of(speech, noise_of(sound, segment.lead))
 
 
 def mask_of(energies: NDArray[np.floating]) -> float:

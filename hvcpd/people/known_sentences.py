@@ -11,7 +11,7 @@ import numpy as np
 
 from hvcpd.language.graph import graph_of
 from hvcpd.language.messages import Confirmed, ToRobot, Utterance
-from hvcpd.people.bands import levelled, logs_of, noise_of
+from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import MAX_SENTENCE_FRAMES, SpokenSentence
 from hvcpd.people.phones import CtcSearch, Pronounce, centred, phones_of
 from hvcpd.people.takes import NOTHING, speech_in
@@ -29,8 +29,7 @@ CONFIRMED_S = 20.0
 
 def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
     """A segment of sound in which these words were said, as the phone net hears it."""
-    sound, speech = levelled(segment.sound, segment.speech)
-    return SpokenSentence(words, centred(logs_of(speech, noise_of(sound, segment.lead))))
+    return SpokenSentence(words, centred(logs_of_segment(segment)))
 
 
 def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce) -> tuple[SpokenSentence | None, str]:
@@ -43,9 +42,9 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
     if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
         return None, "it takes too long; say the sentence without long pauses"
     sentence = spoken(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
-    fit = CtcSearch(graph_of(words), pronounce).best(phones_of(sentence.logs).log_posteriors)
-    n_phones = sum(min(len(said) for said in pronounce(word)) for word in words)
-    if fit is None or fit.loss > MOST_LOSS * n_phones:
+    search = CtcSearch(graph_of(words), pronounce)
+    fit = search.best(phones_of(sentence.logs).log_posteriors)
+    if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
         return None, "that was not the sentence, or it was hardly to be understood"
     return sentence, ""
 
@@ -54,7 +53,8 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
 class _Candidate:
     speaker: str
     at_s: float
-    sentence: SpokenSentence
+    segment: Segment
+    words: tuple[str, ...]
     read_back: bool = False
 
 
@@ -89,9 +89,11 @@ class ConfirmedSentences:
         if isinstance(utterance.statement, Confirmed):
             if candidate is None or candidate.speaker != speaker or not candidate.read_back:
                 return None
-            return (utterance.speaker or "", candidate.sentence) if now - candidate.at_s <= CONFIRMED_S else None
+            if now - candidate.at_s > CONFIRMED_S:
+                return None
+            return utterance.speaker or "", spoken(candidate.segment, candidate.words)
         if found is not None and not found[0].within_talk:
             segment, sentence = found
             if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
-                self._candidate = _Candidate(speaker, now, spoken(segment, sentence.words))
+                self._candidate = _Candidate(speaker, now, segment, sentence.words)
         return None

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import lru_cache, partial
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.bands import levelled, logs_of, noise_of
+from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.fusion import Fused, Hypotheses, fuse
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, OutputLayer, centred, phones_of
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, centred, phones_of
 from hvcpd.people.speaker_adaptation import adapted
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, Source, WordSpan
@@ -28,6 +29,8 @@ MIN_WITHIN_TALK = 0.9
 for a robot."""
 MOST_LAYERS = 2
 """People's adapted layers that are tried: each costs as much as the one for anybody."""
+LAYERS_KEPT = 64
+"""Layers in memory, 30 kB each: more than the people of a class."""
 MOST_SURE = 0.94
 """Highest confidence of a stranger's sentence, below what coordination needs to move wheels without a confirmed
 read-back: clearly spoken words that form no sentence have fitted as well as some right sentences."""
@@ -46,16 +49,17 @@ class SecondPassRecogniser:
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
         self._search: CtcSearch | None = None
-        self._layers: dict[int, tuple[Person, OutputLayer | None]] = {}
-        """Adapted to each person's sentences, by `id` of the person, who is kept so that no other gets that number."""
+        self._layer = lru_cache(LAYERS_KEPT)(partial(adapted, pronounce=lexicon.sounds))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
         listener = self._listener()
         if listener is not None and self._strangers:
             listener.prepare(go_on)
-        if self._strangers:
-            self._adapt(go_on)
+        for person in self._people.values() if self._strangers else ():
+            if not go_on():
+                return
+            self._layer(person.sentences)
 
     def search(self, segment: Segment) -> Recognised | None:
         """The sentence in a segment, with its confidence; None if none is sure enough."""
@@ -95,18 +99,9 @@ class SecondPassRecogniser:
 
     def _through_layers(self, output: NetOutput) -> list[LogPosteriors]:
         """The posteriors by people's own layers, MOST_LAYERS of those that are surest of their phones."""
-        layers = self._adapt(lambda: True)
-        found = [layer.log_posteriors(output.activations) for layer in layers]
+        layers = (self._layer(person.sentences) for person in self._people.values())
+        found = [layer.log_posteriors(output.activations) for layer in layers if layer is not None]
         return sorted(found, key=lambda each: -float(each.max(axis=1).sum()))[:MOST_LAYERS]
-
-    def _adapt(self, go_on: Callable[[], bool]) -> list[OutputLayer]:
-        """The output layers of those with sentences, made as long as `go_on`."""
-        known, layers = self._layers, {}
-        for person in self._people.values():
-            if person.sentences and (id(person) in known or go_on()):
-                layers[id(person)] = known.get(id(person)) or (person, adapted(person.sentences, self._lexicon.sounds))
-        self._layers = layers
-        return [layer for _, layer in layers.values() if layer is not None]
 
     def hypotheses(self, segment: Segment) -> Hypotheses:
         """The results of the net for anybody and of the enrolled people's templates for a segment."""
@@ -115,8 +110,7 @@ class SecondPassRecogniser:
     def _heard(self, segment: Segment) -> tuple[Hypotheses, NetOutput]:
         if self._search is None:
             self._search = CtcSearch(self._graph, self._lexicon.sounds)
-        sound, speech = levelled(segment.sound, segment.speech)
-        logs = logs_of(speech, noise_of(sound, segment.lead))
+        logs = logs_of_segment(segment)
         output = phones_of(centred(logs))
         listener = self._listener()
         known = listener.known(segment, logs, output) if listener is not None else None

@@ -33,7 +33,6 @@ PRIOR = 0.03
 right and sure of 40 others, with .1, .03 and .01: 22, 26 and 25 (17 without); 4 wrong each time (3 without)."""
 STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
 """Of gradient descent on a convex loss; 100 steps more change no sentence."""
-_NEVER = -1e9
 
 
 def adapted(sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:
@@ -59,36 +58,12 @@ def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pr
         return None
     phones = np.full(len(log_posteriors), GAP)
     for word, (begin, end) in zip(found.words, found.spans, strict=True):
-        ways = [[PHONES.index(phone) for phone in said] for said in pronounce(word) if 0 < len(said) <= end - begin]
-        fits = [_viterbi(log_posteriors[begin:end], way) for way in ways]
-        if fits:
-            phones[begin:end] = max(fits, key=lambda fit: fit[0])[1]
+        searches = (CtcSearch(graph_of(said), lambda phone: [(phone,)]) for said in pronounce(word) if said)
+        ways = [way for search in searches if (way := search.best(log_posteriors[begin:end])) is not None]
+        best = min(ways, key=lambda way: way.loss)
+        for phone, (first, last) in zip(best.words, best.spans, strict=True):
+            phones[begin + first : begin + last] = PHONES.index(phone)
     return phones
-
-
-def _viterbi(log_posteriors: LogPosteriors, phones: Sequence[int]) -> tuple[float, Index]:
-    """The best path through the phones in order, with GAP before, between and after them; its score, and each frame's
-    output."""
-    states = np.array([GAP, *(output for phone in phones for output in (phone, GAP))])
-    may_skip = np.zeros(len(states), bool)
-    may_skip[3::2] = states[3::2] != states[1:-2:2]  # a phone said twice has a gap within
-    emitted = log_posteriors[:, states].astype(np.float64)
-    score = np.full(len(states), _NEVER)
-    score[:2] = emitted[0, :2]
-    steps = np.zeros(emitted.shape, np.int64)
-    for frame in range(1, len(emitted)):
-        one, two = np.roll(score, 1), np.where(may_skip, np.roll(score, 2), _NEVER)
-        one[0] = _NEVER
-        ways = np.stack([score, one, two])
-        steps[frame] = ways.argmax(axis=0)
-        score = ways.max(axis=0) + emitted[frame]
-    state = len(states) - 1 if score[-1] > score[-2] else len(states) - 2
-    best = float(score[state])
-    path = np.empty(len(emitted), np.int64)
-    for frame in reversed(range(len(emitted))):
-        path[frame] = state
-        state -= int(steps[frame, state])
-    return best, states[path]
 
 
 def _fitted(activations: Logs, phones: Index) -> OutputLayer:
