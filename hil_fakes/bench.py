@@ -16,8 +16,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_fakes.body import Body
+from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.haste import Haste
-from hil_fakes.loudspeakers import IDEAL, Loudspeaker
+from hil_fakes.loudspeakers import USUAL, Loudspeaker
 from hil_fakes.room import Air, Noise, Point, Room, Ways
 from hil_fakes.scorekeeper import Scorekeeper
 from hil_fakes.skills import FakeDevice, FakeHost
@@ -70,10 +71,10 @@ class BenchPlan:
     team: str = "plant"
     nearest_first: bool = False
     air: Air = field(default_factory=Air)
-    ways: Ways | None = None
-    """Ways of sound between two robots; None: through free air."""
-    loudspeaker: Loudspeaker = IDEAL
-    """The synthesizer of all robots."""
+    ways: Ways = field(default_factory=FurnishedRoom)
+    """Ways of sound between two robots."""
+    loudspeaker: Loudspeaker = USUAL
+    """The model of all robots' loudspeakers."""
     noise_at: Callable[[int], Noise] | None = None
     """Makes the sound at each robot's microphone in quiet; None: pink noise, as loud as in `air`."""
     hasty: bool = False
@@ -82,9 +83,9 @@ class BenchPlan:
     strangers: bool = False
     """Each robot knows only its own name in advance."""
     speech: Speech = field(default_factory=Speech)
+    """The delivery of all robots' sentences."""
     talk: Talk = Talk.NORMAL
     """How much all robots say."""
-    """The delivery of all robots' sentences."""
     keys: KeyRing | None = None
     """The team's keys; None: no sentence is sealed."""
     encrypts: bool = False
@@ -242,7 +243,7 @@ class Bench:
             plan.tasks,
             own_seed(plan.seed, name),
             BodyPlan(start),
-            hearing=HearingPlan(channel=None if plan.loudspeaker is IDEAL else AtOnce()),
+            hearing=HearingPlan(channel=AtOnce()),
             security=SecurityPlan(plan.keys, plan.encrypts),
             timing=plan.timing,
         )

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 from hil_fakes.bench import Bench, BenchPlan
+from hil_fakes.loudspeakers import IDEAL
 from hil_fakes.medium import WATER_M_S, Absorbing, Absorption, air_db_m, water_db_m
 from hil_fakes.room import Air
 from hvcpd.coordination.actions import Timing
@@ -126,6 +127,7 @@ def _run(trial: Trial) -> Row:
         coordinator=NEAR,
         air=medium.air(),
         ways=_ways(medium.name),
+        loudspeaker=IDEAL,
         starts=tuple(Pose(x_m, 0.0) for x_m in places.values()),
         met_s=MET_S + FLIGHTS * flight_s,
         timing=patient(flight_s),

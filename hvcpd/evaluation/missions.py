@@ -11,6 +11,7 @@ import numpy as np
 
 from hil_fakes import bench as bodies
 from hil_fakes.hall_room import Echoing, Recorded
+from hil_fakes.loudspeakers import IDEAL
 from hil_fakes.reverberation import START_M, response
 from hil_fakes.room import Air
 from hil_fakes.transducers import band
@@ -82,6 +83,7 @@ def run(trial: Trial, tasks: TaskRepository, **plan: Any) -> tuple[tuple[Event, 
             seed,
             air=air,
             ways=Echoing(lambda distance_m: _heard_from(setting, distance_m, free_m, shift_m), free_m),
+            loudspeaker=IDEAL,  # its band is part of what is heard
             noise_at=lambda k: Recorded(noises[k]),
             starts=(Pose(0.0, 0.0, np.pi), Pose(s["distance_m"], 0.0)),
             limit_s=LIMIT_S,

@@ -17,7 +17,7 @@ import numpy as np
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import IDEAL, USUAL
-from hil_fakes.room import Air
+from hil_fakes.room import Air, FreeField
 from hil_fakes.skills import FakeDevice, usual_devices
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import SpeechSettings
@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
         encrypts=options.encrypted,
         skills=_skills(options, team, robots),
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
-        ways=FurnishedRoom() if options.room == "furnished" else None,
+        ways=FurnishedRoom() if options.room == "furnished" else FreeField(),
         loudspeaker=USUAL if options.room == "furnished" else IDEAL,
     )
     if not options.allow_confusable:

@@ -51,8 +51,8 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
     c.add_argument(
         "--room",
         choices=("open", "furnished"),
-        default="open",
-        help="open: free air, ideal loudspeakers (default); furnished: small loudspeakers and echoes",
+        default="furnished",
+        help="furnished: small loudspeakers and echoes (default); open: free air, ideal loudspeakers",
     )
     _add_robots_options(c)
     c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
