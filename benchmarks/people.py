@@ -5,13 +5,13 @@
 
 With DIR, of speakers and recordings that nothing was trained or fitted with: `people`, "stop" by them, in noise and
 over talk, their words that are no sentence, and digits, nobody enrolled; `talk`, people who order coffee, and talk
-without a pause. `neural`: sentences by Kokoro's voices; `enrolment`: by
-them with five sentences enrolled. `digits`: single digits by people, from three takes each, those
-from the sixth on are heard; each once more with the other speakers alone enrolled. `strangers`: sentences of the
-phrasebook by espeak-ng and flite, nobody enrolled; `enrolled`: the same with three takes of each word, at other rates.
-`stop`: "stop", "Rob stop" and "all stop" by these voices. Speech is at 20 dB SNR in white noise where nothing else is
-said. Ours is told nothing but what enters a microphone; PocketSphinx is told where each sentence is. A sentence counts
-only if all its words are right and nothing else was made of it.
+without a pause. `neural`: sentences by Kokoro's voices; `enrolment`: by them with five sentences enrolled, theirs,
+those of another of them, and flite's. `digits`: single digits by people, from three takes each, those from the sixth
+on are heard; each once more with the other speakers alone enrolled. `strangers`: sentences of the phrasebook by
+espeak-ng and flite, nobody enrolled; `enrolled`: the same with three takes of each word, at other rates. `stop`:
+"stop", "Rob stop" and "all stop" by these voices. Speech is at 20 dB SNR in white noise where nothing else is said.
+Ours is told nothing but what enters a microphone; PocketSphinx is told where each sentence is. A sentence counts only
+if all its words are right and nothing else was made of it.
 """
 
 from __future__ import annotations

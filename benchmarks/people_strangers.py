@@ -8,14 +8,24 @@ from __future__ import annotations
 
 import random
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.keyword.clips import trimmed
-from benchmarks.people_material import FIRST_WORDS, QUIET_RMS, SPEECH_RMS, Said, alone, levelled, sentences, stream
+from benchmarks.people_material import (
+    FIRST_WORDS,
+    QUIET_RMS,
+    SPEECH_RMS,
+    Said,
+    alone,
+    foreigners,
+    levelled,
+    sentences,
+    stream,
+)
 from benchmarks.people_stage import BLOCK, NAMES, Stage, found, listen
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, kokoro
@@ -39,6 +49,8 @@ TOGETHER = 25
 """Sounds that one pair of ears hears one after the other."""
 ALEXA = 3
 """Times that each voice says it."""
+UNLIKE_KOKORO = "flite slt"
+"""A voice that shares nothing with Kokoro's, neither the synthesizer nor the pronunciations."""
 
 
 @dataclass
@@ -152,25 +164,34 @@ def neural_row(stage: Stage, n: int, seed: int) -> None:
 
 
 def enrolment_row(stage: Stage, n: int, seed: int) -> None:
-    """Sentences by Kokoro's voices with five sentences enrolled: nobody's, the speaker's, somebody else's."""
+    """Sentences by Kokoro's voices with five sentences enrolled: nobody's, the speaker's, and two
+    others': of the same make, and of another."""
     voices, rng = kokoro(), random.Random(seed)
     texts = sentences_for(stage.book, "Rob", "Anna", stage.sound.lexicon.sounds)
-    people = {
-        name: Person("Anna", {}, tuple(spoken(alone(say([text], rng), 20.0, "white", seed), text) for text in texts))
-        for name, say in voices.items()
-    }
-    totals = {label: Count() for label in ("nobody", "the speaker", "somebody else")}
+
+    def enrolled_by(sounds: Iterable[Samples]) -> list[Person]:
+        both = zip(texts, sounds, strict=True)
+        return [Person("Anna", {}, tuple(spoken(alone(sound, 20.0, "white", seed), text) for text, sound in both))]
+
+    people = {name: enrolled_by([say([text], rng) for text in texts]) for name, say in voices.items()}
+    unlike = [v for v in foreigners() if v.name == UNLIKE_KOKORO]
+    of_another_make = {v.name: enrolled_by(v.say([text]) for text in texts) for v in unlike}
+    totals: dict[str, Count] = {}
     for number, (name, say) in enumerate(voices.items()):
-        other = list(voices)[number - 1]
-        enrolled = ({}, {"anna": people[name]}, {"anna": people[other]})
-        listeners = [SecondPassRecogniser(stage.book.people_graph, stage.sound.lexicon, who, True) for who in enrolled]
+        enrolled: dict[str, list[Person]] = {
+            "nobody": [],
+            "the speaker": people[name],
+            "another of Kokoro's": people[list(voices)[number - 1]],
+        }
+        enrolled |= of_another_make
+        listeners = {label: stage.opinion(stage.book.people_graph, who) for label, who in enrolled.items()}
         for phrases in sentences(stage.book, n, seed + number):
             words = tuple(word for phrase in phrases for word in phrase)
             segment = alone(say(phrases, rng), 20.0, "white", rng.randrange(1 << 16))
-            for total, listener in zip(totals.values(), listeners, strict=True):
+            for label, listener in listeners.items():
                 found = listener.search(segment)
                 right = found is not None and found.words == words
-                total.add(Count(right, found is not None and not right, n=1))
+                totals.setdefault(label, Count()).add(Count(right, found is not None and not right, n=1))
     for label, total in totals.items():
         total.told_alone(f"Kokoro's voices, second pass, enrolled: {label}")
 
