@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
+from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies, mel_edges_hz, power_ratio
 from hvcpd.recognition.second_pass import Segment
 
 Bands = NDArray[np.float64]
@@ -59,10 +59,8 @@ LOST_SHARE = 50
 @cache
 def _filters() -> NDArray[np.float64]:
     """Triangles of unit area whose corners are whole lines of the spectrum, shape (FFT_SIZE // 2 + 1, N_BANDS)."""
-    low, high = (2595.0 * np.log10(1.0 + hz / 700.0) for hz in (LOW_HZ, HIGH_HZ))
     line_hz = SAMPLE_RATE_HZ / FFT_SIZE
-    corners = 700.0 * (10.0 ** (np.linspace(low, high, N_BANDS + 2) / 2595.0) - 1.0)
-    corners = np.floor(corners / line_hz + 0.5) * line_hz
+    corners = np.floor(mel_edges_hz(LOW_HZ, HIGH_HZ, N_BANDS) / line_hz + 0.5) * line_hz
     left, centre, right = corners[:-2], corners[1:-1], corners[2:]
     hz = np.arange(FFT_SIZE // 2 + 1)[:, None] * line_hz
     rising, falling = (hz - left) / (centre - left), (right - hz) / (right - centre)
@@ -134,7 +132,7 @@ def mask_of(energies: NDArray[np.floating]) -> float:
     """Energy of a band, of energies of shape (frames, bands), below which nothing counts."""
     power = np.sort(energies.sum(axis=1))
     loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
-    return float(loud / energies.shape[1] * 10.0 ** (-MASK_DB / 10.0))
+    return float(loud / energies.shape[1]) * power_ratio(-MASK_DB)
 
 
 def completed(logs: Bands, bands: Bands) -> Bands:
@@ -146,7 +144,7 @@ def upper_lost(bands: Bands) -> bool:
     """Whether there is nothing above 4 kHz."""
     upper = np.sort(bands[:, UPPER:].sum(axis=1))
     most = float(upper[-1 - len(upper) // LOST_SHARE])
-    return most < float(10.0 ** (-LOST_DB / 10.0) * bands.sum(axis=1).max())
+    return most < power_ratio(-LOST_DB) * float(bands.sum(axis=1).max())
 
 
 @cache

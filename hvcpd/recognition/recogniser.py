@@ -21,7 +21,7 @@ from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
 from hvcpd.recognition.decoder_session import PATIENCE_FRAMES, QUIET_FRAMES, DecoderSession, Sentence, SessionSettings
 from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
-from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import GREETING, Coherent
@@ -323,7 +323,7 @@ class Recogniser:
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)
-        return float(10.0 * np.log10(max(speech / max(noise, 1e-12), 1e-3)))
+        return snr_db(speech, noise)
 
 
 def _frames_of(sentence: Coherent) -> tuple[int, int]:

@@ -19,7 +19,7 @@ from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.paths import GREETING, Said, Signal, Voicebook
-from hvcpd.recognition.second_pass import snr_db
+from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0
 """Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
@@ -309,6 +309,6 @@ def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples)
         for word, start, said in zip(path.words, path.starts, path.said, strict=True)
     )
     speech = heard[max(path.starts[0], 0) : path.end]
-    ratio_db = snr_db(speech, float(np.mean(np.square(noise, dtype=np.float64))))
+    ratio_db = snr_of(speech, float(np.mean(np.square(noise, dtype=np.float64))))
     start, end = spans[0].start_sample, spans[-1].end_sample
     return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL)
