@@ -29,8 +29,8 @@ LEVEL_RMS = 0.1
 LEAST = 1e-4
 """Added to energies before the logarithm."""
 
-SURELY_BEFORE_S = 0.2
-"""Longest time that speech may have begun before it was noticed."""
+SURELY_BEFORE_FRAMES = 20
+"""Longest time (0.2 s) that speech may have begun before it was noticed."""
 QUIETER = 0.7
 """Share of the frames before the speech, the quieter ones, that gives the noise: somebody may have spoken before."""
 LEAST_FRAMES, QUIETEST = 10, 0.1
@@ -89,14 +89,17 @@ def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
 
 def noise_of(sound: Samples, lead: int) -> NDArray[np.float64]:
     """Mean energies, shape (N_BANDS,), of the noise of a sound in which speech was noticed after `lead` samples."""
-    bands = bands_of(sound[: max(lead - round(SURELY_BEFORE_S * SAMPLE_RATE_HZ), 0)])
-    share = QUIETER
-    if len(bands) < LEAST_FRAMES:
-        bands, share = bands_of(sound), QUIETEST
-    if not len(bands):
-        return np.zeros(N_BANDS)
-    power = bands.sum(axis=1)
-    return np.asarray(bands[power <= np.quantile(power, share)].mean(axis=0))
+    bands = bands_of(sound)
+    return quiet_mean(bands, (lead - WINDOW_SAMPLES) // HOP_SAMPLES + 1) if len(bands) else np.zeros(N_BANDS)
+
+
+def quiet_mean(energies: NDArray[np.floating], lead: int) -> NDArray[np.float64]:
+    """Mean energies, shape (bands,), of the noise in frames, shape (n, bands), in which speech was noticed after `lead`
+    frames: of the quieter ones before it, or of the quietest of all where there are too few of those."""
+    before = energies[: max(lead - SURELY_BEFORE_FRAMES, 0)]
+    frames, share = (before, QUIETER) if len(before) >= LEAST_FRAMES else (energies, QUIETEST)
+    power = frames.sum(axis=1)
+    return np.asarray(frames[power <= np.quantile(power, share)].mean(axis=0))
 
 
 def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:

@@ -45,6 +45,8 @@ ENERGY_FLOOR = np.float32(1e-7)
 
 SILENT_POWER = 1e-12
 """Power of a sample (-120 dBFS) that nobody hears: less counts as this much where something is divided by it."""
+TINY = 1e-20
+"""Divisors are at least this much, where what is divided is 0 with them."""
 LEAST_SNR = 1e-3
 """Ratio of powers (-30 dB) below which a signal-to-noise ratio says no more."""
 

@@ -15,9 +15,9 @@ from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.search import ChannelSearch, Path, span_of
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
-from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.frontend import TINY
 from hvcpd.recognition.paths import GREETING, Said, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
@@ -65,7 +65,7 @@ def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Pa
     least = (1.0 - MOST_LEAD_SHARE) * path.score
     rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
     rival = next((each.score for each in rivals if least_fit(sound, each) >= MISSING), least)
-    share = path.score / max(path.energy(sound, path.end), 1e-9)
+    share = path.score / max(path.energy(sound, path.end), TINY)
     return Evidence(path, share, path.score - rival, fit)
 
 
@@ -118,7 +118,7 @@ def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
         heard = float(np.correlate(fit.correlation[first : first + n + 2 * SHIFT], path.taps, "valid").max())
-        own = max(float(path.spread @ fit.density), 1e-9)
+        own = max(float(path.spread @ fit.density), TINY)
         if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
             return True
     return False
