@@ -210,7 +210,7 @@ class Path:
         """The score for pruning, without the words' chance level: every word fits a little by chance."""
         return self.score - BY_CHANCE * len(self.words)
 
-    def margin(self, ends: bool, handicap: Callable[[str], float] = lambda _word: 0.0) -> float:
+    def margin(self, ends: bool, handicap: Callable[[str], float]) -> float:
         """The margin of the last word over any other word in its place, and over none.
 
         Unless the sentence `ends` with it, it may be a little less likely than none: the next words support it.
@@ -224,11 +224,6 @@ class Path:
             if word != self.words[-1]
         ]
         return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
-
-    def is_sure_after(self, n_words: int) -> bool:
-        """Whether it has words after the first `n_words` that were surely said."""
-        later = [each for each in self.back() if len(each.words) > n_words]
-        return bool(later) and all(each.margin(ends=True) >= LEAST_MARGIN for each in later)
 
     @property
     def is_best_of_its_words(self) -> bool:

@@ -169,8 +169,7 @@ class Recogniser:
         self._session.sleep()
         self._alert_age = 0
         garbled: list[Event] = [speech] if speech else []
-        held = self._agreement.interrupt() if not garbled else []
-        return garbled + held + self._keyword.interrupt()
+        return garbled + self._keyword.interrupt()
 
     def hear(self, chunk: Chunk) -> list[Event]:
         """Process the newest frames of the watch."""
@@ -193,11 +192,14 @@ class Recogniser:
         return events
 
     def _defers(self) -> bool:
-        """Whether to defer the network's decoding, since the coherent listener may understand the sentence."""
-        if not self._session.awake or self._keyword.pending:
+        """Whether to conclude nothing yet, and to defer the network's decoding, since the coherent listener may
+        understand the sentence."""
+        if self._keyword.pending:
             return False
         if self._coherent.follows is not None:
             return True
+        if not self._session.awake:
+            return False
         speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._coherent.listens
         return speaks and not self._session.heeds and self._session.deferred_frames < PATIENCE_FRAMES
 
@@ -217,8 +219,7 @@ class Recogniser:
         ]
         self._keyword.understood(heard)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
-        now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
-        reported, dealt_with = self._agreement.settle(events, heard, since, now, self._described)
+        reported, dealt_with = self._agreement.settle(events, heard, since, self._described)
         if dealt_with:
             self._segments.close(dealt_with // HOP_SAMPLES)
             self._listen_on(dealt_with // HOP_SAMPLES)
