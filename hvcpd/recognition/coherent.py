@@ -165,15 +165,8 @@ class CoherentListener:
         followed = self.follows
         settled = followed is not None and followed.score >= SETTLED
         for first, at in self._schedule.seek(self._sound, signs, greeted, settled):
-            if not self._is_known(first, at):
-                extension = Extension(first.word, first.node, 0, first.said, at)
-                self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
-
-    def _is_known(self, first: First, at: int) -> bool:
-        return any(
-            path.book is first.book and path.words[:1] == (first.word,) and abs(path.first - at) < DRIFT
-            for path in self._paths
-        )
+            extension = Extension(first.word, first.node, 0, first.said, at)
+            self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
 
     def _follow(self) -> list[Coherent]:
         for path in list(self._paths):

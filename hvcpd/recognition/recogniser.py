@@ -52,12 +52,10 @@ class RecogniserSettings:
     begins at a comma."""
     surely: float = 300.0
     """Score above which a sentence is not a chance match; chance reaches 230."""
-    least_explained_surely: float = 0.015
-    """Least share of the energy that was heard, which a sentence with that score must explain."""
     least_explained: float = 0.1
-    """Least share of what was above the noise, which any other sentence must explain: by chance, commands were found in
-    sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their
-    power, 0.11 and more."""
+    """Least share of what was above the noise, which a sentence without that score must explain: by chance, commands
+    were found in sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of
+    ten times their power, 0.11 and more."""
     noise_share: float = 0.1
     """Share of the tracked noise that is added to what is above it, the uncertainty of the noise estimate: at -15 dB
     nothing seems to be above it, and right sentences explain 0.15 and more."""
@@ -226,12 +224,12 @@ class Recogniser:
         return reported
 
     def _is_explained(self, sentence: Coherent) -> bool:
-        """Whether it explains enough of the received energy. A call without a greeting is short: in quiet, where scores
-        are high, a part of another sentence may resemble it, so no score replaces the share of energy that it
-        explains."""
+        """Whether it is no chance match: it has a high score, or explains enough of the received energy. A call without
+        a greeting is short: in quiet, where scores are high, a part of another sentence may resemble it, so no score
+        replaces the share of energy that it explains."""
         s = self._settings
         if sentence.score >= s.surely and sentence.words[0].word == GREETING:
-            return sentence.explained >= s.least_explained_surely
+            return True
         speech, noise = self.watch.powers(*_frames_of(sentence))
         return sentence.explained * (speech + noise) >= s.least_explained * (speech + s.noise_share * noise)
 

@@ -26,9 +26,6 @@ EXPECTED = 60.0
 BEFORE, BEFORE_SHARE = 100.0, 0.05
 """Explained energy, and its share of what a sentence explains, from which on a word in the same voice was said right
 before it. Chance reaches 20."""
-HEARD_BEFORE = 0.5
-"""Share of that energy that must have been received before the sentence, where most of a word said before it lies."""
-
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
 MOST_LEAD_SHARE = 0.15
@@ -113,8 +110,7 @@ def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     renderings = (said for word in words for third in range(3) for said in path.book.said(word, third))
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
-    places = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
-    there = [(said, at) for said, at in places if sound.energy(at, place) >= HEARD_BEFORE * least]
+    there = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
     first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
         heard = float(np.correlate(fit.correlation[first : first + n + 2 * SHIFT], path.taps, "valid").max())
