@@ -172,10 +172,9 @@ class LaterEars(ABC, Generic[Job, Found]):
         events = self._ears.push(samples, masked)
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
-            block = cleaned(samples)
             if self._earlier is None:
-                self._history.push(self._began, block)
-            self._follow(block)
+                self._history.push(self._began, cleaned(samples))
+            self._follow(samples)
         else:
             self._mask()
         return self.take(events)
