@@ -205,19 +205,17 @@ class ChannelListener:
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
-            best = evidence.path if evidence is not None else None
-            if evidence is None or best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
+            if evidence is None or (stretch.cut and evidence.path.end + GOES_ON > len(heard)):
                 if not paths:
                     break
-                path = best or paths[0]
-                near = (each for each in (path, *paths) if each.end + SAMPLE_RATE_HZ > len(heard))
-                last = next(near, None)
-                begun = last is not None and last.score >= (BEGUN if stretch.cut else LEAST_SCORE)
-                since = last.starts[0] + stretch.origin + begin if last is not None and begun else None
-                return SearchResult(tuple(sentences), path.score >= LEAST_SCORE, since)
-            reported.append(best)
+                best = evidence.path if evidence is not None else paths[0]
+                last = next((each for each in (best, *paths) if each.end + SAMPLE_RATE_HZ > len(heard)), None)
+                least = BEGUN if stretch.cut else LEAST_SCORE
+                since = last.starts[0] + stretch.origin + begin if last is not None and last.score >= least else None
+                return SearchResult(tuple(sentences), best.score >= LEAST_SCORE, since)
+            reported.append(evidence.path)
             sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise))
-            heard -= best.sound(len(heard))
+            heard -= evidence.path.sound(len(heard))
         return SearchResult(tuple(sentences))
 
     def _found(
