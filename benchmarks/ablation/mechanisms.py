@@ -18,7 +18,6 @@ SETTINGS = f"{HEARING}.recogniser:RecogniserSettings"
 SESSION = f"{HEARING}.decoder_session:SessionSettings"
 ACTIVITY = f"{HEARING}.activity"
 COHERENT = f"{HEARING}.coherent:CoherentListener"
-AGREEMENT = f"{HEARING}.agreement:Agreement"
 SECOND_PASS = f"{PEOPLE}.second_pass"
 
 
@@ -75,16 +74,6 @@ SOURCES = (
     ),
 )
 RULES = (
-    Mechanism(
-        "agreement-wait",
-        "what the network says waits for the waveform",
-        answering(f"{AGREEMENT}._follows", False),
-    ),
-    Mechanism(
-        "agreement-garbled",
-        "a waveform that is not sure counts as speech",
-        answering(f"{AGREEMENT}._given_up", []),
-    ),
     Mechanism(
         "deferred",
         "the network waits while the waveform is followed",

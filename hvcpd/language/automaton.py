@@ -113,16 +113,9 @@ def build_graph(patterns: Sequence[Node], slots: SlotValues) -> WordGraph:
 def expected_after(graph: WordGraph, words: Sequence[str]) -> tuple[int, frozenset[str]]:
     """The number of words that the network can follow, and the possible next words."""
     node = graph.start
-    following = _following(graph)
     for count, word in enumerate(words):
-        if word not in following.get(node, {}):
-            return count, frozenset(following.get(node, {}))
-        node = following[node][word]
-    return len(words), frozenset(following.get(node, {}))
-
-
-def _following(graph: WordGraph) -> dict[int, dict[str, int]]:
-    following: dict[int, dict[str, int]] = {}
-    for arc in graph.arcs:
-        following.setdefault(arc.source, {})[arc.word] = arc.target
-    return following
+        following = dict(graph.following[node])
+        if word not in following:
+            return count, frozenset(following)
+        node = following[word]
+    return len(words), frozenset(dict(graph.following[node]))

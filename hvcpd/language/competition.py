@@ -27,25 +27,22 @@ def competing_phrases(graph: WordGraph) -> tuple[Pair, ...]:
 
     A pair has no common node between its ends, and it begins and ends with different words.
     """
-    following: dict[int, list[tuple[str, int]]] = {}
-    for arc in graph.arcs:
-        following.setdefault(arc.source, []).append((arc.word, arc.target))
     pairs: set[Pair] = set()
-    for arcs in following.values():
-        by_word = [tuple(_paths(graph, following, ((word,), (target,)))) for word, target in arcs]
+    for arcs in graph.following:
+        by_word = [tuple(_paths(graph, ((word,), (target,)))) for word, target in arcs]
         for some, others in combinations(by_word, 2):
             pairs.update(_meeting(some, others))
     return tuple(sorted(pairs))
 
 
-def _paths(graph: WordGraph, following: dict[int, list[tuple[str, int]]], path: _Path) -> Iterator[_Path]:
+def _paths(graph: WordGraph, path: _Path) -> Iterator[_Path]:
     words, nodes = path
     yield path
     if nodes[-1] in graph.finals:
         yield words, (*nodes, _END)
     if len(words) < MAX_WORDS:
-        for word, target in following.get(nodes[-1], ()):
-            yield from _paths(graph, following, ((*words, word), (*nodes, target)))
+        for word, target in graph.following[nodes[-1]]:
+            yield from _paths(graph, ((*words, word), (*nodes, target)))
 
 
 def _meeting(some: tuple[_Path, ...], others: tuple[_Path, ...]) -> Iterator[Pair]:

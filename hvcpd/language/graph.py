@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,19 @@ class WordGraph:
     def words(self) -> tuple[str, ...]:
         """Every word of the network once, sorted."""
         return tuple(sorted({arc.word for arc in self.arcs}))
+
+    @cached_property
+    def following(self) -> tuple[tuple[tuple[str, int], ...], ...]:
+        """For each node, the words that may come next, and the node after each."""
+        following: list[list[tuple[str, int]]] = [[] for _ in range(self.n_nodes)]
+        for arc in self.arcs:
+            following[arc.source].append((arc.word, arc.target))
+        return tuple(map(tuple, following))
+
+    @cached_property
+    def rests(self) -> frozenset[int]:
+        """The nodes at which a speaker may be silent: at a pause, or at the end."""
+        return self.pauses | self.finals
 
 
 MOST_WORDS = 64
@@ -78,5 +92,5 @@ def ends_of(graph: WordGraph, source: int, phrase: Sequence[str]) -> frozenset[i
     """The nodes that the words of `phrase` lead to from the node `source`; empty where they cannot be said."""
     nodes = frozenset((source,))
     for word in phrase:
-        nodes = frozenset(arc.target for arc in graph.arcs if arc.source in nodes and arc.word == word)
+        nodes = frozenset(target for node in nodes for said, target in graph.following[node] if said == word)
     return nodes

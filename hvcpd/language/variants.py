@@ -94,13 +94,11 @@ def as_spoken(graph: WordGraph, words: Words) -> Words:
 
     From the first word without such a variant on, the rest stays as it is.
     """
-    following: dict[int, dict[str, int]] = {}
-    for arc in graph.arcs:
-        following.setdefault(arc.source, {})[arc.word] = arc.target
+    following = tuple(map(dict, graph.following))
 
     def after(node: int | None, spoken: Words) -> int | None:
         for word in spoken:
-            node = following.get(node, {}).get(word) if node is not None else None
+            node = following[node].get(word) if node is not None else None
         return node
 
     node, read = graph.start, list[str]()

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies
+from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies, mel_edges_hz, power_ratio
 from hvcpd.recognition.second_pass import Segment
 
 Bands = NDArray[np.float64]
@@ -29,8 +29,8 @@ LEVEL_RMS = 0.1
 LEAST = 1e-4
 """Added to energies before the logarithm."""
 
-SURELY_BEFORE_S = 0.2
-"""Longest time that speech may have begun before it was noticed."""
+SURELY_BEFORE_FRAMES = 20
+"""Longest time (0.2 s) that speech may have begun before it was noticed."""
 QUIETER = 0.7
 """Share of the frames before the speech, the quieter ones, that gives the noise: somebody may have spoken before."""
 LEAST_FRAMES, QUIETEST = 10, 0.1
@@ -59,10 +59,8 @@ LOST_SHARE = 50
 @cache
 def _filters() -> NDArray[np.float64]:
     """Triangles of unit area whose corners are whole lines of the spectrum, shape (FFT_SIZE // 2 + 1, N_BANDS)."""
-    low, high = (2595.0 * np.log10(1.0 + hz / 700.0) for hz in (LOW_HZ, HIGH_HZ))
     line_hz = SAMPLE_RATE_HZ / FFT_SIZE
-    corners = 700.0 * (10.0 ** (np.linspace(low, high, N_BANDS + 2) / 2595.0) - 1.0)
-    corners = np.floor(corners / line_hz + 0.5) * line_hz
+    corners = np.floor(mel_edges_hz(LOW_HZ, HIGH_HZ, N_BANDS) / line_hz + 0.5) * line_hz
     left, centre, right = corners[:-2], corners[1:-1], corners[2:]
     hz = np.arange(FFT_SIZE // 2 + 1)[:, None] * line_hz
     rising, falling = (hz - left) / (centre - left), (right - hz) / (right - centre)
@@ -91,14 +89,17 @@ def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
 
 def noise_of(sound: Samples, lead: int) -> NDArray[np.float64]:
     """Mean energies, shape (N_BANDS,), of the noise of a sound in which speech was noticed after `lead` samples."""
-    bands = bands_of(sound[: max(lead - round(SURELY_BEFORE_S * SAMPLE_RATE_HZ), 0)])
-    share = QUIETER
-    if len(bands) < LEAST_FRAMES:
-        bands, share = bands_of(sound), QUIETEST
-    if not len(bands):
-        return np.zeros(N_BANDS)
-    power = bands.sum(axis=1)
-    return np.asarray(bands[power <= np.quantile(power, share)].mean(axis=0))
+    bands = bands_of(sound)
+    return quiet_mean(bands, (lead - WINDOW_SAMPLES) // HOP_SAMPLES + 1) if len(bands) else np.zeros(N_BANDS)
+
+
+def quiet_mean(energies: NDArray[np.floating], lead: int) -> NDArray[np.float64]:
+    """Mean energies, shape (bands,), of the noise in frames, shape (n, bands), in which speech was noticed after `lead`
+    frames: of the quieter ones before it, or of the quietest of all where there are too few of those."""
+    before = energies[: max(lead - SURELY_BEFORE_FRAMES, 0)]
+    frames, share = (before, QUIETER) if len(before) >= LEAST_FRAMES else (energies, QUIETEST)
+    power = frames.sum(axis=1)
+    return np.asarray(frames[power <= np.quantile(power, share)].mean(axis=0))
 
 
 def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:
@@ -134,7 +135,7 @@ def mask_of(energies: NDArray[np.floating]) -> float:
     """Energy of a band, of energies of shape (frames, bands), below which nothing counts."""
     power = np.sort(energies.sum(axis=1))
     loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
-    return float(loud / energies.shape[1] * 10.0 ** (-MASK_DB / 10.0))
+    return float(loud / energies.shape[1]) * power_ratio(-MASK_DB)
 
 
 def completed(logs: Bands, bands: Bands) -> Bands:
@@ -146,7 +147,7 @@ def upper_lost(bands: Bands) -> bool:
     """Whether there is nothing above 4 kHz."""
     upper = np.sort(bands[:, UPPER:].sum(axis=1))
     most = float(upper[-1 - len(upper) // LOST_SHARE])
-    return most < float(10.0 ** (-LOST_DB / 10.0) * bands.sum(axis=1).max())
+    return most < power_ratio(-LOST_DB) * float(bands.sum(axis=1).max())
 
 
 @cache

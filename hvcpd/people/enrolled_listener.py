@@ -21,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.bands import Bands, heard_alone, stored
+from hvcpd.people.bands import Bands, heard_alone, quiet_mean, stored
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.phones import NetOutput, centred, phones_of
 from hvcpd.people.template_decoder import Heard, Hearing, Match, TemplateDecoder, distances
-from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.fitted import fitted, logistic
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, N_BANDS, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
 from hvcpd.recognition.scorer import Scorer, norms_of
@@ -134,10 +133,6 @@ class ComposedTakes:
 
 AROUND_FRAMES = 30
 """0.3 s before and after what was noticed as speech, for its faint beginning and end."""
-BEFORE_FRAMES = 20
-"""Frames (0.2 s) before the speech that may already be its faint beginning, so they do not count as noise."""
-QUIETER = 0.7
-"""Share of the frames before the speech, the quieter ones, that give the noise: somebody may have spoken before."""
 
 MOST_DEFICIT = 3.0
 """Largest deficit of the worst word; words that people swallow in right sentences have more."""
@@ -215,17 +210,9 @@ class EnrolledListener:
         origin = segment.origin + begin * HOP_SAMPLES
         if len(energies) <= begin:
             return None, origin
-        heard = self._composed.hear(energies[begin : end + AROUND_FRAMES], _noise(energies, start))
+        noise = np.asarray(quiet_mean(energies, start), np.float32)
+        heard = self._composed.hear(energies[begin : end + AROUND_FRAMES], noise)
         return self._matcher.hear(heard), origin
-
-
-def _noise(energies: Energies, start: int) -> Noise:
-    """Mean energies, shape (N_BANDS,), of the noise before the speech that begins at frame `start`; of the quietest
-    frames of all where there is nothing before it."""
-    before = energies[: start - BEFORE_FRAMES] if start > 2 * BEFORE_FRAMES else energies
-    power = before.sum(axis=1)
-    share = QUIETER if start > 2 * BEFORE_FRAMES else 1.0 - QUIETER
-    return np.asarray(before[power <= np.quantile(power, share)].mean(axis=0), np.float32)
 
 
 def probability(match: Match) -> float:

@@ -14,9 +14,8 @@ import numpy as np
 
 from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
-from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.fitted import fitted, logistic
 
 Words = tuple[str, ...]
 
@@ -206,5 +205,6 @@ def deficit_of(known: Recognised) -> float:
 
 
 def _logit(probability: float) -> float:
-    probability = min(max(probability, 1e-9), 1.0 - 1e-9)
-    return min(max(math.log(probability / (1.0 - probability)), -MOST_LOGIT), MOST_LOGIT)
+    least = logistic(-MOST_LOGIT)
+    probability = min(max(probability, least), 1.0 - least)
+    return math.log(probability / (1.0 - probability))

@@ -18,8 +18,10 @@ from hvcpd.recognition.frontend import (
     WINDOW_SAMPLES,
     Energies,
     Features,
+    decibels,
     energies_of,
     features_of,
+    power_ratio,
     smoothed,
 )
 from hvcpd.recognition.scorer import MASK_DB
@@ -98,9 +100,9 @@ def speech_in(sound: Samples) -> Speech | None:
     noise = _noise(energies, power)
     begin, end, gap = _span(power, float(noise.sum()))
     loud = np.sort(power[begin:end])[-max((end - begin) // 4, 1) :].mean()
-    snr_db = float(10.0 * np.log10(loud / float(noise.sum())))
+    snr_db = decibels(float(loud) / float(noise.sum()))
     clipped = np.mean(np.abs(sound[begin * HOP_SAMPLES : end * HOP_SAMPLES]) >= FULL_SCALE)
-    return Speech(energies, noise, begin, end, gap, float(20.0 * np.log10(peak)), snr_db, float(clipped))
+    return Speech(energies, noise, begin, end, gap, decibels(peak**2), snr_db, float(clipped))
 
 
 NOTHING = "nothing is to be heard; is the microphone on?"
@@ -129,12 +131,12 @@ def _noise(energies: Energies, power: np.ndarray) -> Energies:
 
 
 def _is_quiet(power: np.ndarray, part: slice) -> bool:
-    return bool(power[part].max() < power.max() * 10.0 ** (-EDGE_DB / 10.0))
+    return bool(power[part].max() < power.max() * power_ratio(-EDGE_DB))
 
 
 def _span(power: np.ndarray, noise: float) -> tuple[int, int, int]:
     """First frame of the word, the one after its last, and the longest gap in it, frames."""
-    least = max(noise * 10.0 ** (BEGIN_DB / 10.0), float(power.max()) * 10.0 ** (-RANGE_DB / 10.0))
+    least = max(noise * power_ratio(BEGIN_DB), float(power.max()) * power_ratio(-RANGE_DB))
     above = np.flatnonzero(power >= min(least, float(power.max())))
     gap = int(np.diff(above).max(initial=1)) - 1
     return int(above[0]), int(above[-1]) + 1, gap
@@ -152,7 +154,7 @@ def _fault_of_word(n_frames: int, gap: int) -> str:
 def features(take: Energies) -> Features:
     """A take in a quiet room at one loudness, shape (frames, N_FEATURES)."""
     level = levelled(take)
-    mask = np.float32(10.0 ** (-MASK_DB / 10.0)) * level[level.sum(axis=1) >= 1.0].mean()
+    mask = np.float32(power_ratio(-MASK_DB)) * level[level.sum(axis=1) >= 1.0].mean()
     padded = np.pad(level + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
     return features_of(padded)
 

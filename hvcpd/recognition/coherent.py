@@ -73,9 +73,6 @@ class CoherentListener:
         self._all = tuple(books)
         self._books = self._all if ready else ()
         self._graph = graph
-        self._arcs: dict[int, list[tuple[str, int]]] = {}
-        for arc in graph.arcs:
-            self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
         self._schedule = OnsetSchedule(self._firsts)
         self._sound = WhitenedSound()
         self._unheard: list[Samples] = []
@@ -152,17 +149,14 @@ class CoherentListener:
         self._unheard = []
         self._end = self._active = at
 
-    def _may_pause(self, node: int) -> bool:
-        return node in self._graph.pauses or node in self._graph.finals
-
     def _firsts(self, greeting: bool) -> list[First]:
         return [
             First(book, word, node, said)
             for book in self._books
-            for word, node in self._arcs.get(self._graph.start, ())
+            for word, node in self._graph.following[self._graph.start]
             if (word == GREETING) == greeting
             for said in book.said(word, 0)
-            if not said.final or self._may_pause(node)
+            if not said.final or node in self._graph.rests
         ]
 
     def _begin(self, signs: bool) -> None:
@@ -171,15 +165,8 @@ class CoherentListener:
         followed = self.follows
         settled = followed is not None and followed.score >= SETTLED
         for first, at in self._schedule.seek(self._sound, signs, greeted, settled):
-            if not self._is_known(first, at):
-                extension = Extension(first.word, first.node, 0, first.said, at)
-                self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
-
-    def _is_known(self, first: First, at: int) -> bool:
-        return any(
-            path.book is first.book and path.words[:1] == (first.word,) and abs(path.first - at) < DRIFT
-            for path in self._paths
-        )
+            extension = Extension(first.word, first.node, 0, first.said, at)
+            self._paths.append(Path(first.book, self._graph.start, at, waiting=[extension]))
 
     def _follow(self) -> list[Coherent]:
         for path in list(self._paths):
@@ -214,15 +201,15 @@ class CoherentListener:
             may_end = each.said.final and each.node in self._graph.finals
             enough = new.score >= (LEAST_SCORE if new.parent else LEAST_ALONE)
             new.ended = may_end and enough and new.thirds == thirds_of(len(new.thirds))
-            new.goes_on = each.node in self._arcs
+            new.goes_on = bool(self._graph.following[each.node])
             self._paths.append(new)
 
     def _next(self, path: Path) -> Iterator[Extension]:
         third = path.thirds[-1]
-        for word, node in self._arcs.get(path.node, ()):
+        for word, node in self._graph.following[path.node]:
             for number in {third, min(third + 1, 2)}:
                 for said in path.book.said(word, number):
-                    if not said.final or self._may_pause(node):
+                    if not said.final or node in self._graph.rests:
                         yield Extension(word, node, number, said, path.at - said.lead * path.paused)
 
     def _prune(self) -> None:
@@ -255,7 +242,7 @@ class CoherentListener:
 
     def _goes_on(self, path: Path) -> bool:
         """Whether the sentence seems to go on."""
-        if path.node not in self._arcs:
+        if not self._graph.following[path.node]:
             return False
         for number, after in enumerate((GOES_ON, GOES_ON_LATER)):
             if len(path.checks) <= number:
@@ -282,7 +269,7 @@ class CoherentListener:
         lead = path.book.said(path.words[0], 0)[0].lead
         places = [
             Extension(word, node, 0, said, path.first + lead - said.advance)
-            for word, node in self._arcs.get(self._graph.start, ())
+            for word, node in self._graph.following[self._graph.start]
             if self._graph.finals & ends_of(self._graph, node, path.words)
             for said in path.book.said(word, 0)
             if said.final

@@ -10,7 +10,7 @@ import math
 from dataclasses import astuple, dataclass, field
 
 from hvcpd.recognition.decoder_session import Sentence
-from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.fitted import fitted, logistic
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
 """Range of the cost of the closest other word; values beyond it carry no more information."""
@@ -58,11 +58,6 @@ class ConfidenceCurve:
         """The probability, 0 to 1, that a hypothesis with these features is right."""
         logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(features), strict=True))
         return logistic(logit)
-
-
-def logistic(logit: float) -> float:
-    """The probability whose odds have this natural logarithm."""
-    return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
 
 
 def sentence_features(sentence: Sentence) -> ConfidenceFeatures:

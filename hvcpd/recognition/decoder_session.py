@@ -11,7 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.decoder import Best, Decoder, StepCosts
-from hvcpd.recognition.frontend import CONTEXT_FRAMES, N_BANDS, Energies, Features, features_of
+from hvcpd.recognition.frontend import (
+    CONTEXT_FRAMES,
+    N_BANDS,
+    SILENT_POWER,
+    Energies,
+    Features,
+    decibels,
+    features_of,
+    power_ratio,
+)
 from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
@@ -209,13 +218,13 @@ class DecoderSession:
     def _retune(self, level: float) -> None:
         if level <= 0.0:
             return
-        off_db = 10.0 * np.log10(level / max(self._gain, 1e-12))
+        off_db = decibels(level / max(self._gain, SILENT_POWER))
         if abs(off_db) <= self._settings.retune_db:
             return
         if not self.under_way:
             self._gain = level
         elif off_db > 0.0:
-            self._gain *= 10.0 ** (self._settings.gain_step_db / 10.0)
+            self._gain *= power_ratio(self._settings.gain_step_db)
             self._decoder.climb()
 
     def ended(self) -> Sentence | None:

@@ -1,9 +1,10 @@
-"""Fitted weights: one reviewed file, `fitted.json`, which `make fit` writes."""
+"""Fitted weights: one reviewed file, `fitted.json`, which `make fit` writes; and the logistic curve."""
 
 from __future__ import annotations
 
 import importlib.resources
 import json
+import math
 from functools import cache
 from typing import Any
 
@@ -13,6 +14,11 @@ def fitted(section: str) -> dict[str, Any]:
     there is no such model."""
     found: dict[str, Any] = _file()[section]
     return found
+
+
+def logistic(logit: float) -> float:
+    """The probability whose odds have this natural logarithm."""
+    return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
 
 
 @cache

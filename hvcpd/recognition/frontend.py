@@ -6,6 +6,8 @@ Davis & Mermelstein, "Comparison of parametric representations for monosyllabic 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,6 +43,13 @@ DELTA_REACH = 2
 ENERGY_FLOOR = np.float32(1e-7)
 """Added to each energy: about the power of 16-bit rounding noise (-101 dBFS) in a band, window and FFT included."""
 
+SILENT_POWER = 1e-12
+"""Power of a sample (-120 dBFS) that nobody hears: less counts as this much where something is divided by it."""
+TINY = 1e-20
+"""Divisors are at least this much, where what is divided is 0 with them."""
+LEAST_SNR = 1e-3
+"""Ratio of powers (-30 dB) below which a signal-to-noise ratio says no more."""
+
 CONTEXT_FRAMES = DELTA_REACH + 1
 """Neighbours to either side that the features of a frame need: one to smooth, the rest for deltas."""
 SMOOTH_SIDE = np.float32(0.25)
@@ -54,14 +63,34 @@ DELTA_WEIGHT = 3.0
 """Deltas per frame are about a third of the cepstra's spread."""
 
 
+def power_ratio(db: float) -> float:
+    """The ratio of two powers whose levels differ by `db` decibels."""
+    return float(10.0 ** (db / 10.0))
+
+
+def decibels(ratio: float) -> float:
+    """Ten times the decimal logarithm of a ratio of powers, above 0."""
+    return 10.0 * math.log10(ratio)
+
+
+def snr_db(speech: float, noise: float) -> float:
+    """Level of a speech's power without its noise over the power of the noise, dB; -30 dB at least."""
+    return decibels(max(speech / max(noise, SILENT_POWER), LEAST_SNR))
+
+
+def mel_edges_hz(low_hz: float, high_hz: float, n_bands: int) -> NDArray[np.float64]:
+    """Corners of `n_bands` overlapping triangular filters, evenly spaced on the mel scale, shape (n_bands + 2,)."""
+    low, high = (2595.0 * math.log10(1.0 + hz / 700.0) for hz in (low_hz, high_hz))
+    return np.asarray(700.0 * (10.0 ** (np.linspace(low, high, n_bands + 2) / 2595.0) - 1.0))
+
+
 def mel_filterbank() -> NDArray[np.float32]:
     """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS).
 
     No filter is narrower to either side than the distance between a high voice's harmonics. Narrower filters would
     resolve single harmonics.
     """
-    low_mel, high_mel = (2595.0 * np.log10(1.0 + hz / 700.0) for hz in (LOW_HZ, HIGH_HZ))
-    edges_hz = 700.0 * (10.0 ** (np.linspace(low_mel, high_mel, N_BANDS + 2) / 2595.0) - 1.0)
+    edges_hz = mel_edges_hz(LOW_HZ, HIGH_HZ, N_BANDS)
     bins_hz = np.fft.rfftfreq(FFT_SIZE, 1.0 / SAMPLE_RATE_HZ)[:, None]
     rising = (bins_hz - edges_hz[1:-1]) / np.maximum(edges_hz[1:-1] - edges_hz[:-2], HARMONICS_HZ) + 1.0
     falling = (edges_hz[1:-1] - bins_hz) / np.maximum(edges_hz[2:] - edges_hz[1:-1], HARMONICS_HZ) + 1.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.stream import cleaned
 
 FRAME_SAMPLES = 320
 """20 ms, on the grid of the sample clock, so that the size of blocks changes nothing."""
@@ -44,12 +45,12 @@ class LongTalk:
         self._longest = longest_samples
         self._rest = np.zeros(0, np.float32)
         self._at = 0
-        self._loud_db, self._faint_db = -120.0, 0.0
         self.end_talk()
 
     def end_talk(self) -> None:
         """Start again: nobody speaks any more, or sound was lost."""
         self._since: int | None = None
+        self._loud_db, self._faint_db = -120.0, 0.0
         self._silent = 0
         self._faint = PAUSE_FRAMES
         self._began: int | None = None
@@ -57,11 +58,13 @@ class LongTalk:
 
     def push(self, at: int, block: Samples, busy: bool) -> list[Stretch]:
         """Take a block, shape (n,), that begins at sample `at`, and whether somebody speaks."""
+        if self._since is None and not busy:
+            return []
         if at != self._at + len(self._rest):
             self.end_talk()
             skip = min(-at % FRAME_SAMPLES, len(block))
             self._rest, self._at, block = block[:0], at + skip, block[skip:]
-        sound = np.concatenate([self._rest, block])
+        sound = np.concatenate([self._rest, cleaned(block)])
         n = len(sound) // FRAME_SAMPLES
         frames = sound[: n * FRAME_SAMPLES].reshape(n, FRAME_SAMPLES).astype(np.float64)
         levels_db = 10.0 * np.log10(np.mean(frames**2, axis=1) + 1e-12)

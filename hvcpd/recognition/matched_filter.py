@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import rfft
+from hvcpd.recognition.frontend import SILENT_POWER, TINY, rfft
 
 FRAME = 1024
 """Samples of a frame of the noise's spectrum: 16 Hz apart, which parts a motor's lines from a voice."""
@@ -29,8 +29,6 @@ SMOOTHING = 5
 """Bins that are averaged, 78 Hz: with fewer, a spectrum of few frames is noise itself."""
 FLOOR = 1e-4
 """No bin counts as more than 40 dB below the mean: a converter's empty bands would outweigh all else."""
-SILENCE = 1e-12
-"""Power of a sample (-120 dBFS) below which nothing is heard."""
 VOICED = slice(100 * FRAME // SAMPLE_RATE_HZ, 4000 * FRAME // SAMPLE_RATE_HZ)
 """Bins in which voices have their harmonics."""
 RISE = 0.0489
@@ -103,7 +101,7 @@ class WhiteningFilter:
         # Overlapping rows of one array, as many at once as there are before the weights change.
         frames: Samples = np.ndarray((n, FRAME), np.float32, heard, 0, (HOP * heard.itemsize, heard.itemsize))
         self.voiced = self.voiced and not n
-        frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENCE]  # zeros are no noise
+        frames = frames[np.einsum("ns,ns->n", frames, frames) > FRAME * SILENT_POWER]  # zeros are no noise
         while len(frames):
             some = REFRESH_FRAMES - self._frames % REFRESH_FRAMES
             self._learn(frames[:some])
@@ -151,7 +149,7 @@ class WhiteningFilter:
         edge = SMOOTHING // 2
         padded = np.concatenate([self._power[:1]] * edge + [self._power] + [self._power[-1:]] * edge)
         smooth = np.asarray(np.convolve(padded, _SMOOTHER, "valid"), np.float32)
-        smooth += np.float32(FLOOR * smooth.mean() + SILENCE)
+        smooth += np.float32(FLOOR * smooth.mean() + SILENT_POWER)
         self._usual = smooth
         self._watch()
         inverse = np.fft.irfft(1.0 / smooth)
@@ -166,9 +164,9 @@ class WhiteningFilter:
     def _watch(self) -> None:
         """Weight each bin by each voice's power over the noise's."""
         above = self._voices[:, VOICED] / self._usual[VOICED]
-        above /= np.maximum(above.mean(axis=1, keepdims=True), 1e-20)
+        above /= np.maximum(above.mean(axis=1, keepdims=True), TINY)
         counts = above / (1.0 + TAPERED * above)
-        self._watched = counts / np.maximum(np.linalg.norm(counts, axis=1, keepdims=True), 1e-20)
+        self._watched = counts / np.maximum(np.linalg.norm(counts, axis=1, keepdims=True), TINY)
 
 
 def transform_size(n: int) -> int:
@@ -228,7 +226,7 @@ def scrutinized(
     edges = np.arange(0, len(sound), PART)
     lengths = np.diff([*edges, len(sound)])
     energy = np.add.reduceat(whole * sound, edges)
-    least = max(LEAST_ENERGY * float(energy.mean()), 1e-20)
+    least = max(LEAST_ENERGY * float(energy.mean()), TINY)
     faint = energy < least  # as before a burst: nothing of it can be missing, however loud the rest is
     energy = np.maximum(energy, least)
     # Each part has a gain of its own. With a common gain, a missing part would look like noise that hides it.
@@ -237,7 +235,7 @@ def scrutinized(
     left[: len(sound)] = whitened - np.repeat(np.maximum(gains, 0.0).astype(np.float64), lengths) * whole
     residual = np.fft.rfft(left.reshape(-1, PART))
     spread = (residual.real**2 + residual.imag**2) @ power
-    counts = energy / np.maximum(spread / (lengths * max(expected**2, 1e-20)), 1.0)
+    counts = energy / np.maximum(spread / (lengths * max(expected**2, TINY)), 1.0)
     gain = max(strength, 0.0) / expected
     found, wanted = gains * np.sqrt(counts), gain * np.sqrt(counts)
     fits = bool(np.all((found >= np.minimum(LEAST_PART * wanted, wanted - SLACK)) | faint))

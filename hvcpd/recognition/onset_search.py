@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import rfft
+from hvcpd.recognition.frontend import TINY, rfft
 from hvcpd.recognition.matched_filter import (
     BINS,
     PART,
@@ -132,7 +132,7 @@ class OnsetSearch:
                         yield place, Onset(number, begins + at, height)
 
     def _expected(self, batch: slice, whitening: WhiteningFilter) -> NDArray[np.float32]:
-        return np.asarray(np.sqrt(np.maximum(self._powers[batch] @ whitening.weights, 1e-20)), np.float32)
+        return np.asarray(np.sqrt(np.maximum(self._powers[batch] @ whitening.weights, TINY)), np.float32)
 
     def _scrutinized(self, onset: Onset, whitened: Samples, first: int, whitening: WhiteningFilter) -> Onset:
         """Return the onset with its strength at this place."""
@@ -286,4 +286,4 @@ def _spectra_of(firsts: Sequence[First]) -> Spectrum:
 def _shape_of(sound: Samples) -> Spectrum:
     """The sound's power spectrum, with sum 1."""
     power = power_of(sound)
-    return power / max(float(power.sum()), 1e-20)
+    return power / max(float(power.sum()), TINY)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Urgent
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, power_ratio
 from hvcpd.recognition.keyword.net import KeywordNet
 from hvcpd.recognition.keyword.words import LENGTH_FRAMES, KeywordSpotter, Word
 from hvcpd.recognition.stream import FrameStream
@@ -178,7 +178,7 @@ class Overhearing:
             self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
         if not len(self._own_powers):
             return 0.0
-        return float(np.quantile(self._own_powers, LEVEL_QUANTILE) * 10.0 ** (FAINTEST_DB / 10.0))
+        return float(np.quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(FAINTEST_DB))
 
     def _reported(self, word: Word) -> list[Urgent]:
         if word.end_frame < self._reported_until:

@@ -10,6 +10,8 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.fitted import logistic
+from hvcpd.recognition.frontend import TINY
 from hvcpd.recognition.matched_filter import (
     SLACK,
     Match,
@@ -104,7 +106,7 @@ class HeardWord:
     @property
     def probability(self) -> float:
         """The probability that it is right, given equal prior probabilities: one half below the least margin."""
-        return 1.0 / (1.0 + float(np.exp(min(LEAST_MARGIN / 2 - self.margin, 50.0))))
+        return logistic(self.margin - LEAST_MARGIN / 2)
 
 
 @dataclass(frozen=True)
@@ -197,7 +199,7 @@ class Path:
 
     @property
     def gain(self) -> float:
-        return self.heard / max(self.known, 1e-20)
+        return self.heard / max(self.known, TINY)
 
     @property
     def score(self) -> float:
@@ -208,7 +210,7 @@ class Path:
         """The score for pruning, without the words' chance level: every word fits a little by chance."""
         return self.score - BY_CHANCE * len(self.words)
 
-    def margin(self, ends: bool, handicap: Callable[[str], float] = lambda _word: 0.0) -> float:
+    def margin(self, ends: bool, handicap: Callable[[str], float]) -> float:
         """The margin of the last word over any other word in its place, and over none.
 
         Unless the sentence `ends` with it, it may be a little less likely than none: the next words support it.
@@ -223,11 +225,6 @@ class Path:
         ]
         return self.likelihood - max([*others, 0.0 if ends else -LEAST_MARGIN])
 
-    def is_sure_after(self, n_words: int) -> bool:
-        """Whether it has words after the first `n_words` that were surely said."""
-        later = [each for each in self.back() if len(each.words) > n_words]
-        return bool(later) and all(each.margin(ends=True) >= LEAST_MARGIN for each in later)
-
     @property
     def is_best_of_its_words(self) -> bool:
         """Whether no word of it fits much better at another pitch, as at another place in a longer sentence."""
@@ -240,7 +237,7 @@ class Path:
     @property
     def explained(self) -> float:
         """The share of the received energy that it explains."""
-        return self.gain**2 * self.energy / max(self.heard_energy, 1e-20)
+        return self.gain**2 * self.energy / max(self.heard_energy, TINY)
 
     def is_hopeless(self, leader: Path) -> bool:
         """Whether `leader` had a far higher score at this point."""
@@ -274,7 +271,7 @@ class Path:
             start,
             start + by.said.length,
             likelihood_of(strength, gain * expected),
-            strength / max(gain * expected, 1e-20),
+            strength / max(gain * expected, TINY),
             by.said,
             self.first if self.words else start,
             self.energy + energy_of(by.said.samples),
@@ -330,7 +327,7 @@ def compared(
         if len(near) - 2 * DRIFT < each.said.length:
             known = faded(known[: max(len(near) - 2 * DRIFT, 1)])
         power = each.said.power if len(known) == each.said.length else power_of(known)
-        expected = max(float(np.dot(power, sound.whitening.weights)), 1e-20) ** 0.5
+        expected = max(float(np.dot(power, sound.whitening.weights)), TINY) ** 0.5
         strength, offset = correlated(near, known, expected)
         fit = Match(strength, expected, True)
         if gain is None or strength >= 0.5 * min(LEAST_SHARE * gain * expected, gain * expected - SLACK):

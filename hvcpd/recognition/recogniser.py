@@ -21,7 +21,7 @@ from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
 from hvcpd.recognition.decoder_session import PATIENCE_FRAMES, QUIET_FRAMES, DecoderSession, Sentence, SessionSettings
 from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
-from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.paths import GREETING, Coherent
@@ -52,12 +52,10 @@ class RecogniserSettings:
     begins at a comma."""
     surely: float = 300.0
     """Score above which a sentence is not a chance match; chance reaches 230."""
-    least_explained_surely: float = 0.015
-    """Least share of the energy that was heard, which a sentence with that score must explain."""
     least_explained: float = 0.1
-    """Least share of what was above the noise, which any other sentence must explain: by chance, commands were found in
-    sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of ten times their
-    power, 0.11 and more."""
+    """Least share of what was above the noise, which a sentence without that score must explain: by chance, commands
+    were found in sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of
+    ten times their power, 0.11 and more."""
     noise_share: float = 0.1
     """Share of the tracked noise that is added to what is above it, the uncertainty of the noise estimate: at -15 dB
     nothing seems to be above it, and right sentences explain 0.15 and more."""
@@ -169,8 +167,7 @@ class Recogniser:
         self._session.sleep()
         self._alert_age = 0
         garbled: list[Event] = [speech] if speech else []
-        held = self._agreement.interrupt() if not garbled else []
-        return garbled + held + self._keyword.interrupt()
+        return garbled + self._keyword.interrupt()
 
     def hear(self, chunk: Chunk) -> list[Event]:
         """Process the newest frames of the watch."""
@@ -193,11 +190,14 @@ class Recogniser:
         return events
 
     def _defers(self) -> bool:
-        """Whether to defer the network's decoding, since the coherent listener may understand the sentence."""
-        if not self._session.awake or self._keyword.pending:
+        """Whether to conclude nothing yet, and to defer the network's decoding, since the coherent listener may
+        understand the sentence."""
+        if self._keyword.pending:
             return False
         if self._coherent.follows is not None:
             return True
+        if not self._session.awake:
+            return False
         speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._coherent.listens
         return speaks and not self._session.heeds and self._session.deferred_frames < PATIENCE_FRAMES
 
@@ -217,20 +217,19 @@ class Recogniser:
         ]
         self._keyword.understood(heard)
         since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
-        now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
-        reported, dealt_with = self._agreement.settle(events, heard, since, now, self._described)
+        reported, dealt_with = self._agreement.settle(events, heard, since, self._described)
         if dealt_with:
             self._segments.close(dealt_with // HOP_SAMPLES)
             self._listen_on(dealt_with // HOP_SAMPLES)
         return reported
 
     def _is_explained(self, sentence: Coherent) -> bool:
-        """Whether it explains enough of the received energy. A call without a greeting is short: in quiet, where scores
-        are high, a part of another sentence may resemble it, so no score replaces the share of energy that it
-        explains."""
+        """Whether it is no chance match: it has a high score, or explains enough of the received energy. A call without
+        a greeting is short: in quiet, where scores are high, a part of another sentence may resemble it, so no score
+        replaces the share of energy that it explains."""
         s = self._settings
         if sentence.score >= s.surely and sentence.words[0].word == GREETING:
-            return sentence.explained >= s.least_explained_surely
+            return True
         speech, noise = self.watch.powers(*_frames_of(sentence))
         return sentence.explained * (speech + noise) >= s.least_explained * (speech + s.noise_share * noise)
 
@@ -323,7 +322,7 @@ class Recogniser:
 
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)
-        return float(10.0 * np.log10(max(speech / max(noise, 1e-12), 1e-3)))
+        return snr_db(speech, noise)
 
 
 def _frames_of(sentence: Coherent) -> tuple[int, int]:

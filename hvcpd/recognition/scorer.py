@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features
+from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features, power_ratio, snr_db
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
@@ -47,7 +47,7 @@ class Scorer:
 
     def __init__(self, bank: TemplateBank, gains_db: tuple[float, ...]) -> None:
         self._bank = bank
-        self._gain_factors = 10.0 ** (np.array(gains_db) / 10.0)
+        self._gain_factors = [power_ratio(db) for db in gains_db]
         self._codebook = distinct(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
@@ -57,7 +57,7 @@ class Scorer:
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._gain = math.nan
-        self._mask_energy = 10.0 ** (-MASK_DB / 10.0) * float(bank.loud_spectrum.mean())
+        self._mask_energy = power_ratio(-MASK_DB) * float(bank.loud_spectrum.mean())
 
     def rest(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
@@ -96,8 +96,8 @@ class Scorer:
 
     def vowels_db(self, gain: float) -> float:
         """Level of the voice's vowels, at this gain, above the noise, dB over all bands."""
-        noise = max(float(self._noise.sum()) - N_BANDS * float(self.mask(gain)), 1e-12)
-        return 10.0 * math.log10(max(gain * float(self._bank.loud_spectrum.sum()), 1e-12) / noise)
+        noise = float(self._noise.sum()) - N_BANDS * float(self.mask(gain))
+        return snr_db(gain * float(self._bank.loud_spectrum.sum()), noise)
 
     def compose(self, noise: Noise, gain: float) -> None:
         """Compose the templates again with this noise at this gain, if either changed enough to matter."""
@@ -143,9 +143,7 @@ class Scorer:
             grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
             grown[:first] = self._composed[:first]
             self._composed = grown
-        self._composed[first:end] = self._bank.compose(
-            rows, self._noise, self._gain * float(self._gain_factors[hypothesis])
-        )
+        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * self._gain_factors[hypothesis])
         self._slots[hypothesis, rows] = np.arange(first, end)
         self._used.append((hypothesis, rows))
         self._n_composed = end

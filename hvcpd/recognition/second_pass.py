@@ -18,6 +18,7 @@ import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
+from hvcpd.recognition.frontend import snr_db
 from hvcpd.recognition.long_talk import LongTalk, Stretch
 from hvcpd.recognition.stream import History, cleaned
 
@@ -87,14 +88,14 @@ class Segment:
         # Somebody may have spoken before: the quieter parts are the noise.
         powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
         noise = float(np.quantile(powers, 0.3))
-        return snr_db(self.sound[self.lead : self.lead + self.end - self.start], noise)
+        return snr_of(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 
-def snr_db(speech: Samples, noise_power: float) -> float:
+def snr_of(speech: Samples, noise_power: float) -> float:
     """Signal-to-noise ratio from the mean power of speech with its noise, shape (n,), and the noise's; -30 dB at
     least."""
     power = float(np.sum(np.square(speech, dtype=np.float64))) / max(len(speech), 1)
-    return 10.0 * math.log10(max(power / max(noise_power, 1e-12) - 1.0, 1e-3))
+    return snr_db(power - noise_power, noise_power)
 
 
 Job = TypeVar("Job")
@@ -171,10 +172,9 @@ class LaterEars(ABC, Generic[Job, Found]):
         events = self._ears.push(samples, masked)
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
-            block = cleaned(samples)
             if self._earlier is None:
-                self._history.push(self._began, block)
-            self._follow(block)
+                self._history.push(self._began, cleaned(samples))
+            self._follow(samples)
         else:
             self._mask()
         return self.take(events)

@@ -28,6 +28,7 @@ from hvcpd.recognition.frontend import (
     cepstra_of,
     deltas_of,
     energies_of,
+    power_ratio,
     smoothed,
 )
 
@@ -70,7 +71,7 @@ def trimmed_energies(samples: Samples) -> Energies:
     padded[pad : pad + len(samples)] = samples
     energies = energies_of(padded)
     power = energies.sum(axis=1)
-    loud = np.flatnonzero(power >= power.max() * 10.0 ** (-TRIM_DB / 10.0))
+    loud = np.flatnonzero(power >= power.max() * power_ratio(-TRIM_DB))
     word = energies[loud[0] : loud[-1] + 1]
     return smoothed(np.concatenate([word[:1], word, word[-1:]]))
 

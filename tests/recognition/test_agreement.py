@@ -5,27 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from hvcpd.assembly.rendered_waveforms import SpokenBook
-from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.recognition.agreement import WAIT, Agreement
+from hvcpd.recognition.agreement import Agreement
 from hvcpd.recognition.coherent import CoherentListener
-from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
 from hvcpd.recognition.paths import Coherent, HeardWord, Path
+from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
-
-BOOK = SpokenBook("oak", Speaker(VOICES[0], Lexicon({})), ())
-GRAPH = WordGraph(2, (Arc(0, 1, "stop"),), 0, frozenset({1}), frozenset())
+from tests.recognition.signals import graph, in_noise, sentence, templates
 
 
 class Follows(CoherentListener):
     """Follows what it is told to."""
 
     def __init__(self) -> None:
-        super().__init__(GRAPH, ())
+        super().__init__(graph(), ())
         self.path: Path | None = None
         self.dismissed = 0
 
@@ -33,21 +32,13 @@ class Follows(CoherentListener):
     def follows(self) -> Path | None:
         return self.path
 
-    def dismiss(self, end: int) -> None:
+    def dismiss(self, end: int, voice: str | None = None) -> None:
         self.dismissed = end
         self.path = None
 
 
-def followed(*words: str, start: int = 1000) -> Path:
-    return Path(
-        SpokenBook("oak", Speaker(VOICES[0], Lexicon({})), ()),
-        1,
-        9000,
-        words=words,
-        heard=200.0,
-        known=200.0,
-        start=start,
-    )
+def followed(words: str) -> Path:
+    return Path(SpokenBook("oak", Speaker(VOICES[0], Lexicon({})), ()), 1, 9000, words=tuple(words.split()))
 
 
 def recognised(*words: str, start: int = 1000, end: int = 9000) -> Recognised:
@@ -59,14 +50,12 @@ def heard(*words: str, start: int = 1000, end: int = 9000, margin: float = 50.0)
     return Coherent(tuple(HeardWord(word, start, end, 1.0, margin) for word in words), "oak", 500.0)
 
 
-def settled(
-    agreement: Agreement, events: list[Event], *sentences: Coherent, since: int = 0, now: int = 0
-) -> list[Event]:
+def settled(agreement: Agreement, events: list[Event], *sentences: Coherent, since: int = 0) -> list[Event]:
     def describe(sentence: Coherent) -> Recognised:
         first, last = sentence.words[0], sentence.words[-1]
         return recognised(*(word.word for word in sentence.words), start=first.start, end=last.end)
 
-    return agreement.settle(events, sentences, since, now, describe)[0]
+    return agreement.settle(events, sentences, since, describe)[0]
 
 
 def test_each_is_told_where_the_other_heard_nothing() -> None:
@@ -93,10 +82,11 @@ def test_of_one_moment_the_waveform_is_believed() -> None:
 
 @pytest.mark.parametrize(("margin", "since"), [(1.0, 0), (50.0, 1001)])
 def test_who_is_not_sure_leaves_it_to_the_network(margin: float, since: int) -> None:
-    agreement = Agreement(Follows())
+    listener = Follows()
+    agreement = Agreement(listener)
     assert settled(agreement, [], heard("rob", margin=margin), since=since) == []
-    assert settled(agreement, [recognised("bot")], now=9000 + WAIT - 1) == [recognised("bot")]
-    assert settled(agreement, [], now=9000 + WAIT) == []
+    assert settled(agreement, [recognised("bot")]) == [recognised("bot")]
+    assert listener.dismissed == 9000
 
 
 def test_what_was_cut_short_is_not_whole_because_the_network_thinks_so() -> None:
@@ -106,85 +96,14 @@ def test_what_was_cut_short_is_not_whole_because_the_network_thinks_so() -> None
         assert settled(agreement, [recognised(*words)]) == [told]
 
 
-def test_who_is_not_sure_heard_garbled_in_the_end() -> None:
-    agreement = Agreement(Follows())
-    assert settled(agreement, [], heard("rob", margin=1.0)) == []
-    assert settled(agreement, [], now=9000 + WAIT) == [Garbled(1000, 9000)]
-    assert settled(agreement, [], now=9000 + 2 * WAIT) == []
-
-
-def test_garbled_waits_while_a_sentence_is_followed() -> None:
+@pytest.mark.parametrize(("said", "becomes"), [("hi rob, stop", "hi rob stop"), ("rob, rob, rob", "garbled")])
+def test_nothing_is_concluded_while_a_sentence_is_followed(said: str, becomes: str) -> None:
     listener = Follows()
-    listener.path = followed("hi", "rob")
-    agreement = Agreement(listener)
-    assert settled(agreement, [Garbled(2000, 8000)]) == []
-    assert settled(agreement, []) == []
-    assert settled(agreement, [], heard("hi", "rob")) == [recognised("hi", "rob")]
+    ears = Recogniser(graph(), templates(), coherent=listener)
+    sound = in_noise(np.pad(sentence(said), (0, 16_000)), before_s=1.0, after_s=0.1)
+    assert ears.push(sound[:16_000]) == []
+    listener.path = followed("hi rob")
+    assert ears.push(sound[16_000:-1600]) == []
     listener.path = None
-    assert settled(agreement, []) == []
-
-
-def test_garbled_is_told_when_nothing_comes_of_it() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "rob")
-    agreement = Agreement(listener)
-    settled(agreement, [Garbled(2000, 8000)])
-    listener.path = None
-    assert settled(agreement, []) == [Garbled(2000, 8000)]
-    assert settled(agreement, []) == []
-
-
-def test_a_sentence_cut_short_waits_for_its_end() -> None:
-    listener = Follows()
-    for likelihood, in_the_end in ((50.0, Garbled(1000, 9000)), (1.0, recognised("hi", "rob"))):
-        listener.path = replace(followed("hi", "rob", "water"), parent=followed("hi", "rob"), likelihood=likelihood)
-        agreement = Agreement(listener)
-        assert settled(agreement, [recognised("hi", "rob")]) == []
-        listener.path = None
-        assert settled(agreement, []) == [in_the_end]
-
-
-def test_a_sentence_that_is_followed_as_far_is_told_in_the_end() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "rob")
-    agreement = Agreement(listener)
-    assert settled(agreement, [recognised("hi", "rob")]) == []
-    listener.path = None
-    assert settled(agreement, []) == [recognised("hi", "rob")]
-    assert listener.dismissed == 9000
-
-
-def test_of_two_that_contradict_the_one_is_told_that_gets_to_its_end() -> None:
-    for sentences, in_the_end in (
-        ([], recognised("hi", "rob", "water")),
-        ([heard("hi", "bot")], recognised("hi", "bot")),
-    ):
-        listener = Follows()
-        listener.path = followed("hi", "bot")
-        agreement = Agreement(listener)
-        assert settled(agreement, [recognised("hi", "rob", "water")]) == []
-        listener.path = None
-        assert settled(agreement, [], *sentences) == [in_the_end]
-
-
-def test_the_network_is_believed_where_it_is_ahead() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "rob")
-    event = recognised("hi", "rob", "stop")
-    assert settled(Agreement(listener), [event]) == [event]
-    assert listener.dismissed == 9000
-
-
-def test_stop_never_waits() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "rob")
-    assert settled(Agreement(listener), [Urgent(2000, 8000)]) == [Urgent(2000, 8000)]
-
-
-def test_what_waits_is_told_at_an_interruption() -> None:
-    listener = Follows()
-    listener.path = followed("hi", "rob")
-    agreement = Agreement(listener)
-    settled(agreement, [Garbled(2000, 8000)])
-    assert agreement.interrupt() == [Garbled(2000, 8000)]
-    assert agreement.interrupt() == []
+    told = ears.push(sound[-1600:])
+    assert [" ".join(e.words) if isinstance(e, Recognised) else "garbled" for e in told] == [becomes]

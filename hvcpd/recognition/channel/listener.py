@@ -15,20 +15,17 @@ from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.search import ChannelSearch, Path, span_of
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
-from hvcpd.recognition.confidence import logistic
 from hvcpd.recognition.events import Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.frontend import TINY
 from hvcpd.recognition.paths import GREETING, Said, Signal, Voicebook
-from hvcpd.recognition.second_pass import snr_db
+from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0
 """Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
 BEFORE, BEFORE_SHARE = 100.0, 0.05
 """Explained energy, and its share of what a sentence explains, from which on a word in the same voice was said right
 before it. Chance reaches 20."""
-HEARD_BEFORE = 0.5
-"""Share of that energy that must have been received before the sentence, where most of a word said before it lies."""
-
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
 MOST_LEAD_SHARE = 0.15
@@ -65,7 +62,7 @@ def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Pa
     least = (1.0 - MOST_LEAD_SHARE) * path.score
     rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
     rival = next((each.score for each in rivals if least_fit(sound, each) >= MISSING), least)
-    share = path.score / max(path.energy(sound, path.end), 1e-9)
+    share = path.score / max(path.energy(sound, path.end), TINY)
     return Evidence(path, share, path.score - rival, fit)
 
 
@@ -113,12 +110,11 @@ def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     renderings = (said for word in words for third in range(3) for said in path.book.said(word, third))
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
-    places = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
-    there = [(said, at) for said, at in places if sound.energy(at, place) >= HEARD_BEFORE * least]
+    there = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
     first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
         heard = float(np.correlate(fit.correlation[first : first + n + 2 * SHIFT], path.taps, "valid").max())
-        own = max(float(path.spread @ fit.density), 1e-9)
+        own = max(float(path.spread @ fit.density), TINY)
         if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
             return True
     return False
@@ -209,19 +205,17 @@ class ChannelListener:
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
-            best = evidence.path if evidence is not None else None
-            if evidence is None or best is None or (stretch.cut and best.end + GOES_ON > len(heard)):
+            if evidence is None or (stretch.cut and evidence.path.end + GOES_ON > len(heard)):
                 if not paths:
                     break
-                path = best or paths[0]
-                near = (each for each in (path, *paths) if each.end + SAMPLE_RATE_HZ > len(heard))
-                last = next(near, None)
-                begun = last is not None and last.score >= (BEGUN if stretch.cut else LEAST_SCORE)
-                since = last.starts[0] + stretch.origin + begin if last is not None and begun else None
-                return SearchResult(tuple(sentences), path.score >= LEAST_SCORE, since)
-            reported.append(best)
+                best = evidence.path if evidence is not None else paths[0]
+                last = next((each for each in (best, *paths) if each.end + SAMPLE_RATE_HZ > len(heard)), None)
+                least = BEGUN if stretch.cut else LEAST_SCORE
+                since = last.starts[0] + stretch.origin + begin if last is not None and last.score >= least else None
+                return SearchResult(tuple(sentences), best.score >= LEAST_SCORE, since)
+            reported.append(evidence.path)
             sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise))
-            heard -= best.sound(len(heard))
+            heard -= evidence.path.sound(len(heard))
         return SearchResult(tuple(sentences))
 
     def _found(
@@ -309,6 +303,6 @@ def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples)
         for word, start, said in zip(path.words, path.starts, path.said, strict=True)
     )
     speech = heard[max(path.starts[0], 0) : path.end]
-    ratio_db = snr_db(speech, float(np.mean(np.square(noise, dtype=np.float64))))
+    ratio_db = snr_of(speech, float(np.mean(np.square(noise, dtype=np.float64))))
     start, end = spans[0].start_sample, spans[-1].end_sample
     return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL)

@@ -31,7 +31,7 @@ from hvcpd.recognition.channel.weighting import (
     responses,
     transform_size,
 )
-from hvcpd.recognition.frontend import rfft
+from hvcpd.recognition.frontend import TINY, rfft
 from hvcpd.recognition.paths import GREETING, Said, Voicebook, may_have, thirds_of
 
 FIRST_TAPS = 64
@@ -164,10 +164,6 @@ class ChannelSearch:
     def __init__(self, graph: WordGraph, books: Sequence[Voicebook]) -> None:
         self._books = books
         self._graph = graph
-        self._arcs: dict[int, list[tuple[str, int]]] = {}
-        for arc in graph.arcs:
-            self._arcs.setdefault(arc.source, []).append((arc.word, arc.target))
-        self._pauses = graph.pauses | graph.finals
         self._lengths = lengths_of(graph)
 
     def paths(self, sound: WeightedSound, noticed: Sequence[int], reported: Sequence[Path] = ()) -> list[Path]:
@@ -188,7 +184,7 @@ class ChannelSearch:
         return path.node in self._graph.finals and path.ends
 
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
-        return (said for said in book.said(word, third) if not said.final or node in self._pauses)
+        return (said for said in book.said(word, third) if not said.final or node in self._graph.rests)
 
     def _begun(self, sound: WeightedSound, noticed: Sequence[int], reported: Sequence[Path]) -> list[Path]:
         """Paths of one word, at the best places of each."""
@@ -197,7 +193,7 @@ class ChannelSearch:
             before = [(path.starts[0] - EARLIER, path.end) for path in reported if path.book.voice == book.voice]
             near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n, before)
             anywhere = _merged([(-EARLIER, sound.n)], sound.n, before)
-            for word, node in self._arcs.get(self._graph.start, ()):
+            for word, node in self._graph.following[self._graph.start]:
                 places: list[tuple[float, Said, int]] = []
                 for said in self._said(book, word, 0, node):
                     for first, last in anywhere if word == GREETING else near:
@@ -229,7 +225,7 @@ class ChannelSearch:
         third, last, start = path.thirds[-1], path.said[-1], path.starts[-1]
         there = [
             (word, node, later, said, start + last.advance - said.lead * last.final)
-            for word, node in self._arcs.get(path.node, ())
+            for word, node in self._graph.following[path.node]
             for later in {third, min(third + 1, 2)}
             if may_have((*path.thirds, later), self._lengths[node])
             for said in self._said(path.book, word, later, node)
@@ -244,7 +240,7 @@ class ChannelSearch:
         shifts = heard.argmax(axis=1)
         expected = np.stack([fit.density for fit in fits]) @ path.spread
         for (word, node, later, said, at), row, shift, energy in zip(there, heard, shifts, expected, strict=True):
-            own = max(float(energy), 1e-9)
+            own = max(float(energy), TINY)
             if row[shift] > 0.0:
                 gain = float(row[shift]) ** 2 / own
                 yield _Next(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
@@ -323,7 +319,7 @@ def _share_of_best(explained: Sequence[tuple[float, float]]) -> float:
     """The share of explained energy for the pair with most explained energy, of pairs of explained and received
     energy."""
     score, energy = max(explained, default=(0.0, 0.0))
-    return score / max(energy, 1e-9)
+    return score / max(energy, TINY)
 
 
 def _is_behind(path: Path, leader: Path) -> bool:

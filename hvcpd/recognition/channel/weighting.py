@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import rfft
+from hvcpd.recognition.frontend import TINY, rfft
 from hvcpd.recognition.paths import Signal
 
 Taps = NDArray[np.float32]
@@ -73,12 +73,12 @@ def _solved(spectrum: Taps, smooth: Taps, p: Taps) -> Taps:
         if not going.any():
             break
         image = np.asarray(np.fft.irfft(rfft(direction, 2 * n) * spectrum, 2 * n)[:, :n], np.float32)
-        alpha = np.where(going, rho / np.maximum(_products(direction, image), 1e-30), 0.0).astype(np.float32)[:, None]
+        alpha = np.where(going, rho / np.maximum(_products(direction, image), TINY), 0.0).astype(np.float32)[:, None]
         h += alpha * direction
         left -= alpha * image
         z = _conditioned(left, smooth)
         before, rho = rho, _products(left, z)
-        direction = z + np.where(going, rho / np.maximum(before, 1e-30), 0.0).astype(np.float32)[:, None] * direction
+        direction = z + np.where(going, rho / np.maximum(before, TINY), 0.0).astype(np.float32)[:, None] * direction
     return h
 
 
@@ -196,12 +196,12 @@ class WeightedSound:
         inverse = np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
         power = _power(_filtered(heard, np.sqrt(inverse)))
         floor = max(
-            float(np.median(_power(_filtered(noise, np.sqrt(inverse))))), LEAST_NOISE * float(power.mean()), 1e-20
+            float(np.median(_power(_filtered(noise, np.sqrt(inverse))))), LEAST_NOISE * float(power.mean()), TINY
         )
         weights = (1.0 + power / (LOUD * floor)) ** -0.5
         weighted = np.asarray(heard * weights, np.float32)
         white = np.square(_filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
-        variance = max(float(np.mean(white)), 1e-20)
+        variance = max(float(np.mean(white)), TINY)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
         steps = np.pad(np.square(weights), (SIZE, 2 * SIZE))
         steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
@@ -227,7 +227,7 @@ class WeightedSound:
         both = sum(blocks.spectra[b] * heard[b : b + n_frames] for b in range(n_blocks))
         found = np.fft.irfft(both, SIZE)[:, :BLOCK].reshape(-1)[off : off + n]
         energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
-        return np.asarray(found / np.sqrt(max(energy, 1e-9)), np.float32)
+        return np.asarray(found / np.sqrt(max(energy, TINY)), np.float32)
 
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[Fit]:
         """The fits of signals that begin at these samples, or SHIFT around them: one call for all takes less time."""
