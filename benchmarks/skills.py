@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.skills_killed import kill_rows
+from benchmarks.skills_served import served_rows
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
@@ -43,15 +44,18 @@ STANDS_RAD_S = 0.02
 """A joint that turns no faster stands: it is a degree a second."""
 BLOCK_S = 0.025
 
-PARTS = ("cancel", "joint", "hung", "kill")
+PARTS = ("cancel", "served", "joint", "hung", "kill")
 
 SKILL = """
-import asyncio
+import asyncio, os
 from hvcpd.skills.objects import Result
 class Hold:
     async def perform(self, call):
         open(call.arguments["file"], "w").close()
-        await asyncio.sleep(60)
+        try:
+            await asyncio.sleep(60)
+        finally:
+            os.unlink(call.arguments["file"])
         return Result()
 """
 
@@ -250,6 +254,8 @@ def main() -> None:
             asyncio.run(rows(options.calls, chance, folder))
         if "joint" in parts:
             asyncio.run(joint_rows(options.calls, chance))
+        if "served" in parts:
+            asyncio.run(served_rows(options.calls, chance, folder))
         if "hung" in parts:
             asyncio.run(hung(options.hung, folder))
         if "kill" in parts:
