@@ -19,7 +19,7 @@ from typing import Any
 PERIOD_S = 0.2
 """Between two words of status, as actionlib's server has it."""
 
-ACTIVE, PREEMPTED, SUCCEEDED, ABORTED = 1, 2, 3, 4
+ACTIVE, PREEMPTED, SUCCEEDED, ABORTED, RECALLED = 1, 2, 3, 4, 8
 """actionlib_msgs/GoalStatus."""
 ROS2_SUCCEEDED, ROS2_CANCELED, ROS2_ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
@@ -47,6 +47,7 @@ class TopicServer:
         self._until_s = 0.0
         self._told_s = 0.0
         self._goal: Any = None
+        self._recalled: set[str] = set()
         self.goals: list[Any] = []
         """All that were taken, the newest last."""
         self.ends: list[int] = []
@@ -56,14 +57,20 @@ class TopicServer:
         """A goal; one that was under way is preempted."""
         self._end(PREEMPTED)
         self._goal, self._until_s = message, now_s + self._takes_s
+        if message.goal_id.id in self._recalled:
+            self._end(RECALLED)
+            return
         if self._mark is not None:
             self._mark.touch()
         self.goals.append(message.goal)
 
     def take_cancel(self, message: Any) -> None:
-        """Cancel the goal of that identifier, or whatever there is."""
+        """Cancel the goal of that identifier, or whatever there is. It may arrive before its goal, which comes over another
+        connection: as actionlib's server does (`ActionServer.internal_cancel_callback`), it is kept for that."""
         if self._goal is not None and message.id in ("", self._goal.goal_id.id):
             self._end(PREEMPTED)
+        elif message.id:
+            self._recalled.add(message.id)
 
     def tick(self, now_s: float) -> None:
         """Time passes."""
