@@ -65,8 +65,10 @@ class TopicServer:
         self.goals.append(message.goal)
 
     def take_cancel(self, message: Any) -> None:
-        """Cancel the goal of that identifier, or whatever there is. It may arrive before its goal, which comes over another
-        connection: as actionlib's server does (`ActionServer.internal_cancel_callback`), it is kept for that."""
+        """Cancel the goal of that identifier, or whatever there is.
+
+        A goal comes over another connection, and may be overtaken: the cancel is kept for it, as in actionlib's server
+        (`ActionServer.internal_cancel_callback`)."""
         if self._goal is not None and message.id in ("", self._goal.goal_id.id):
             self._end(PREEMPTED)
         elif message.id:
