@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.skills_killed import kill_rows
+from benchmarks.skills_served import served_rows
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
@@ -43,15 +44,19 @@ STANDS_RAD_S = 0.02
 """A joint that turns no faster stands: it is a degree a second."""
 BLOCK_S = 0.025
 
-PARTS = ("cancel", "joint", "hung", "kill")
+WARM_UP = 10
+PARTS = ("cancel", "served", "joint", "hung", "kill")
 
 SKILL = """
-import asyncio
+import asyncio, os
 from hvcpd.skills.objects import Result
 class Hold:
     async def perform(self, call):
         open(call.arguments["file"], "w").close()
-        await asyncio.sleep(60)
+        try:
+            await asyncio.sleep(60)
+        finally:
+            os.unlink(call.arguments["file"])
         return Result()
 """
 
@@ -201,10 +206,11 @@ async def hung(count: int, folder: Path) -> None:
     mark = folder / "begun"
     deaf = Program(("sh", "-c", "trap '' TERM; touch \"$0\"; sleep 60 & while :; do sleep 60; done", str(mark)))
 
-    def left() -> tuple[int, int, int]:
+    def left() -> tuple[int, int, int, int]:
         gc.collect()
         children = Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
-        return len(os.listdir("/proc/self/fd")), len(children), len(asyncio.all_tasks())  # noqa: PTH208
+        resident_kib = int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
+        return len(os.listdir("/proc/self/fd")), len(children), len(asyncio.all_tasks()), resident_kib  # noqa: PTH208
 
     async def end(runner: Runner, what: Call) -> None:
         mark.unlink(missing_ok=True)
@@ -214,17 +220,18 @@ async def hung(count: int, folder: Path) -> None:
         task.cancel()
         await asyncio.wait([task])
 
-    await end(deaf, call())  # what the loop needs for any process at all is there from now on
+    async def end_both() -> None:
+        held = Object("hold")
+        await end(held, call(file=str(mark)))
+        await held.close()
+        await end(deaf, call())
+
+    for _ in range(WARM_UP):  # what the loop and the allocator need for any process at all is there from now on
+        await end_both()
     before = left()
-    for k in range(count):
-        if k % 2:
-            held = Object("hold")
-            await end(held, call(file=str(mark)))
-            await held.close()
-        else:
-            await end(deaf, call())
-    after = left()
-    print(f"\n{count} hung skills: open files, children, tasks: {before} before, {after} after", flush=True)
+    for _ in range(count // 2):
+        await end_both()
+    print(f"\n{count} hung skills: open files, children, tasks, KiB of memory: {before} before, {left()} after")
 
 
 def main() -> None:
@@ -250,6 +257,8 @@ def main() -> None:
             asyncio.run(rows(options.calls, chance, folder))
         if "joint" in parts:
             asyncio.run(joint_rows(options.calls, chance))
+        if "served" in parts:
+            asyncio.run(served_rows(options.calls, chance, folder))
         if "hung" in parts:
             asyncio.run(hung(options.hung, folder))
         if "kill" in parts:

@@ -12,13 +12,14 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 PERIOD_S = 0.2
 """Between two words of status, as actionlib's server has it."""
 
-ACTIVE, PREEMPTED, SUCCEEDED, ABORTED = 1, 2, 3, 4
+ACTIVE, PREEMPTED, SUCCEEDED, ABORTED, RECALLED = 1, 2, 3, 4, 8
 """actionlib_msgs/GoalStatus."""
 ROS2_SUCCEEDED, ROS2_CANCELED, ROS2_ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
@@ -35,15 +36,18 @@ class TopicServer:
         publish: Callable[[str, Any], None],
         takes_s: float = 1.0,
         fails: str = "",
+        mark: Path | None = None,
     ) -> None:
         self._kind = kind
         self._make = make
         self._publish = publish
         self._takes_s = takes_s
         self._fails = fails
+        self._mark = mark
         self._until_s = 0.0
         self._told_s = 0.0
         self._goal: Any = None
+        self._recalled: set[str] = set()
         self.goals: list[Any] = []
         """All that were taken, the newest last."""
         self.ends: list[int] = []
@@ -53,12 +57,22 @@ class TopicServer:
         """A goal; one that was under way is preempted."""
         self._end(PREEMPTED)
         self._goal, self._until_s = message, now_s + self._takes_s
+        if message.goal_id.id in self._recalled:
+            self._end(RECALLED)
+            return
+        if self._mark is not None:
+            self._mark.touch()
         self.goals.append(message.goal)
 
     def take_cancel(self, message: Any) -> None:
-        """Cancel the goal of that identifier, or whatever there is."""
+        """Cancel the goal of that identifier, or whatever there is.
+
+        A goal comes over another connection, and may be overtaken: the cancel is kept for it, as in actionlib's server
+        (`ActionServer.internal_cancel_callback`)."""
         if self._goal is not None and message.id in ("", self._goal.goal_id.id):
             self._end(PREEMPTED)
+        elif message.id:
+            self._recalled.add(message.id)
 
     def tick(self, now_s: float) -> None:
         """Time passes."""
@@ -76,6 +90,8 @@ class TopicServer:
         goal, self._goal = self._goal, None
         if goal is None:
             return
+        if self._mark is not None:
+            self._mark.unlink(missing_ok=True)
         self.ends.append(status)
         result = self._make(f"{self._kind}ActionResult")
         result.status.goal_id, result.status.status, result.status.text = goal.goal_id, status, text
@@ -169,6 +185,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--type", required=True, metavar="PACKAGE/NAME")
     parser.add_argument("--takes-s", type=float, default=1.0, metavar="S")
     parser.add_argument("--fails", default="", metavar="REASON")
+    parser.add_argument("--mark", type=Path, metavar="FILE", help="is there while a goal is under way")
     options = parser.parse_args(arguments)
     if not find_rospy():
         raise SystemExit("rospy is not installed")
@@ -186,6 +203,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         lambda part, message: publishers[part].publish(message),
         options.takes_s,
         options.fails,
+        options.mark,
     )
     goal, cancel = class_of(f"{options.type}ActionGoal"), class_of("actionlib_msgs/GoalID")
     rospy.Subscriber(f"{options.action}/goal", goal, lambda message: server.take_goal(message, rospy.get_time()))

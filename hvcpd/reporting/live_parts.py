@@ -262,6 +262,7 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
         yield artist.text(
             (f"Not everything went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red")
         )
+        yield from _not_done(artist, watch, summary)
     doing = (robot for robots in watch.doers.values() for robot in robots)
     for robot in dict.fromkeys([*watch.started.robots, *doing]):
         times = {watch.names[number]: doers.count(robot) for number, doers in sorted(watch.doers.items())}
@@ -279,3 +280,12 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
         yield artist.text(f"  {sent}, with no other robot to hear them")
     mission = f"{clock(summary.virtual_s)} of mission time in {summary.wall_s:.1f} s"
     yield artist.text(f"  {mission}: {rate} (seed {summary.seed})")
+
+
+def _not_done(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
+    """The tasks that nobody carried out, with the reason for which a skill failed last, if one did."""
+    missing = [number for number in sorted(watch.names) if number not in watch.doers]
+    for number in missing if len(missing) == summary.lost else ():  # else some were not to be done
+        reason = watch.failures.get(number, "")
+        because = f" ({reason})" if reason else ""
+        yield artist.text(("  not done", "bold red"), f": {artist.task(watch, number)}{because}")

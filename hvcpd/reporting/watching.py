@@ -52,6 +52,8 @@ class Watch:
         self.performed: dict[int, str] = {}
         self.doers: dict[int, list[str]] = {}
         """Of each task the robots that did it, once for each time."""
+        self.failures: dict[int, str] = {}
+        """Of each task the reason for which a skill failed last."""
         self.summary: Summary | None = None
         self.pending: list[Said] = []
         """Uttered, but not everybody has said yet what was heard; oldest first."""
@@ -86,6 +88,8 @@ class Watch:
             case Skill():
                 self._pass(event.at_s)
                 told += [event] if event.state in ("finished", "failed") else []
+                if event.state == "failed":
+                    self.failures[event.task] = event.text
             case Moved():
                 self._pass(event.at_s)
                 self.poses = event.poses

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -70,18 +70,23 @@ class Host:
         if runner is None:
             self._send({"command": "failed", "call": number, "reason": "it is not offered here"})
             return
-        task = asyncio.get_running_loop().create_task(self._perform(runner, call))
+        before = [task for other, task in self._calls.values() if other is runner]
+        task = asyncio.get_running_loop().create_task(self._perform(runner, call, before))
         self._calls[number] = runner, task
         task.add_done_callback(lambda _: self._calls.pop(number, None))
 
-    async def _perform(self, runner: Runner, call: Call) -> None:
+    async def _perform(self, runner: Runner, call: Call, before: Sequence[asyncio.Task[None]]) -> None:
+        """Carry a call out once those `before` it, which are cancelled, have left all safe."""
+
         def tell(share: float | None, text: str) -> None:
             told = {"share": share} if share is not None else {}
             self._send({"command": "progress", "call": call.number, "text": text, **told})
 
-        self._send({"command": "progress", "call": call.number})
         began_s = asyncio.get_running_loop().time()
         try:
+            if before:
+                await asyncio.wait(before)
+            self._send({"command": "progress", "call": call.number})
             results = await runner.perform(call, tell)
         except FailedError as error:
             self._send({"command": "failed", "call": call.number, "reason": str(error)})

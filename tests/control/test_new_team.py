@@ -70,7 +70,7 @@ def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> Non
     options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
     assert run(options, Console(lambda _question: next(answers), told.append)) == 0
     assert sum(text.startswith("  ") for text in told) == 3
-    assert "no robot has the skill 'sing'; write one of wait, water, dock, turn, forward, wave" in "".join(told)
+    assert "no robot has the skill 'sing'; write one of wait, water, dock, turn, forward, wave, or" in "".join(told)
     settings = load_settings(tmp_path / "hall" / "hvcpd.yaml", environment={})
     assert settings.names == ("Rob", "Zoe")
     (task,) = load_tasks(settings.tasks).tasks

@@ -26,12 +26,23 @@ def test_volunteers_water_every_plant_exactly_once(n_robots: int, seed: int) -> 
 
 
 def test_a_robot_alone_stops_asking_whether_others_are_there() -> None:
-    mission = Mission(("Rob",), plants(6), seed=1)
-    result = mission.run()
+    mission = Mission(("Rob", "Bot"), plants(6), seed=1, late={"Bot": 1e6}, limit_s=600.0)
+    mission.run()
     assert mission.exactly_once
-    claims = [m.own_words(u.statement) for _, _, u in mission.said]
-    assert result.sent <= 5 + 2 * 12, "its first claims take the place of greetings, later ones are said twice"
-    assert sum(isinstance(s, m.Claim) for s in claims) >= 2
+    words = [m.own_words(u.statement) for _, _, u in mission.said]
+    assert len(words) <= 5 + 2 * 12, "its first claims take the place of greetings, later ones are said twice"
+    assert sum(isinstance(s, m.Claim) for s in words) >= 5
+
+
+def test_a_team_of_one_waits_for_nobody() -> None:
+    """It said its first claim five times, and stood for 77 s before it set off."""
+    mission = Mission(("Rob",), plants(6), seed=1)
+    mission.run()
+    assert mission.exactly_once
+    first_s = min(at_s for at_s, _, _ in mission.done)
+    claims = [at_s for at_s, _, u in mission.said if isinstance(m.own_words(u.statement), m.Claim) and at_s < first_s]
+    assert len(claims) == 2
+    assert claims[-1] < 20.0
 
 
 def test_who_was_not_heard_for_long_is_asked_as_often_as_others_once() -> None:

@@ -206,3 +206,16 @@ def test_who_did_a_task_again_is_listed_with_it() -> None:
     assert all(names[d.task] in line for d in doings for line in (rob, bot))
     assert "(2 times)" in bot
     assert "times)" not in rob
+
+
+def test_what_was_not_done_is_named_with_the_reason_that_a_skill_gave() -> None:
+    lost = next(e for e in MISSION.events if isinstance(e, ev.Performed))
+    last = next(e for e in MISSION.events if isinstance(e, ev.Summary))
+    failed = ev.Skill(lost.at_s, lost.robot, 1, lost.task, "pour", "failed", text="the tank is empty")
+    rest = [e for e in MISSION.events if e != last and not (isinstance(e, ev.Performed) and e.task == lost.task)]
+    names = {plant.task: plant.name for e in MISSION.events if isinstance(e, ev.Started) for plant in e.plants}
+    end = show([*rest, failed, replace(last, lost=1)]).partition("Not everything went well")[2]
+    assert f"not done: task {lost.task}, {names[lost.task]} (the tank is empty)" in end
+    assert end.count("not done: ") == 1
+    on_demand = show([*rest, failed, last])
+    assert "not done: " not in on_demand, "what nobody asked for is not missed"

@@ -14,6 +14,7 @@ import pytest
 from hil_fakes.ros_actions import (
     ABORTED,
     PREEMPTED,
+    RECALLED,
     ROS2_ABORTED,
     ROS2_SUCCEEDED,
     SUCCEEDED,
@@ -212,6 +213,26 @@ def test_a_goal_of_ros_1_goes_over_the_topics_and_back(fails: str, end: int) -> 
     client.ask(6, lambda _: None, 2.0, 9.0)
     client.tick(2.1 + SERVER_SILENT_S)
     assert told[-1] == (6, "no action server answers at go; is the arm running?")
+
+
+@pytest.mark.skipif(bool(MISSING), reason=MISSING)
+def test_a_cancel_that_overtakes_its_goal_of_ros_1_still_ends_it(tmp_path: Path) -> None:
+    """They come over two connections; the fake server went on with the goal to its end."""
+    kind, mark = "move_base_msgs/MoveBase", tmp_path / "under way"
+    sent: list[Any] = []
+    server = TopicServer(kind, lambda name: ros_class(name)(), lambda *_: None, 60.0, mark=mark)
+    listener = Listener(lambda *_: None, lambda *_: None)
+    client = TopicAction("go", kind, Link(sent.append, sent.append, lambda: True), listener, dialect(), "the arm")
+    client.ask(1, lambda _: None, 0.0, 9.0)
+    client.cancel(1)
+    goal, cancel = map(through_bytes, sent)
+    server.take_cancel(cancel)
+    server.take_goal(goal, 1.0)
+    assert server.ends == [RECALLED]
+    assert not mark.exists()
+    client.ask(2, lambda _: None, 2.0, 9.0)
+    server.take_goal(through_bytes(sent[2]), 2.0)
+    assert mark.exists()
 
 
 @pytest.mark.slow

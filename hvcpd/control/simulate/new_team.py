@@ -167,7 +167,8 @@ def read_task(text: str, skills: list[SkillAnswer], before: list[TaskAnswer]) ->
         raise ConfigError(f"{rest[0][:40]!r} is too much; write for example: {name}; -3, -4; {USUAL_DEED}")
     known = BUILT_IN | {skill.name: skill.parameter for skill in skills}
     if deed not in known:
-        raise ConfigError(f"no robot has the skill {deed[:40]!r}; write one of {', '.join(known)}")
+        remedy = f"write one of {', '.join(known)}, or declare it by --skill"
+        raise ConfigError(f"no robot has the skill {deed[:40]!r}; {remedy}")
     if bool(known[deed]) != bool(amount.strip()):
         wanted = f"{deed} 5 ({known[deed]})" if known[deed] else deed
         raise ConfigError(f"{deed!r} takes {'a number' if known[deed] else 'no number'}; write {wanted}")
