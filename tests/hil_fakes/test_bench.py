@@ -15,7 +15,7 @@ from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import USUAL
 from hil_fakes.room import Air
 from hvcpd.assembly.make import make_recogniser
-from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Tend
 from hvcpd.coordination.actions import Speech
@@ -38,7 +38,7 @@ THREE = TaskRepository((plant(1, "green", -4.0, -3.5), plant(2, "orange", -2.5, 
 
 @cache
 def sound() -> Sound:
-    return make_sound()
+    return make_sound(None, user_cache_folder())
 
 
 @cache
