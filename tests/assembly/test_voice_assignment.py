@@ -83,7 +83,7 @@ def test_pitch_and_pace_are_multiples_of_the_voices_own_and_make_another_voice()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pitch", "pace"), [(1.25, 1.25), (0.8, 1.25), (1.25, 0.8)])
+@pytest.mark.parametrize(("pitch", "pace"), [(0.8, 1.25), (1.25, 0.8)])
 def test_a_peer_is_heard_at_the_pitch_and_pace_that_it_was_given(pitch: float, pace: float) -> None:
     """Even where another robot has that voice unchanged."""
     rob = PeerSettings(voice="wren", pitch=pitch, pace=pace)
