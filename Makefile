@@ -3,7 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 OUT ?= out/demo
-SEED ?= 1
+SEED ?= 2
 # Small matrices: more threads only wait for each other.
 export OPENBLAS_NUM_THREADS ?= 1
 # Where no bytecode is kept, every process compiles hvcpd, and every test run all tests, anew.

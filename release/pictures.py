@@ -109,7 +109,7 @@ def terminal(mission: ShownMission) -> str:
     screen = Console(record=True, file=io.StringIO(), **size)
     for each in [*told[-(rows - len(shown)) :], *shown]:
         screen.print(Text.from_ansi(each), highlight=False, no_wrap=True, crop=False)
-    return screen.export_svg(title="hvcpctl simulate --seed 1", theme=THEME)
+    return screen.export_svg(title="hvcpctl simulate --seed 2", theme=THEME)
 
 
 def _on_the_bench(mission: ShownMission) -> list[tuple[float, Any]]:

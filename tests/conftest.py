@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -41,10 +42,18 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def user_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """The user's cache folder in this run: one for all workers, and never the real one."""
+def user_cache(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Iterator[Path]:
+    """The user's cache folder in this run: one for all workers, and never the real one.
+
+    Only rendered units are kept from run to run, in pytest's own cache: a unit is found by a digest of its content and
+    of the synthesizer's source, and has a checksum, so a run finds what it would have rendered.
+    """
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "user-cache"
+    (folder / "hvcpd").mkdir(parents=True, exist_ok=True)
+    if getattr(pytestconfig, "cache", None) is not None:  # it can be switched off
+        with suppress(FileExistsError):  # another worker was first
+            (folder / "hvcpd" / "units").symlink_to(pytestconfig.cache.mkdir("units"))
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("XDG_CACHE_HOME", str(folder))
         yield folder

@@ -139,9 +139,13 @@ class CacheWarmUp:
         self._run([Chore(f"letters in the voice {name}", letters, s.templates) for name, s in all_voices], go_on)
         robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))
         self._preparation.ended()
-        self._run([self._own_words(not self._plan.role.speech.slowly)], go_on)
+        self.at_the_other_rate(go_on)
         if self._sound.cache is not None and go_on():
             self._sound.cache.tidy(time.time())
+
+    def at_the_other_rate(self, go_on: GoOn = always) -> None:
+        """The own words at the rate at which the robot repeats something: slowly, unless it always speaks so."""
+        self._run([self._own_words(not self._plan.role.speech.slowly)], go_on)
 
     def learn(self, name: str) -> None:
         """A name that the robot may say from now on."""

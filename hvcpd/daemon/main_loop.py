@@ -25,7 +25,7 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Button, Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.logging import tell
-from hvcpd.daemon.name_learning import NameLearning
+from hvcpd.daemon.name_learning import NameLearning, Rendered, at_once
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
 from hvcpd.daemon.reloading import Rereading
@@ -66,10 +66,13 @@ class Daemon:
         devices: Devices,
         manager: ServiceManager | None = None,
         rereading: Rereading | None = None,
+        rendered: Rendered = at_once,
     ) -> None:
+        """`rendered` waits until another process has rendered the words that the robot does not need at once."""
         self._listens = f"{wiring.settings.name} of team {wiring.settings.team} listens"
         self._manager = manager or ServiceManager({})
         self._devices = devices
+        self._rendered = rendered
         self._journal = JournalService(wiring)
         self._pose = PoseKeeper(socket_path(wiring.settings).with_suffix(".pose"))
         self._control = ControlService(Body(wiring, self._journal), rereading)
@@ -150,7 +153,7 @@ class Daemon:
             self._control.begin(robot)
             give_back_memory()
             roster = NameRegistry(plan, self.wiring.sound, settings.names)
-            self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up)
+            self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up, self._rendered)
             stack.push_async_callback(self._name_learning.close)
             body.join, body.retask = self._name_learning.join, self._name_learning.retask
             if settings.learn_voices:

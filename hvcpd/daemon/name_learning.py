@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
-from collections.abc import Callable, Coroutine, Iterable, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Iterable, Sequence
 
 import structlog
 
@@ -23,17 +23,32 @@ from hvcpd.robot.robot import Robot
 ADOPTED_S = 10.0
 """By then (sample clock) the robot has what it learned, unless somebody speaks without end, and what it had is free."""
 
+Rendered = Callable[[], Awaitable[None]]
+
 _log = structlog.get_logger(__name__)
+
+
+async def at_once() -> None:
+    """Do not wait: nobody else renders."""
 
 
 class NameLearning:
     """Answers a robot's LearnName records, one after the other."""
 
-    def __init__(self, robot: Robot, roster: NameRegistry, sound: Sound, warm_up: CacheWarmUp) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        roster: NameRegistry,
+        sound: Sound,
+        warm_up: CacheWarmUp,
+        rendered: Rendered = at_once,
+    ) -> None:
+        """`rendered` waits until another process has rendered the words that the robot does not need at once."""
         self._robot = robot
         self._roster = roster
         self._sound = sound
         self._warm_up = warm_up
+        self._rendered = rendered
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[object]] = set()
         self._tidy_s = robot.now + ADOPTED_S  # the first words said have needed some, too
@@ -90,6 +105,7 @@ class NameLearning:
         async with self._turn:
             await asyncio.to_thread(self._warm_up.before_speaking, self._goes_on)
             self._robot.is_silent = False
+            await self._rendered()
             await asyncio.to_thread(self._warm_up.the_rest, self._robot, self._goes_on)
             give_back_memory()
             _log.info("knows the others' voices sample by sample")

@@ -104,11 +104,11 @@ def _joined(parts: list[tuple[str, str]]) -> list[str | tuple[str, str]]:
 
 
 def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
-    """A note as one line and, for an utterance, a second with its hearers."""
+    """A note as one line and, for an utterance, a second with its hearers. Its time is when it was over."""
     match note:
         case Line(said=said):
             who = (said.speaker, f"bold {artist.style(said.speaker)}")
-            first = artist.text((f"{clock(said.at_s):>5}  ", "dim"), who, ": ", said.text)
+            first = artist.text((f"{clock(said.end_s):>5}  ", "dim"), who, ": ", said.text)
             return [first, artist.text("       ", *_joined(artist.hearers(note, final=True)))]
         case Heard():
             text = (f"{clock(note.at_s):>5}  ", "dim")
@@ -134,12 +134,13 @@ def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
 def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
     plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
     name, icon = watch.names.get(note.task, ""), watch.icons.get(note.task, "")
+    nth = 1 + list(watch.performed).index(note.task)  # by now more may have been done
     away = f", {1000 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} mm off" if plant else ""
     return artist.text(
         (f"{clock(note.at_s):>5}  ", "dim"),
         (f"{artist.mark(icon)} ", task_style(name)),
         (note.robot, f"bold {artist.style(note.robot)}"),
-        (f" has done {artist.task(watch, note.task)}{away}: {len(watch.performed)} of {len(watch.names)}", "bold"),
+        (f" has done {artist.task(watch, note.task)}{away}: {nth} of {len(watch.names)}", "bold"),
     )
 
 
@@ -149,7 +150,7 @@ def under_way(artist: Artist, watch: Watch, at_most: int) -> list[Text]:
     for said in watch.pending[-at_most:]:
         line = watch.line(said)
         who = (said.speaker, f"bold {artist.style(said.speaker)}")
-        lines.append(artist.text((f"{clock(said.at_s):>5}  ", "dim"), who, ": ", said.text))
+        lines.append(artist.text((f"{clock(said.end_s):>5}  ", "dim"), who, ": ", said.text))
         lines.append(artist.text("       ", *_joined(artist.hearers(line, final=False))))
     return lines
 

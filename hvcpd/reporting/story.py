@@ -255,19 +255,29 @@ def _tasks(started: Started, changes: Sequence[TaskChanged], performed: Sequence
 def _spans(
     robots: Sequence[str], changes: Sequence[TaskChanged], performed: Sequence[Performed], end_s: float
 ) -> tuple[Span, ...]:
-    """From a robot's own claim to its own act, or until it holds the task no longer by its own belief."""
+    """From a robot's own claim, or the end of its task before, to its own act, or until it holds the task no longer by
+    its own belief. A robot does one thing at a time: what it has claimed ahead waits, and a task whose end nobody heard
+    ends with the next claim."""
     spans: list[Span] = []
     for robot in robots:
-        begun: dict[int, float] = {}
+        held: list[int] = []
+        since_s = 0.0
         marks = [(c.at_s, c.task, c.state if c.owner == robot else "other") for c in changes if c.robot == robot]
         marks += [(act.at_s, act.task, "performed") for act in performed if act.robot == robot]
-        for at_s, task, state in sorted(marks, key=lambda mark: (mark[0], mark[2] == "claimed", mark[1])):
+        marks.sort(key=lambda mark: (mark[0], mark[2] == "claimed"))
+        for number, (at_s, task, state) in enumerate(marks):
             if state == "claimed":
-                for other in [number for number in begun if number != task]:  # a robot does one thing at a time
-                    spans.append(Span(robot, other, begun.pop(other), at_s, "unfinished"))
-                begun.setdefault(task, at_s)
-            elif task in begun:
+                done_later = {task for _, task, state in marks[number:] if state in ("performed", "done")}
+                if held and held[0] not in {task, *done_later}:
+                    spans.append(Span(robot, held[0], since_s, at_s, "unfinished"))
+                    held = []
+                since_s = since_s if held else at_s
+                held += [task] if task not in held else []
+            elif task in held:
                 ended = "done" if state in ("performed", "done") else "given up"
-                spans.append(Span(robot, task, begun.pop(task), at_s, ended))
-        spans += [Span(robot, task, from_s, end_s, "unfinished") for task, from_s in begun.items()]
+                if task == held[0] or ended == "done":
+                    spans.append(Span(robot, task, since_s, at_s, ended))
+                    since_s = at_s
+                held.remove(task)
+        spans += [Span(robot, task, since_s, end_s, "unfinished") for task in held[:1]]
     return tuple(sorted(spans, key=lambda span: (span.from_s, span.robot)))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import insort
 from collections import Counter
 from dataclasses import dataclass
+from operator import itemgetter
 
 from hvcpd.reporting.events import Event, Garbled, Heard, Moved, Performed, Said, Skill, Started, Summary, TaskChanged
 from hvcpd.reporting.story import Line, meant_by, task_names
@@ -55,39 +57,39 @@ class Watch:
         self.failures: dict[int, str] = {}
         """Of each task the reason for which a skill failed last."""
         self.summary: Summary | None = None
-        self.pending: list[Said] = []
-        """Uttered, but not everybody has said yet what was heard; oldest first."""
+        self._queue: list[tuple[float, Said | Note]] = []
+        """What is not told yet, with its time, oldest first. The time of an utterance is its end. It waits until
+        everybody has said what was heard, and what comes after it waits too."""
         self._heard: dict[int, dict[str, Heard]] = {}
         self._garbled: list[Garbled] = []
         self._beliefs: dict[int, dict[str, Belief]] = {number: {} for number in self.names}
 
     def handle(self, event: Event) -> list[Note]:
         """Take an event in; returns what is now worth telling, in order."""
-        told: list[Note] = []
         match event:
             case Said():
                 self._pass(event.end_s)
-                self.pending.append(event)
-                self.pending.sort(key=lambda said: said.at_s)
+                self._add(event.end_s, event)
             case Heard():
                 if event.utterance is None:
-                    told.append(event)
+                    self._add(self.now_s, event)
                 else:
                     self._heard.setdefault(event.utterance, {})[event.listener] = event
             case Garbled():
                 self._garbled.append(event)
             case TaskChanged():
                 self._pass(event.at_s)
-                told += self._changed(event)
+                self._changed(event)
             case Performed():
                 self._pass(event.at_s)
                 self.performed.setdefault(event.task, event.robot)
                 self.doers.setdefault(event.task, []).append(event.robot)
                 self.names.setdefault(event.task, f"task {event.task}")
-                told.append(event)
+                self._add(event.at_s, event)
             case Skill():
                 self._pass(event.at_s)
-                told += [event] if event.state in ("finished", "failed") else []
+                if event.state in ("finished", "failed"):
+                    self._add(event.at_s, event)
                 if event.state == "failed":
                     self.failures[event.task] = event.text
             case Moved():
@@ -96,31 +98,43 @@ class Watch:
             case Summary():
                 self.summary = event
                 self._pass(event.virtual_s)
-        return [*self.settle(), *told]
+        return self.settle()
+
+    @property
+    def pending(self) -> list[Said]:
+        """Utterances of which not everybody has said yet what was heard; oldest first."""
+        return [each for _, each in self._queue if isinstance(each, Said)]
+
+    def _add(self, at_s: float, what: Said | Note) -> None:
+        insort(self._queue, (at_s, what), key=itemgetter(0))
 
     def _pass(self, at_s: float) -> None:
         if math.isfinite(at_s):
             self.now_s = max(self.now_s, at_s)
 
-    def _changed(self, event: TaskChanged) -> list[Note]:
+    def _changed(self, event: TaskChanged) -> None:
         self.names.setdefault(event.task, f"task {event.task}")
         beliefs = self._beliefs.setdefault(event.task, {})
         before = beliefs.get(event.robot)
         beliefs[event.robot] = (event.state, event.owner)
         let_go = event.state in ("open", "failed") and before == ("claimed", event.robot)
-        return [GaveUp(event.at_s, event.robot, event.task)] if let_go else []
+        if let_go:
+            self._add(event.at_s, GaveUp(event.at_s, event.robot, event.task))
 
     def settle(self, everything: bool = False) -> list[Note]:
-        """The utterances that all have accounted for, or (`everything`) all that are pending."""
+        """What comes before the first utterance that not all have accounted for yet; with `everything`, all of it."""
         told: list[Note] = []
-        while self.pending:
-            line = self.line(self.pending[0])
-            if line.missed and not everything and self.now_s < line.said.end_s + PATIENCE_S:
-                break
-            self.pending.pop(0)
-            self._heard.pop(line.said.utterance, None)
-            self._garbled = [g for g in self._garbled if meant_by(g, [line.said]) is None]
-            told.append(line)
+        while self._queue:
+            _, first = self._queue[0]
+            if isinstance(first, Said):
+                line = self.line(first)
+                if line.missed and not everything and self.now_s < first.end_s + PATIENCE_S:
+                    break
+                self._heard.pop(first.utterance, None)
+                self._garbled = [g for g in self._garbled if meant_by(g, [first]) is None]
+                first = line
+            del self._queue[0]
+            told.append(first)
         late = [g for g in self._garbled if everything or g.at_s < self.now_s - LONG_AGO_S]
         self._garbled = [g for g in self._garbled if g not in late]
         return told + list(late)

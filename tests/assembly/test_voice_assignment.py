@@ -10,7 +10,7 @@ import pytest
 
 from hvcpd.assembly.make import make_recogniser, make_robot
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
-from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
+from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import cast
 from hvcpd.config.names import VoiceName
 from hvcpd.config.settings import PeerSettings, Settings
@@ -83,7 +83,7 @@ def test_pitch_and_pace_are_multiples_of_the_voices_own_and_make_another_voice()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pitch", "pace"), [(1.25, 1.25), (0.8, 1.25), (1.25, 0.8)])
+@pytest.mark.parametrize(("pitch", "pace"), [(0.8, 1.25), (1.25, 0.8)])
 def test_a_peer_is_heard_at_the_pitch_and_pace_that_it_was_given(pitch: float, pace: float) -> None:
     """Even where another robot has that voice unchanged."""
     rob = PeerSettings(voice="wren", pitch=pitch, pace=pace)
@@ -130,7 +130,7 @@ def test_every_word_that_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:
 def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> None:
     role = Role("Rob", "plant", volunteer=False)
     tasks = load_tasks(default_tasks_path())
-    sound = make_sound()
+    sound = make_sound(None, user_cache_folder())
     robot = make_robot(RobotPlan(role, TeamPlan(("Rob", "Bot", "Gus"), ("Rob", "Bot")), tasks, 1), sound)
     greeting = robot.phrasebook.phrases(robot.phrasebook.parse_text("Hi all, I am Gus"))
     quiet = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
@@ -149,7 +149,7 @@ def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> 
 @pytest.mark.slow
 def test_a_team_of_natural_voices_hears_its_own() -> None:
     settings = Settings(name="Rob", names=("Rob", "Bot"), synthesizer="natural")
-    bot = cast(make_sound(), settings, tuple).voice_of("Bot")
+    bot = cast(make_sound(None, user_cache_folder()), settings, tuple).voice_of("Bot")
     assert bot.natural
     assert bot.name == voice_for("Bot").name
     assert heard(settings, Speaker(bot, LEXICON).render((("hi",), ("i", "am", "bot")))) == [("hi", "i", "am", "bot")]

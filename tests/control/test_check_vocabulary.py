@@ -18,6 +18,7 @@ from hvcpd.config.settings import DEFAULT_TEAMS, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
 from hvcpd.control.cli import main
+from hvcpd.control.say.check_vocabulary import SHOWN
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_CONFIG
@@ -53,6 +54,11 @@ def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert "No words of this team are predicted to be confused" in out
     assert "three | two" in out
+    head, *rows = out.splitlines()
+    column = head.index("voice")
+    assert all(row[column - 1] == " " and row[column] != " " for row in rows[:SHOWN]), (
+        "each column stands below its head"
+    )
 
 
 def test_confusable_tasks_are_listed_worst_first_with_replacements(

@@ -6,7 +6,9 @@ import asyncio
 import io
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
+from shutil import copyfile
 
 import numpy as np
 import pytest
@@ -19,6 +21,7 @@ from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
 from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium
 from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit, Visitor
+from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, DeviceError, HvcpdError
@@ -40,6 +43,59 @@ def wiring(folder: Path, units: Path, name: str, place: int) -> Wiring:
     given = {"name": name, "names": ["Rob", "Bot"], "state_dir": str(state), "seed": 3}
     given |= {"start.x_m": place - 5.0, "control.socket": str(folder / f"{name}.sock")}
     return wire_up(load_settings(None, given, system_path=folder / "none.yaml"))
+
+
+@pytest.mark.slow
+def test_at_the_first_start_words_are_rendered_elsewhere_and_none_by_the_daemons(tmp_path: Path, units: Path) -> None:
+    """Of a cache that lacks every seventh word, as if the first start had been interrupted."""
+    whole = [wiring(tmp_path, units, name, place) for place, name in enumerate(("Rob", "Bot"))]
+    if not all(map(is_rendered, whole)):
+        rendered(whole)  # for all tests of this run
+    some = tmp_path / "some"
+    some.mkdir()
+    kept = sorted(path for path in units.glob("*.unit"))
+    for path in (path for k, path in enumerate(kept) if k % 7):
+        copyfile(path, some / path.name)
+    (tmp_path / "first").mkdir()
+    wirings = [wiring(tmp_path / "first", some, name, place) for place, name in enumerate(("Rob", "Bot"))]
+    assert not any(map(is_rendered, wirings))
+    rendered(wirings)
+    assert all(map(is_rendered, wirings))
+    before = set(some.iterdir())
+
+    def watch(now_s: float) -> None:
+        if now_s >= 1.0:
+            raise OverError("the test has seen enough")
+
+    with ExitStack() as stack:
+        bodies = [stack.enter_context(Body(w.settings.start.pose, k)) for k, w in enumerate(wirings)]
+        room = SharedRoom(bodies, watch)
+        both = Duet(wirings, room, Visitor(VISITOR, wirings[0], lambda _: lambda: True), io.StringIO())
+        for stream, daemon in zip(room.streams, both.daemons, strict=True):
+            stream.settled = daemon.settled  # all that they render, they render before the first block
+        with (tmp_path / "nothing").open("w+") as typed, pytest.raises(OverError):
+            asyncio.run(both.live(typed))
+    assert set(some.iterdir()) == before
+
+
+def rendered(wirings: list[Wiring]) -> None:
+    """Render all words for them."""
+    others = Rendering(wirings, niceness=0)
+    try:
+        others.wait()
+        asyncio.run(others.ended())
+    finally:
+        others.end()
+
+
+def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    lost = wiring(tmp_path, tmp_path, "Rob", 0)
+    gone = replace(lost, settings=replace(lost.settings, tasks=tmp_path / "none.yaml"))
+    others = Rendering([gone])
+    with pytest.raises(DeviceError, match="could not be rendered"):
+        others.wait()
+    others.end()
+    assert "none.yaml" in capfd.readouterr().err
 
 
 @contextmanager
@@ -115,7 +171,7 @@ def test_a_visitor_who_is_understood_is_told_nothing_and_says_nothing_more(event
     onlooker = Onlooker(["Rob", "Bot"], out)
     onlooker.visited(visit(times), 5.0)
     onlooker.look(5.0)
-    onlooker.tell({"event": event, "speaker": None, "text": "Bot stop", "at_s": 5.1}, "Bot")
+    onlooker.tell({"event": event, "speaker": "somebody", "text": "Bot stop", "at_s": 5.1}, "Bot")
     onlooker.look(6.0 + ANSWER_S)
     assert "Bot heard you" in out.getvalue() or "Bot stood still" in out.getvalue()
     assert UNHEARD not in out.getvalue()
@@ -142,11 +198,12 @@ def test_a_visitor_waits_for_a_pause_says_it_as_a_whole_and_interrupts_in_the_en
     assert waited[-1]
 
 
-def test_a_call_that_robots_pass_on_is_shown_once() -> None:
+def test_a_call_that_robots_pass_on_or_hear_again_as_a_whole_is_shown_once() -> None:
     out = io.StringIO()
     onlooker = Onlooker(["Rob", "Bot"], out)
-    heard = {"event": "heard", "speaker": None, "text": "Stop"}
+    heard = {"event": "heard", "speaker": "somebody", "text": "Stop"}
     onlooker.tell({**heard, "at_s": 5.0}, "Rob")
+    onlooker.tell({**heard, "at_s": 4.6}, "Rob")
     onlooker.tell({"event": "said", "text": "Stop", "at_s": 6.0}, "Rob")
     onlooker.tell({**heard, "at_s": 6.2}, "Bot")
     assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"

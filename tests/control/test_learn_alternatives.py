@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 import yaml
 
-from hvcpd.control.cli import main
+from hvcpd.control.cli import main, make_parser
+from hvcpd.control.hear.learn_alternatives import Proposal, as_yaml
+from hvcpd.control.simulate.team import load_team
 from hvcpd.hardware.soundfile import write_wav
 from tests.control.conftest import Refuse
 from tests.control.test_alternatives import said
@@ -56,13 +58,11 @@ def test_a_word_that_was_said_otherwise_is_proposed_and_heard_from_then_on(
     assert SENTENCE in capsys.readouterr().out
 
 
-@pytest.mark.slow  # renders the whole lexicon in one voice
-def test_what_would_be_taken_for_another_word_is_not_proposed(
-    tasks: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "green.wav"
-    write_wav(path, said("hi bot", "i am rob", "water the green rose"))
-    out, _ = learned(capsys, path, "--tasks", tasks, "--said", SENTENCE)
+@pytest.mark.slow
+def test_what_would_be_taken_for_another_word_is_not_proposed(tasks: Path, basket: Path) -> None:
+    """As if the sentence had been heard with "green" in it."""
+    options = make_parser().parse_args(["hear", "--learn-alternatives", str(basket), "--tasks", str(tasks)])
+    out = as_yaml([Proposal("indigo", ("green",), SENTENCE, "green.wav", 1.0, 1.4)], load_team(options, ("Rob", "Bot")))
     assert "\"green\" for \"indigo\"; not proposed: alternatives: 'green' cannot count as 'indigo'" in out
     assert yaml.safe_load(out) is None
 

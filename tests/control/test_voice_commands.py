@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from shutil import copyfile
 
 import numpy as np
 import pytest
@@ -165,9 +166,15 @@ def files_of(folder: Path) -> dict[Path, int]:
 
 
 @pytest.mark.slow
-def test_a_daemon_makes_nothing_anew_after_prerendering(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_daemon_makes_nothing_anew_after_prerendering(
+    tmp_path: Path, units: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Every seventh of the words that other tests have rendered is missing, of whatever kind, and more."""
     state, config = tmp_path / "state", tmp_path / "hvcpd.yaml"
-    state.mkdir()
+    (state / "units").mkdir(parents=True)
+    for number, unit in enumerate(sorted(units.glob("*.unit"))):
+        if number % 7:
+            copyfile(unit, state / "units" / unit.name)
     config.write_text(f"name: Rob\nstate_dir: {state}\nwheels: {{driver: none}}\nseed: 1\n")
     out = json.loads(ran(capsys, "prerender", "--config", config, "--json"))
     assert (out["names"], out["folder"], out["for_service"]) == (["Rob"], str(state / "units"), True)

@@ -16,9 +16,11 @@ from hil_fakes.sound_server import ALSA_CONFIGURATION
 NAMESPACES = (("unshare", "--net", "--"), ("unshare", "--user", "--map-current-user", "--net", "--"))
 """Commands before a command that give it a network of its own: as root, and as a user where the kernel lets users."""
 
-PRIORITY = ("nice", "-n", "-10") if os.geteuid() == 0 else ()
-"""A command before a command: other tests share the processors, so those on stage are served first, as the unit has it
-(Nice=-10). The fakes too, for neither air nor wheels wait for a processor."""
+NICENESS = -10
+"""Of all processes on stage, as the unit has it (Nice=-10)."""
+PRIORITY = ("nice", "-n", str(NICENESS - os.getpriority(os.PRIO_PROCESS, 0))) if os.geteuid() == 0 else ()
+"""A command before a command: other programs share the processors, so those on stage are served first, however nice the
+tests are (`nice -n` adds to their own). The fakes too, for neither air nor wheels wait for a processor."""
 
 
 def missing() -> str:

@@ -17,6 +17,7 @@ from hil_fakes.motor_process import TrailPoint, last_point, read_trail
 from hil_fakes.sound_server import DIE_WITH_PARENT, LOUDSPEAKER, MICROPHONE, wait_until
 from hvcpd.control.live.daemon_client import DaemonClient
 from hvcpd.control.live.transcript import AskedRows, Rows
+from hvcpd.coordination.states import State
 from hvcpd.errors import EX_UNAVAILABLE, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord
 from hvcpd.ports import Pose
@@ -183,6 +184,14 @@ class RobotProcess:
     def said(self) -> list[str]:
         """Its own sentences."""
         return [record.text for record in self.transcript() if record.kind == "said"]
+
+    def is_free(self) -> bool:
+        """Whether it has no task, and no sentence of its own that waits to be said or answered."""
+        try:
+            with closing(DaemonClient(self.control_socket)) as client:
+                return bool(client.ask("status")["state"] == State.READY.name.lower())
+        except NotRunningError:
+            return False
 
     def trail(self) -> tuple[TrailPoint, ...]:
         """Where it has truly been."""

@@ -1,4 +1,4 @@
-"""Two robots, each with its own real roscore, share out five plants by voice: seen from ROS alone."""
+"""Two robots, each with its own real roscore, share out three plants by voice: seen from ROS alone."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from tests.e2e import network, parts, ros_robot
 from tests.e2e.ros_robot import MOVES, RosRobot
-from tests.e2e.stage import MISSION_S, TASKS, Stage, staged
+from tests.e2e.stage import MISSION_S, THREE, Stage, staged
 
 MISSING = parts.missing() or ros_robot.missing()
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]
@@ -24,7 +24,7 @@ TROUBLE_S = 60.0
 
 def knows_all_done(robot: RosRobot) -> bool:
     board = robot.board()
-    return len(board) == len(TASKS) and all(state == "done" for state, _ in board.values())
+    return len(board) == len(THREE) and all(state == "done" for state, _ in board.values())
 
 
 def stood_longest_s(robot: RosRobot, place: tuple[float, float]) -> float:
@@ -69,13 +69,13 @@ def kill_and_revive_a_master(stage: Stage[RosRobot]) -> RosRobot:
     return other
 
 
-def test_two_robots_with_a_roscore_each_do_five_plants_though_a_master_dies(tmp_path: Path, units: Path) -> None:
-    with staged(tmp_path, units, RosRobot) as stage:
+def test_two_robots_with_a_roscore_each_do_three_plants_though_a_master_dies(tmp_path: Path, units: Path) -> None:
+    with staged(tmp_path, units, RosRobot, THREE) as stage:
         stage.start()
         untroubled = kill_and_revive_a_master(stage)
         stage.wait(lambda: all(map(knows_all_done, stage.robots)), MISSION_S, "both know all as done")
         rob, bot = stage.robots
-        assert Counter(watered(rob) + watered(bot)) == dict.fromkeys(TASKS, 1)
+        assert Counter(watered(rob) + watered(bot)) == dict.fromkeys(THREE, 1)
         assert rob.board() == bot.board()
         for robot, other in permutations(stage.robots):
             assert nodes_of(robot) == {"/rosout", "/base", "/hvcpd"}, "its master knows others"
@@ -83,7 +83,7 @@ def test_two_robots_with_a_roscore_each_do_five_plants_though_a_master_dies(tmp_
             if parts.own_network():
                 assert robot.daemon is not None
                 assert network.interfaces(robot.daemon.pid) == {"lo": 0}, "ROS has come into the daemon"
-            assert all(stood_longest_s(robot, TASKS[number][1]) > WATERING_S for number in watered(robot))
+            assert all(stood_longest_s(robot, THREE[number][1]) > WATERING_S for number in watered(robot))
             sentences = [sentence for _, sentence in robot.seen("heard/sentence")]
             assert {speaker for speaker, *_ in sentences} == {other.name}
             assert all(0.0 < sure <= 1.0 for *_, sure in sentences)

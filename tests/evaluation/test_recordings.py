@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.sound import make_sound
+from hvcpd.assembly.sound import make_sound, user_cache_folder
 from hvcpd.control.cli import main
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation.recordings import LIST, Recording, findings, read_list, understood
@@ -57,7 +57,7 @@ def test_recordings_of_one_distance_are_added_up() -> None:
 
 @pytest.mark.slow
 def test_calls_in_a_recording_are_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    call = make_sound().speaker_of("Mia").render((("hi", "ted"), ("i", "am", "mia")))
+    call = make_sound(None, user_cache_folder()).speaker_of("Mia").render((("hi", "ted"), ("i", "am", "mia")))
     silence = np.zeros(2 * SAMPLE_RATE_HZ, np.float32)
     noise = np.random.default_rng(1).standard_normal(2 * (len(call) + len(silence))) * 1e-4
     near = np.concatenate([silence, call, silence, call])

@@ -35,8 +35,8 @@ def test_shorter_seals_are_guessed_as_often_as_computed() -> None:
 
 
 @pytest.mark.slow
-def test_no_attack_with_sound_is_believed_and_the_honest_robot_is(tmp_path: Path) -> None:
-    attacks = AudioAttacks(3, make_sound(None, tmp_path))
+def test_no_attack_with_sound_is_believed_and_the_honest_robot_is(units: Path) -> None:
+    attacks = AudioAttacks(3, make_sound(None, units))
     attacks.run(13)
     assert set(attacks.tried.values()) == {1}
     assert sum(attacks.believed.values()) == 0

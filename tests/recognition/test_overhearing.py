@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.make import make_overhearing
-from hvcpd.assembly.sound import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Urgent
 from hvcpd.recognition.overhearing import BLOCK, EchoCanceller, Overhearing
@@ -19,7 +19,7 @@ SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["
 
 @cache
 def sound() -> Sound:
-    return make_sound()
+    return make_sound(None, user_cache_folder())
 
 
 @cache

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.sound import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.overhearing import MOST_DELAY_S, OwnDelay
 
@@ -23,7 +23,7 @@ SENTENCES = (
 
 @cache
 def sound() -> Sound:
-    return make_sound()
+    return make_sound(None, user_cache_folder())
 
 
 @cache

@@ -65,7 +65,7 @@ def test_who_heard_it_and_how_well() -> None:
     said = ev.Said(1.0, 4.0, 0, "Rob", "Hi all, I am Rob", False)
     heard = ev.Heard(1.0, 0, "Bot", "Rob", said.text, 0.87, 20.0)
     out = show([started, said, heard, ev.Garbled(1.01, "Ada")])
-    assert "0:01  Rob: Hi all, I am Rob  [heard by Bot 87 % · garbled at Ada]" in out
+    assert "0:04  Rob: Hi all, I am Rob  [heard by Bot 87 % · garbled at Ada]" in out
     out = show([started, ev.Garbled(1.01, "Ada"), heard, said])  # the listeners may be first
     assert "[heard by Bot 87 % · garbled at Ada]" in out
     wrong = ev.Heard(1.0, 0, "Bot", "Rob", "Hi all, I am Ada", 0.87, 20.0)
@@ -74,6 +74,33 @@ def test_who_heard_it_and_how_well() -> None:
     out = show([started, ev.Heard(1.0, None, "Bot", "somebody", "stop", 0.9, 20.0), ev.Garbled(5.0, "Ada")])
     assert "no robot's (90 %): stop" in out
     assert "Ada heard speech, from no robot" in out
+
+
+def test_lines_are_in_the_order_of_their_times_and_count_on() -> None:
+    """Two speak at once, and tasks are done while somebody speaks and before it is known who heard it."""
+    plants = tuple(ev.Plant(k, f"water the {color} rose", 1.0, 1.0) for k, color in ((1, "red"), (2, "blue")))
+    started = ev.Started(0.0, ("Rob", "Bot"), (Pose(0, 0), Pose(1, 0)), plants, "volunteer", 1, 40.0)
+    first, second = "Hi all, I am Rob, I will complete task one", "Hi all, I am Bot"
+    out = show(
+        [
+            started,
+            ev.Performed(5.0, "Bot", 2, 1.0, 1.0),
+            ev.Said(2.0, 8.0, 0, "Rob", first, True),
+            ev.Said(2.0, 5.5, 1, "Bot", second, True),  # it is issued after the longer one, which began first
+            ev.Performed(9.0, "Rob", 1, 1.0, 1.0),
+            ev.Moved(12.0, ()),
+        ]
+    )
+    lines = [line for line in out.splitlines() if re.match(r" +\d:\d\d  ", line)]
+    assert [line.split()[0] for line in lines] == ["0:05", "0:06", "0:08", "0:09"]
+    assert [found[0] for line in lines if (found := re.search(r"\d of 2$", line))] == ["1 of 2", "2 of 2"]
+
+
+@pytest.mark.parametrize("mission", [MISSION, example(12, 40, sound=False)], ids=["small", "big"])
+def test_in_no_mission_does_the_time_run_backward(mission: ev.MissionRecord) -> None:
+    times = re.findall(r"^ +(\d+):(\d\d)  \S+: ", show(mission.events), re.M)
+    assert len(times) > 10
+    assert times == sorted(times, key=lambda found: (int(found[0]), int(found[1])))
 
 
 def test_what_a_seal_is_worth_is_shown() -> None:

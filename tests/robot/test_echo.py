@@ -10,7 +10,7 @@ import pytest
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
-from hvcpd.assembly.sound import Sound, make_sound
+from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role
 from hvcpd.language.messages import NameTaken
@@ -31,7 +31,7 @@ TASKS = TaskRepository(
 
 @cache
 def sound() -> Sound:
-    return make_sound()
+    return make_sound(None, user_cache_folder())
 
 
 class Alone:

@@ -21,11 +21,13 @@ from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
+from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.library_output import LibraryOutput
 from hvcpd.daemon.logging import set_up_logging
 from hvcpd.daemon.main_loop import Daemon
+from hvcpd.daemon.name_learning import Rendered, at_once
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
@@ -50,8 +52,9 @@ LOOK_S = 0.5
 
 _WELCOME = """\
 {robots} {talk} {where}.
-{page}They prepare their words; the first time takes longest.
+{page}They prepare their words …
 """
+_FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
 _READY = """\
 Ready: one of them begins in a moment.
 Say, or type and press Enter:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
@@ -89,7 +92,16 @@ def run(options: argparse.Namespace) -> int:
         talk = "talk" if len(robots) > 1 else "talks"
         sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=told))
         sys.stdout.flush()
-        duet = Duet(wirings, room, Visitor(VISITOR, wirings[0], medium.say), ready=_ready_text(robots, options.names))
+        rendered = at_once
+        if not all(map(is_rendered, wirings)):
+            sys.stdout.write(_FIRST_START)
+            sys.stdout.flush()
+            rendering = Rendering(wirings)
+            stack.callback(rendering.end)
+            rendering.wait()
+            rendered = rendering.ended
+        visitor, ready = Visitor(VISITOR, wirings[0], medium.say), _ready_text(robots, options.names)
+        duet = Duet(wirings, room, visitor, ready=ready, rendered=rendered)
         asyncio.run(duet.live(sys.stdin, libraries.drain))
         libraries.end()
         if log.tell():
@@ -177,11 +189,18 @@ class Duet:
     """Some daemons in one room, with their onlookers and a visitor."""
 
     def __init__(
-        self, wirings: list[Wiring], room: SharedRoom, visitor: Visitor, out: TextIO | None = None, ready: str = ""
+        self,
+        wirings: list[Wiring],
+        room: SharedRoom,
+        visitor: Visitor,
+        out: TextIO | None = None,
+        ready: str = "",
+        rendered: Rendered = at_once,
     ) -> None:
-        """`ready` is written once all robots listen; `out` is standard output by default."""
+        """`ready` is written once all robots listen; `out` is standard output by default. `rendered` is as in
+        `Daemon`."""
         self._settings = [wiring.settings for wiring in wirings]
-        self.daemons = [Daemon(w, _devices(room, k)) for k, w in enumerate(wirings)]
+        self.daemons = [Daemon(w, _devices(room, k), rendered=rendered) for k, w in enumerate(wirings)]
         self._room = room
         self._visitor = visitor
         self._onlooker = Onlooker([s.name for s in self._settings], out or sys.stdout)

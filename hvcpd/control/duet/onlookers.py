@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
@@ -26,7 +27,9 @@ ANSWER_S = 4.0
 TIMES = 2
 """Attempts of a visitor at one sentence."""
 ECHO_S = 1.0
-"""Largest difference between the beginnings of a robot's "Stop" and of the same call as another robot hears it."""
+"""Largest difference between the beginnings of a call as it was said and as a robot hears it, or hears it again."""
+SOMEBODY = "somebody"
+"""The speaker of a sentence without a name, in an event."""
 UNHEARD = "nobody understood that; say it again"
 
 
@@ -81,7 +84,8 @@ class Onlooker:
     def __init__(self, robots: Sequence[str], out: TextIO) -> None:
         self._robots = frozenset(robots)
         self._out = out
-        self._said: dict[str, float] = {}
+        self._said: dict[tuple[str, str], float] = {}
+        """When each text was last said by a robot, or heard by the robot of that name."""
         self._visit: Visit | None = None
 
     async def follow(self, socket: Path, robot: str) -> None:
@@ -113,20 +117,22 @@ class Onlooker:
         """Write a robot's event if it is news to people in the room."""
         match event.get("event"):
             case "said":
-                self._said[event["text"]] = event["at_s"]
+                self._said["", event["text"]] = event["at_s"]
                 self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
-            case "heard" if event["speaker"] not in self._robots and not self._is_a_robots(event):
+            case "heard" if event["speaker"] not in self._robots and not self._is_known(event, robot):
                 self._visit = None
-                who = event["speaker"] or "you"
+                self._said[robot, event["text"]] = event["at_s"]
+                who = "you" if event["speaker"] == SOMEBODY else event["speaker"]
                 self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
             case "held":
                 self._visit = None
                 self.write(f"{clock(event['at_s']):>5}  {robot} stood still for what sounded like “stop”")
 
-    def _is_a_robots(self, event: dict[str, Any]) -> bool:
-        """Whether it is a robot's call that was written already: robots pass "stop" on without a name."""
-        said_s = self._said.get(event["text"])
-        return said_s is not None and abs(event["at_s"] - said_s) < ECHO_S
+    def _is_known(self, event: dict[str, Any], robot: str) -> bool:
+        """Whether it was written already: a robot's call, as robots pass "stop" on without a name, or a call that this
+        robot obeyed at its first word and has now understood as a whole."""
+        before = (self._said.get((who, event["text"]), -math.inf) for who in ("", robot))
+        return any(abs(event["at_s"] - at_s) < ECHO_S for at_s in before)
 
     def write(self, text: str) -> None:
         """Write a line at once."""

@@ -30,13 +30,16 @@ def run(options: argparse.Namespace) -> int:
     return EX_FAILURE if refused else EX_OK
 
 
+HEADING = "confused pair"
+
+
 def as_table(found: Sequence[Confusion]) -> str:
     """Return the confusable pairs, or else the nearest few, as a table; below it one sentence for each pair to be
     changed."""
     shown = [c for n, c in enumerate(found) if c.confusable or n < SHOWN]
     pairs = [f"{c.first} | {c.second}" for c in shown]
-    width = max(map(len, pairs), default=0)
-    lines = [f"{'heard as one another':{width}}  voice       quiet    0 dB   -5 dB"]
+    width = max(map(len, (HEADING, *pairs)))
+    lines = [f"{HEADING:{width}}  voice       quiet    0 dB   -5 dB"]
     for pair, c in zip(pairs, shown, strict=True):
         remark = "" if not c.confusable else "  same sound" if c.same_sound else "  confusable"
         remark += ", the phrasebook's own words" if c.confusable and c.fixed else ""
@@ -46,11 +49,9 @@ def as_table(found: Sequence[Confusion]) -> str:
     limits = f"{LIMIT_QUIET:.1%} in quiet or {LIMIT_NOISE:.0%} in noise at 0 dB"
     lines += ["", *(describe(c) for c in wrong)]
     if not wrong:
-        lines.append(f"No words of this team are predicted to be confused more than {limits}.")
+        lines.append(f"No words of this team are predicted to be confused more often than {limits}.")
         if own := [f"{c.first} and {c.second}" for c in found if c.confusable]:
-            lines.append(
-                f"Among the phrasebook's own words, which no team can change, these are beyond it: {listed(own)}."
-            )
+            lines.append(f"Of the phrasebook's own words, which no team can change, these are: {listed(own)}.")
     else:
         lines.append(f"The limit is {limits}.")
     return "\n".join(lines) + "\n"
