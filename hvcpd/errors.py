@@ -7,7 +7,6 @@ device) raises one of these; a command prints its text, which names the place an
 
 from __future__ import annotations
 
-import difflib
 import errno
 from collections.abc import Iterable
 from pathlib import Path
@@ -144,8 +143,10 @@ def how_to_install(packages: str, debian: str | None = None, here: str = __file_
 
 def nearest(wrong: str, known: Iterable[str]) -> str | None:
     """The known word that was probably meant; case, and hyphens for underscores, do not count. None if none is near."""
+    from difflib import get_close_matches  # only where something is wrong
+
     folded = {name.casefold().replace("-", "_"): name for name in known}
-    near = difflib.get_close_matches(wrong.casefold().replace("-", "_"), folded, n=1)
+    near = get_close_matches(wrong.casefold().replace("-", "_"), folded, n=1)
     return folded[near[0]] if near else None
 
 

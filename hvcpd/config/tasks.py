@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.resources
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -154,4 +153,4 @@ class TaskRepository:
 
 def default_tasks_path() -> Path:
     """The task repository that comes with the package: the paper's five plants."""
-    return Path(str(importlib.resources.files("hvcpd.config") / "default_tasks.yaml"))
+    return Path(__file__).with_name("default_tasks.yaml")

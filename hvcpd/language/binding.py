@@ -7,7 +7,7 @@ from typing import Any
 
 from hvcpd.language import messages as m
 from hvcpd.language.forms import SLOT_FIELDS, Form
-from hvcpd.language.pattern import Bindings, Node, needed_slots, needed_words, parse_pattern, slots_of, words_of
+from hvcpd.language.pattern import Bindings, Node, parse_pattern, parts_of
 from hvcpd.language.spelling import written_name
 
 _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement", "mark"}
@@ -29,7 +29,8 @@ class CompiledForm:
 def compile_form(form: Form) -> CompiledForm:
     """The form with all that follows from its pattern."""
     node = parse_pattern(form.pattern)
-    return CompiledForm(form, node, slots_of(node), needed_slots(node), needed_words(node), words_of(node))
+    parts = parts_of(node)
+    return CompiledForm(form, node, parts.slots, parts.needed_slots, parts.needed_words, parts.words)
 
 
 def build(form: Form, bindings: Bindings) -> m.Utterance:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import takewhile
+from typing import NamedTuple
 
 from hvcpd.language.spelling import letters_of
 
@@ -43,6 +45,11 @@ class Choice:
     """Alternatives, the preferred first; an optional part is a choice between nothing and the part."""
 
     options: tuple[Node, ...]
+
+    @cached_property
+    def slots(self) -> tuple[frozenset[str], ...]:
+        """The names of all slots below each option."""
+        return tuple(parts_of(option).slots for option in self.options)
 
 
 @dataclass(frozen=True)
@@ -100,48 +107,43 @@ def _parse_sequence(tokens: Sequence[str], i: int) -> tuple[Node, int]:
     return Series(tuple(parts)), i
 
 
-def slots_of(node: Node) -> frozenset[str]:
-    """The names of all slots below a node."""
-    match node:
-        case Slot(name):
-            return frozenset({name})
-        case Letters():
-            return frozenset({LETTERS_SLOT})
-        case Series(children) | Choice(children):
-            return frozenset().union(*(slots_of(child) for child in children))
-        case _:
-            return frozenset()
+class Parts(NamedTuple):
+    """What is below a node: slots and literal words, all of them and those that every sentence of it has."""
+
+    slots: frozenset[str] = frozenset()
+    needed_slots: frozenset[str] = frozenset()
+    words: frozenset[str] = frozenset()
+    needed_words: frozenset[str] = frozenset()
 
 
-def needed_slots(node: Node) -> frozenset[str]:
-    """The names of the slots without which the pattern makes no sentence."""
-    match node:
-        case Series(children):
-            return frozenset().union(*(needed_slots(child) for child in children))
-        case Choice(options):
-            return frozenset.intersection(*(needed_slots(option) for option in options))
-        case _:
-            return slots_of(node)
-
-
-def needed_words(node: Node) -> frozenset[str]:
-    """The pattern's own words that every sentence of it has."""
+def parts_of(node: Node) -> Parts:
+    """What is below a node."""
     match node:
         case Word(text):
-            return frozenset({text})
+            word = frozenset({text})
+            return Parts(words=word, needed_words=word)
+        case Slot() | Letters():
+            slot = frozenset({node.name if isinstance(node, Slot) else LETTERS_SLOT})
+            return Parts(slots=slot, needed_slots=slot)
         case Series(children):
-            return frozenset().union(*(needed_words(child) for child in children))
+            return Parts(*(frozenset().union(*each) for each in zip(*map(parts_of, children), strict=True)))
         case Choice(options):
-            return frozenset.intersection(*(needed_words(option) for option in options))
+            slots, needed_slots, words, needed_words = zip(*map(parts_of, options), strict=True)
+            return Parts(
+                frozenset().union(*slots),
+                frozenset.intersection(*needed_slots),
+                frozenset().union(*words),
+                frozenset.intersection(*needed_words),
+            )
         case _:
-            return frozenset()
+            return Parts()
 
 
 def slot_sets(node: Node) -> frozenset[frozenset[str]]:
     """The slots that can be bound together: one set for each combination of optional parts that differs in them."""
     match node:
         case Slot() | Letters():
-            return frozenset({slots_of(node)})
+            return frozenset({parts_of(node).slots})
         case Series(parts):
             found = frozenset({frozenset[str]()})
             for part in parts:
@@ -151,17 +153,6 @@ def slot_sets(node: Node) -> frozenset[frozenset[str]]:
             return frozenset().union(*(slot_sets(option) for option in options))
         case _:
             return frozenset({frozenset()})
-
-
-def words_of(node: Node) -> frozenset[str]:
-    """All literal words below a node."""
-    match node:
-        case Word(text):
-            return frozenset({text})
-        case Series(children) | Choice(children):
-            return frozenset().union(*(words_of(child) for child in children))
-        case _:
-            return frozenset()
 
 
 def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
@@ -187,7 +178,8 @@ def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
                 words += rendered
             return words
         case Choice(options):
-            possible = [(len(slots_of(o) & values.keys()), r) for o in options if (r := render(o, values)) is not None]
+            made = ((slots, render(o, values)) for slots, o in zip(node.slots, options, strict=True))
+            possible = [(len(slots & values.keys()), words) for slots, words in made if words is not None]
             return max(possible, key=lambda pair: pair[0])[1] if possible else None
 
 

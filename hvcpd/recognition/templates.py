@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ OFFSETS = (-DELTA_REACH, -1, 0, 1, DELTA_REACH)
 Noise = NDArray[np.float32]
 HalfEnergies = NDArray[np.float16]
 """Energies to 0.05 %, in half the memory; 42 dB below a voice's mean to 3e-8 of it, far below the `Scorer`'s mask."""
-Take = Samples | Energies
+Take: TypeAlias = "Samples | Energies"
 """One rendering of a word: a recording at 16 kHz, shape (n,), or its energies without noise and the silence around it,
 shape (frames, N_BANDS)."""
 
