@@ -14,8 +14,10 @@ from typing import Any
 
 import yaml
 
-from hvcpd.config.structuring import KeyPath
 from hvcpd.errors import ConfigError
+
+KeyPath = tuple[str | int, ...]
+"""The way to a value from the top of a document: keys and list indices (from 0)."""
 
 MAX_FILE_BYTES = 1 << 20
 """1 MiB: a hundred tasks with a hundred actions each take about 200 kB."""

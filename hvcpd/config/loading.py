@@ -1,22 +1,51 @@
-"""From a file to frozen dataclasses, with every fault told at its line.
+"""From a document's values to frozen dataclasses, strictly, with every fault told at its line.
 
-What concerns several fields is checked by a function that is given a `Parts` and can name the place of each.
+Nothing is converted that a person may not have meant: "5" is no number, 5.7 no whole number, yes no 1. A field may
+carry a check in its metadata (`between`, `checked`); what concerns several fields is checked by a function that is
+given a `Parts` and can name the place of each.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import dataclasses
+import math
+from collections import abc
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
-from hvcpd.config.document import Document, parse, read_bytes
-from hvcpd.config.structuring import Converter, FaultError, Hook, KeyPath
-from hvcpd.errors import ConfigError
+from cattrs import Converter
+from cattrs.errors import (
+    AttributeValidationNote,
+    BaseValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn, make_mapping_structure_fn, override
+
+from hvcpd.config.document import Document, KeyPath, parse, read_bytes
+from hvcpd.errors import ConfigError, did_you_mean
 
 T = TypeVar("T")
 
+Check = Callable[[Any], str | None]
+"""Says what is wrong with a value and what to do, or None."""
+
+Hook = Callable[[Any, Converter], Any]
+"""Turns a plain value into one of our types; raises FaultError, or what the converter raises."""
+
 MAX_FAULTS_TOLD = 100
 """Lines of one ConfigError; nobody reads more at a time."""
+
+_CHECK = "check"
+
+
+class FaultError(ValueError):
+    """What is wrong with a value and what to do; `path` leads from that value to the part that is meant."""
+
+    def __init__(self, text: str, *path: str | int) -> None:
+        super().__init__(text)
+        self.path: KeyPath = path
 
 
 class Parts:
@@ -37,8 +66,8 @@ class Parts:
         if self._document.is_faulty(path):
             return None
         try:
-            return cast(T, self._converter.structure(value, type_))
-        except FaultError:
+            return self._converter.structure(value, type_)
+        except (FaultError, BaseValidationError):
             return None
 
     def has(self, path: KeyPath) -> bool:
@@ -87,16 +116,16 @@ def structure(
     hooks: Mapping[Any, Hook] | None = None,
 ) -> T:
     """As `load`, from a document that has been read already."""
-    converter = Converter(hooks)
+    converter = _make_converter(hooks or {})
     if document.value is None and not document.is_faulty(()):
         document.value = {}
     result: T | None = None
     try:
         result = converter.structure(document.value, type_)
-    except FaultError as error:
-        for fault in error.faults:
-            if not document.is_faulty(fault.path):
-                document.fault(fault.path, str(fault))
+    except (FaultError, BaseValidationError) as error:
+        for path, text in _flatten(error, ()):
+            if not document.is_faulty(path):
+                document.fault(path, text)
     if check is not None:
         check(Parts(document, converter))
     faults = list(document.faults())
@@ -105,3 +134,189 @@ def structure(
         told = faults[:MAX_FAULTS_TOLD] + ([f"{document.source}: and {more} more"] if more > 0 else [])
         raise ConfigError("\n".join(told))
     return result
+
+
+def between(least: float, most: float) -> dict[str, Check]:
+    """Field metadata: the number lies from `least` to `most`, both included."""
+    return {_CHECK: number_between(least, most)}
+
+
+def number_between(least: float, most: float) -> Check:
+    """The check alone."""
+
+    def check(value: float | None) -> str | None:
+        if value is None or least <= value <= most:
+            return None
+        return f"{describe(value)} is out of range; give a number from {least} to {most}"
+
+    return check
+
+
+def checked(check: Check) -> dict[str, Check]:
+    """Field metadata: `check` says what is wrong with the value and what to do."""
+    return {_CHECK: check}
+
+
+def describe(value: object) -> str:
+    """A value in a person's words."""
+    match value:
+        case None:
+            return "nothing"
+        case bool():
+            return f"yes/no ({str(value).lower()})"
+        case int() if abs(value) >= 10**18:
+            return "a huge number"
+        case int() | float():
+            return f"the number {value}"
+        case str():
+            return f"the text {value[:40]!r}"
+        case list():
+            return "a list"
+        case dict():
+            return "a group of keys"
+        case _:
+            return f"a {type(value).__name__}"
+
+
+def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
+    converter = Converter(forbid_extra_keys=True, detailed_validation=True)
+
+    def dataclass_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        checks: dict[str, Any] = {
+            field.name: override(struct_hook=_checked_hook(converter, field.metadata[_CHECK]))
+            for field in dataclasses.fields(cls)
+            if _CHECK in field.metadata
+        }
+        inner = make_dict_structure_fn(cls, converter, **checks)
+
+        def hook(value: Any, _: Any) -> Any:
+            if not isinstance(value, dict):
+                known = ", ".join(field.name for field in dataclasses.fields(cls))
+                raise FaultError(f"expected a group of keys ({known}), found {describe(value)}; write `key: value`")
+            return inner(value, cls)
+
+        return hook
+
+    def tuple_hook(value: Any, type_: Any) -> Any:
+        if not isinstance(value, list):
+            raise FaultError(f"expected a list, found {describe(value)}; write it as [a, b]")
+        list_type: Any = list[get_args(type_)[0]]  # type: ignore[misc]
+        return tuple(converter.structure(value, list_type))
+
+    def mapping_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        inner = make_mapping_structure_fn(cls, converter, dict)
+
+        def hook(value: Any, _: Any) -> Any:
+            if not isinstance(value, dict):
+                raise FaultError(f"expected a group of keys, found {describe(value)}; write `name: ...`")
+            return inner(value, cls)
+
+        return hook
+
+    converter.register_structure_hook_factory(dataclasses.is_dataclass, dataclass_hook)
+    converter.register_structure_hook_factory(_has_origin(abc.Mapping), mapping_hook)
+    converter.register_structure_hook_func(_has_origin(tuple), tuple_hook)
+    converter.register_structure_hook_func(_has_origin(Literal), _literal)
+    for primitive, read in ((int, _int), (float, _float), (bool, _bool), (str, _str), (Path, _path)):
+        converter.register_structure_hook(primitive, read)
+    for special, read_special in hooks.items():
+        converter.register_structure_hook(special, _special_hook(converter, read_special))
+    return converter
+
+
+def _has_origin(origin: Any) -> Callable[[Any], bool]:
+    return lambda type_: bool(get_origin(type_) is origin)
+
+
+def _special_hook(converter: Converter, read: Hook) -> Callable[[Any, Any], Any]:
+    return lambda value, _: read(value, converter)
+
+
+def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], Any]:
+    def hook(value: Any, type_: Any) -> Any:
+        result = converter.structure(value, type_)
+        text = check(result)
+        if text is not None:
+            raise FaultError(text)
+        return result
+
+    return hook
+
+
+def _int(value: Any, _: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise FaultError(f"expected a whole number, found {describe(value)}; write digits without quotes or point")
+    return value
+
+
+def _as_number(value: object) -> str:
+    """How what was meant as a number is written: YAML takes `1e9` for a text."""
+    try:
+        meant = float(value) if isinstance(value, str) and "e" in value.lower() else math.nan
+    except ValueError:
+        meant = math.nan
+    return f"write {meant:.1e}, with a dot and a sign" if math.isfinite(meant) else "write it without quotes, as 1.5"
+
+
+def _float(value: Any, _: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise FaultError(f"expected a number, found {describe(value)}; {_as_number(value)}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise FaultError(f"expected a finite number, found {describe(value)}; write a number such as 1.5")
+    return number
+
+
+def _bool(value: Any, _: Any) -> bool:
+    if not isinstance(value, bool):
+        raise FaultError(f"expected true or false, found {describe(value)}; write true or false")
+    return value
+
+
+def _str(value: Any, _: Any) -> str:
+    if not isinstance(value, str):
+        raise FaultError(f"expected text, found {describe(value)}; put it in quotes")
+    return value
+
+
+def _path(value: Any, _: Any) -> Path:
+    if not isinstance(value, str | Path) or not str(value) or "\0" in str(value):
+        raise FaultError(f"expected a file name, found {describe(value)}; write the path")
+    return Path(value)
+
+
+def _literal(value: Any, type_: Any) -> Any:
+    choices = get_args(type_)
+    for choice in choices:
+        if value == choice and type(value) is type(choice):
+            return choice
+    hint = did_you_mean(str(value)[:40], [str(choice) for choice in choices])
+    raise FaultError(f"{describe(value)} is not one of the choices; {hint}")
+
+
+def _flatten(error: BaseException, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Every fault in a tree of cattrs' exceptions with the way to its value; an error of our own is raised on."""
+    for note in reversed(getattr(error, "__notes__", [])):
+        if isinstance(note, AttributeValidationNote):
+            path = (*path, note.name)
+        elif isinstance(note, IterableValidationNote):
+            path = (*path, note.index)
+    match error:
+        case BaseValidationError():
+            for child in error.exceptions:
+                yield from _flatten(child, path)
+        case FaultError():
+            at = (*path, *error.path)
+            key = next((key for key in reversed(at) if isinstance(key, str)), None)
+            yield at, f"{key}: {error}" if key is not None else str(error)
+        case ForbiddenExtraKeysError():
+            known = [field.name for field in dataclasses.fields(error.cl)]
+            for key in error.extra_fields:
+                yield (*path, key), f"unknown key {key[:40]!r}; {did_you_mean(key[:40], known)}"
+        case KeyError():  # cattrs' way to say that a key is absent
+            yield path, f"the key {path[-1]!r} is missing; add it"
+        case _:
+            raise error

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from datetime import datetime
 
-from hvcpd.config.structuring import between, checked
+from hvcpd.config.loading import between, checked
 
 _HOURS = re.compile(r"([01]?\d|2[0-3]):([0-5]\d) ?[-–] ?([01]?\d|2[0-3]):([0-5]\d)")
 CLOCK_SET_S = 1_704_067_200.0

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, ParamSpec
 
+from hvcpd.config.loading import between, checked
 from hvcpd.config.names import VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
-from hvcpd.config.structuring import between, checked
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import Pose
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ParamSpec, cast
 
-from hvcpd.config.document import Document, Place, parse, read_bytes
+from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
 from hvcpd.config.names import NameCheck, repeated_names
 from hvcpd.config.settings import DEFAULT_NAMES, PeerSettings, Settings
 from hvcpd.config.skill_settings import runnable
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
-from hvcpd.config.structuring import KeyPath
 from hvcpd.errors import did_you_mean
 
 _P = ParamSpec("_P")

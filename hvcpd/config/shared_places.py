@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from hvcpd.config.loading import Parts
+from hvcpd.config.document import KeyPath
+from hvcpd.config.loading import Parts, between, checked
 from hvcpd.config.names import MAX_WORD_LENGTH, plain_letters
-from hvcpd.config.structuring import KeyPath, between, checked
 from hvcpd.ports import Place
 
 BODY_M = 0.15

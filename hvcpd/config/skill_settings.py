@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from hvcpd.config.loading import between, checked
 from hvcpd.config.skills import valid_key
-from hvcpd.config.structuring import between, checked
 
 HIGHEST_PIN = 27
 """Of a Raspberry Pi's header, in Broadcom's numbers, as gpiozero counts them."""

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from hvcpd.config.loading import FaultError, between, checked, describe
 from hvcpd.config.names import valid_task_name
-from hvcpd.config.structuring import FaultError, between, checked, describe
 from hvcpd.errors import did_you_mean
 
 Value = float | str
@@ -125,7 +125,7 @@ class SkillEntry:
             try:
                 values.append((name, parameter.read(value)))
             except FaultError as error:
-                raise error.under(name) from None
+                raise FaultError(str(error), name) from None
         return tuple(values)
 
 

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from hvcpd.config.document import Document, Place, parse
-from hvcpd.config.structuring import KeyPath
+from hvcpd.config.document import Document, KeyPath, Place, parse
 from hvcpd.errors import ConfigError, did_you_mean
 
 PREFIX = "HVCPD_"

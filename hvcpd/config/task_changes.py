@@ -15,8 +15,7 @@ from typing import Any
 import yaml
 
 from hvcpd.config.document import Document, Place, parse, read_bytes
-from hvcpd.config.loading import structure
-from hvcpd.config.structuring import describe
+from hvcpd.config.loading import describe, structure
 from hvcpd.errors import ConfigError
 
 HEAD = """\

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
-from hvcpd.config.loading import Parts
+from hvcpd.config.document import KeyPath
+from hvcpd.config.loading import Parts, describe
 from hvcpd.config.names import valid_alternative, valid_word
-from hvcpd.config.structuring import KeyPath, describe
 
 SoundsAlike = Callable[[str, str], bool]
 """Whether two names are too near in sound to be told apart by ear."""

@@ -8,14 +8,25 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.document import Document, parse, read_bytes
+from cattrs import Converter
+from cattrs.errors import AttributeValidationNote, BaseValidationError
+
+from hvcpd.config.document import Document, KeyPath, parse, read_bytes
 from hvcpd.config.icons import valid_icon
-from hvcpd.config.loading import Parts, structure
+from hvcpd.config.loading import (
+    Check,
+    FaultError,
+    Parts,
+    between,
+    checked,
+    describe,
+    number_between,
+    structure,
+)
 from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.shared_places import PlaceEntry, check_places, valid_places
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
-from hvcpd.config.structuring import Check, Converter, FaultError, KeyPath, between, checked, describe, number_between
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
@@ -224,7 +235,7 @@ def _read_use(name: str, argument: Any, entry: SkillEntry | None) -> _ActionEntr
     try:
         return _ActionEntry(Use(name, entry.read(argument), entry.limit_s))
     except FaultError as error:
-        raise (error.under(name) if argument is not None else error) from None
+        raise FaultError(str(error), *((name, *error.path) if argument is not None else ())) from None
 
 
 def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _ActionEntry:
@@ -254,7 +265,10 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
             raise FaultError(wrong)
         return _ActionEntry(make(found))
     except FaultError as error:
-        raise error.under(key) from None
+        raise FaultError(str(error), key, *error.path) from error
+    except BaseValidationError as error:
+        error.add_note(AttributeValidationNote(f"in action {key}", key, type_))
+        raise
 
 
 def load_tasks(
