@@ -27,23 +27,29 @@ def build(output: Path) -> tuple[Path, Path]:
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hvcpd-wheel-") as scratch:
         tree, made = Path(scratch) / "tree", Path(scratch) / "made"
-        made.mkdir()
-        listed = subprocess.run(
-            ["git", "-C", str(REPOSITORY), "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout
-        for name in filter(None, listed.split("\0")):
-            if (REPOSITORY / name).is_file():
-                (tree / name).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(REPOSITORY / name, tree / name)
-        _run("build_sdist", tree, made)  # before there are words, which who builds from it makes anew
+        archive = build_archive(tree, made)  # before there are words, which who builds from it makes anew
         write_words(default_words(), tree / SHIPPED)
         put_manuals(tree / "build/man")
         _run("build_wheel", tree, made)
-        wheel, archive = next(made.glob("*.whl")), next(made.glob("*.tar.gz"))
+        wheel = next(made.glob("*.whl"))
         return Path(shutil.copy(wheel, output)), Path(shutil.copy(archive, output))
+
+
+def known_to_git() -> list[str]:
+    """The files of the working copy, but for those that git ignores, by their paths in it."""
+    command = ["git", "-C", str(REPOSITORY), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    return [name for name in listed.split("\0") if name and (REPOSITORY / name).is_file()]
+
+
+def build_archive(tree: Path, output: Path) -> Path:
+    """Copy the working copy to `tree` and make the source archive of it in `output`; its path."""
+    for name in known_to_git():
+        (tree / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(REPOSITORY / name, tree / name)
+    output.mkdir(parents=True, exist_ok=True)
+    _run("build_sdist", tree, output)
+    return next(output.glob("*.tar.gz"))
 
 
 def _run(what: str, tree: Path, output: Path) -> None:
