@@ -193,7 +193,7 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
                 right = found is not None and found.words == words
                 totals.setdefault(label, Count()).add(Count(right, found is not None and not right, n=1))
     for label, total in totals.items():
-        total.told_alone(f"Kokoro's voices, second pass, enrolled: {label}")
+        total.told_alone(f"Kokoro's voices, enrolled: {label}")
 
 
 def digits_rows(data: Path, right: Callable[[str, float | None, int], Count], most: int) -> None:

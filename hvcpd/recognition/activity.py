@@ -43,12 +43,9 @@ LONGER_WAIT_FRAMES = 110
 
 
 def _group_matrix() -> NDArray[np.float32]:
-    groups = np.zeros((N_BANDS, N_GROUPS + 1), np.float32)
-    width = N_BANDS // N_GROUPS
-    for g in range(N_GROUPS):
-        groups[g * width : (g + 1) * width, g] = 1.0 / width
-    groups[:, N_GROUPS] = 1.0 / N_BANDS
-    return groups
+    """Weights of the bands in the means over each group, and over all bands, shape (N_BANDS, N_GROUPS + 1)."""
+    groups = np.kron(np.eye(N_GROUPS), np.full((N_BANDS // N_GROUPS, 1), N_GROUPS / N_BANDS))
+    return np.hstack([groups, np.full((N_BANDS, 1), 1.0 / N_BANDS)]).astype(np.float32)
 
 
 def _window_matrix() -> NDArray[np.float32]:

@@ -185,9 +185,4 @@ def features_of(energies: Energies) -> Features:
     `energies` has shape (n + 2 * CONTEXT_FRAMES, N_BANDS); returns shape (n, N_FEATURES).
     """
     c = cepstra_of(smoothed(energies))
-    n = len(c) - 2 * DELTA_REACH
-    out = np.empty((max(n, 0), N_FEATURES), np.float32)
-    if n > 0:
-        out[:, :N_CEPSTRA] = c[2:-2]
-        out[:, N_CEPSTRA:] = deltas_of(c[:-4], c[1:-3], c[3:-1], c[4:])
-    return out
+    return np.concatenate([c[2:-2], deltas_of(c[:-4], c[1:-3], c[3:-1], c[4:])], axis=1)

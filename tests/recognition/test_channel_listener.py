@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,18 +11,18 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch, quiet_part
-from hvcpd.recognition.events import Recognised, Source
+from hvcpd.recognition.events import Source
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
 AT, ORIGIN = 24_000, 500_000
 
 
-def look(*sounds: tuple[int, Samples], noise: float = 0.3, proposed: tuple[Recognised, ...] = ()) -> SearchResult:
+def look(*sounds: tuple[int, Samples], noise: float = 0.3) -> SearchResult:
     """At sounds in noise, each noticed a little after its beginning."""
     n = max(at + len(sound) for at, sound in sounds) + 12_000
     noticed = tuple(at + 1000 for at, _ in sounds)
-    return LISTENER.search(Stretch(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000, noticed, proposed))
+    return LISTENER.search(Stretch(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000, noticed))
 
 
 def heard(text: str, voice: str = "oak", seed: int = 1) -> Samples:
@@ -61,27 +60,6 @@ def test_who_says_it_again_is_heard_twice() -> None:
     found = look((AT, 0.5 * sound), (AT + len(sound) + 4000, sound), noise=0.1)
     places = sorted(each.start_sample - ORIGIN - AT for each in found.sentences)
     assert places == pytest.approx([0, len(sound) + 4000], abs=32)
-
-
-def proposal(text: str, voice: str = "oak") -> Recognised:
-    return Recognised(tuple(text.split()), voice, ORIGIN + AT, ORIGIN + AT + 20_000, 0.99, 10.0, ())
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        proposal("hi rob water lily"),
-        proposal("hi rob water rose", "of nobody"),
-        proposal("no such words"),
-    ],
-)
-def test_a_wrong_sentence_that_others_heard_is_replaced(wrong: Recognised) -> None:
-    assert told(look((AT, heard("hi rob, water rose")), proposed=(wrong,))) == {("hi rob water rose", "oak")}
-
-
-def test_a_right_one_is_told_once() -> None:
-    found = look((AT, heard("hi rob, water rose")), proposed=(proposal("hi rob water rose"),))
-    assert [each.words for each in found.sentences] == [("hi", "rob", "water", "rose")]
 
 
 @pytest.mark.parametrize("share", [0.4, 0.7])
@@ -136,7 +114,7 @@ SOUNDS: dict[str, Callable[[int], Samples]] = {
 )
 def test_any_sound_is_looked_at(name: str, n: int, lead: int, noticed: list[int]) -> None:
     with np.errstate(divide="raise", invalid="raise"):
-        found = LISTENER.search(Stretch(SOUNDS[name](n), 0, min(lead, n), tuple(noticed), (proposal("hi bot stop"),)))
+        found = LISTENER.search(Stretch(SOUNDS[name](n), 0, min(lead, n), tuple(noticed)))
     assert all(np.isfinite(each.snr_db) for each in found.sentences)
     assert name == "a sentence and silence" or found == SearchResult()
 
@@ -166,10 +144,3 @@ def test_all_voices_are_made_ready() -> None:
     book = Book("oak")
     ChannelListener(GRAPH, (book,)).prepare(lambda: True)
     assert book.prepared
-
-
-def test_what_others_propose_is_judged_where_no_first_word_was_found() -> None:
-    late = scene(AT + 90_000, (AT, heard("all, who is here")))
-    proposed = replace(proposal("all who is here"), start_sample=AT)
-    found = LISTENER.search(Stretch(late, 0, AT, (), (proposed,)))
-    assert told(found) == {("all who is here", "oak")}

@@ -201,10 +201,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         begin = stretch.begin
         sound, lead = self._history.around(begin - LEAD, begin, self._now)
         origin = begin - lead
-        proposed = tuple(each for each in stretch.held if isinstance(each, Recognised))
-        stretch.job = Stretch(
-            sound, origin, lead, tuple(at - origin for at in stretch.noticed if at >= begin), proposed, cut
-        )
+        noticed = tuple(at - origin for at in stretch.noticed if at >= begin)
+        stretch.job = Stretch(sound, origin, lead, noticed, cut)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()

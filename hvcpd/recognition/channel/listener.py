@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
-from hvcpd.language.graph import WordGraph, graph_of
+from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.search import ChannelSearch, Path, span_of
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
@@ -147,14 +147,12 @@ MOST_AT_ONCE = 2
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech, which was
-    noticed at the samples `noticed` of the sound. `proposed`: sentences that other listeners found in it. `cut`: sound
-    went on after it."""
+    noticed at the samples `noticed` of the sound. `cut`: sound went on after it."""
 
     sound: Samples
     origin: int
     lead: int
     noticed: tuple[int, ...]
-    proposed: tuple[Recognised, ...] = ()
     cut: bool = False
 
 
@@ -179,7 +177,6 @@ class ChannelListener:
         self._searches = [ChannelSearch(graph, rate) for rate in rates]
         """One for each rate: the usual one first."""
         self._books = books
-        self._final = next(iter(graph.finals))
         self._before = _words_before(graph)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -227,27 +224,14 @@ class ChannelListener:
         noticed = [at - begin for at in stretch.noticed]
         paths: list[Path] = []
         best = None
-        proposed = [each for each in stretch.proposed if all(each.words != path.words for path in reported)]
         for search in self._searches[:1] if reported else self._searches:
             found = search.paths(sound, noticed, reported)
             paths += found
-            for sentence in proposed:
-                if not found or sentence.words != found[0].words:
-                    at = sentence.start_sample - stretch.origin - begin
-                    paths += self._alone(sound, sentence.voice, sentence.words, at)
-            proposed = []
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
             if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):
                 break
         return paths, best
-
-    def _alone(self, sound: WeightedSound, voice: str, words: tuple[str, ...], at: int) -> list[Path]:
-        """The paths of one sentence in one voice that begins at about sample `at`."""
-        books = [book for book in self._books if book.voice == voice]
-        alone = ChannelSearch(graph_of(words, frozenset(range(len(words)))), books)
-        found = [path for path in alone.paths(sound, [at]) if alone.is_whole(path)]
-        return [replace(path, node=self._final) for path in found]
 
     def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard. `paths`: most likely
