@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-HEAVY = ("numpy", "hvcpd.synthesis", "hvcpd.recognition", "hvcpd.language.phrasebook", "soundfile", "cattrs")
+HEAVY = ("numpy", "hvcpd.synthesis", "hvcpd.recognition", "hvcpd.language.phrasebook", "soundfile")
 
 PROGRAM = f"""
 import sys
