@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -84,7 +84,7 @@ class LiveView:
 
     def lines(self, event: Event) -> list[Text]:
         """Take one event in; the lines that it adds to the conversation, for whoever shows them elsewhere."""
-        return [line for note in self._take(event) for line in told(self._artist, self._watch, note)]
+        return self._wrapped(line for note in self._take(event) for line in told(self._artist, self._watch, note))
 
     def _take(self, event: Event) -> list[Note]:
         if isinstance(event, Moved):
@@ -99,11 +99,17 @@ class LiveView:
         self._print(*lines)
 
     def _print(self, *lines: Text) -> None:
-        """To a terminal broken at its width, with the rest indented; to a file as they are."""
+        """To a terminal wrapped, to a file as they are."""
         if self._live is None:
             for line in lines:
                 self._console.print(line, soft_wrap=True, highlight=False)
             return
+        self._console.print(
+            Group(*self._wrapped(lines)), highlight=False
+        )  # at once: each print draws the picture again
+
+    def _wrapped(self, lines: Iterable[Text]) -> list[Text]:
+        """Broken at the terminal's width, with the rest indented."""
         width = self._console.width
         indent = INDENT if width >= 4 * INDENT else 0
         parts: list[Text] = []
@@ -111,7 +117,7 @@ class LiveView:
             line.overflow = "fold"
             wrapped = line.wrap(self._console, max(width - indent, 1))
             parts += [Text(" " * indent * (k > 0)).append_text(part) for k, part in enumerate(wrapped)]
-        self._console.print(Group(*parts), highlight=False)  # at once: each print draws the live picture again
+        return parts
 
     def _leave_traces(self, event: Moved) -> None:
         if self._plan is None:

@@ -29,15 +29,21 @@ MISSION = example(sound=False)
 
 
 def show(
-    events: Sequence[ev.Event], width: int = 80, height: int = 24, terminal: bool = False, encoding: str = "utf-8"
+    events: Sequence[ev.Event],
+    width: int = 80,
+    height: int = 24,
+    terminal: bool = False,
+    encoding: str = "utf-8",
+    event_s: float = 0.02,
 ) -> str:
+    """What stands on the console in the end; from one event to the next `event_s` pass on the wall."""
     ticks = itertools.count()
     file = io.TextIOWrapper(io.BytesIO(), encoding=encoding, newline="")
     console = Console(
         file=file, width=width, height=height, force_terminal=terminal, legacy_windows=False, _environ={"TERM": "xterm"}
     )
     started = next(e for e in events if isinstance(e, ev.Started))
-    with LiveView(console, started, monotonic_s=lambda: 0.02 * next(ticks)) as view:
+    with LiveView(console, started, monotonic_s=lambda: event_s * next(ticks)) as view:
         for event in events:
             if event is not started:
                 view.handle(event)
@@ -118,7 +124,7 @@ def test_what_a_seal_is_worth_is_shown() -> None:
 @pytest.mark.parametrize(("width", "height"), [(80, 24), (40, 12), (20, 5), (200, 60)])
 @pytest.mark.parametrize("mission", [MISSION, example(12, 40, sound=False)], ids=["small", "big"])
 def test_no_line_is_wider_than_the_terminal(width: int, height: int, mission: ev.MissionRecord) -> None:
-    out = show(mission.events, width, height, terminal=True)
+    out = show(mission.events, width, height, terminal=True, event_s=0.002)  # a picture for each line, and some between
     assert "\x1b[" in out
     lines = CONTROL.sub("\n", out).splitlines()
     assert max(map(cell_len, lines)) <= width
