@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from benchmarks.judging import Phrases
 from benchmarks.keyword.clips import KEYWORD, part_of
 from benchmarks.phones.texts import NAMES
+from hvcpd.synthesis.letter_to_sound import letter_to_sound
 
 PHONES = ("S", "T", "AA", "P")
 ALIKE = tuple(
@@ -39,6 +40,10 @@ OWN_WORDS = (
     "start",
 )
 
+ONSETS = (*["st"] * 9, *"sp sk str sl sn t d tr sh ch sw est ast ist".split(), "")
+VOWELS = tuple("a a e i o o u ee oo ai oa ou er ar or y".split())
+CODAS = (*["p"] * 4, *["ck"] * 2, *["t"] * 2, *"b d g ff ss sh ch m n ng l v th pt ps ft rk rp lp mp ff ck".split(), "")
+"""Of made-up words; most begin as the keyword does."""
 
 BEFORE_IT = tuple(
     "the bus|the next|at the last|do not|we will never|you can|where does it|he would not|did they ever|she did not|"
@@ -69,6 +74,26 @@ def alike(known: Mapping[str, Sequence[str]]) -> list[tuple[str, ...]]:
         if is_near or _has(phones, PHONES) or _has(phones, PHONES[1:]):
             found.append((word,))
     return found
+
+
+def made_up(chooser: random.Random, known: Mapping[str, Sequence[str]], near: Sequence[Sequence[str]]) -> str:
+    """A syllable that sounds like the keyword in part, and neither like it nor like a near-word kept from the
+    training."""
+    kept = {_sound(known.get(word[0], ())) for word in near if len(word) == 1 and near_part_of(word[0]) != "train"}
+    while True:
+        word = chooser.choice(ONSETS) + chooser.choice(VOWELS) + chooser.choice(CODAS)
+        phones = _sound(letter_to_sound(word))
+        if len(phones) > 1 and phones not in kept and not _is_heard_as_it(phones):
+            return word
+
+
+def _sound(phones: Sequence[str]) -> tuple[str, ...]:
+    return tuple(phone.rstrip("012") for phone in phones)
+
+
+def _is_heard_as_it(phones: Sequence[str]) -> bool:
+    """Whether some accent says the keyword so."""
+    return any(_has(phones, (*PHONES[:2], vowel, PHONES[3])) for vowel in ("AA", "AO", "AH", "AW"))
 
 
 def near_part_of(text: str) -> str:
