@@ -123,8 +123,10 @@ def write(net: Net, validation: Data, step: int, o: argparse.Namespace) -> None:
     best = max(shares, key=lambda share: sum(each.told_at(AT_RATE) for each in scores[share]))
     found = scores[best]
     today = datetime.date.today().isoformat()
-    score, kept = " | ".join(map(str, found)), f", {best} of {o.start.name} kept" if best else ""
-    notes = f"{today}, {BATCH * step} takes, seed {o.seed}, {step} steps{kept}; validation: {score}"
+    score, kept = " | ".join(map(str, found)), f", {best} of the start kept" if best else ""
+    notes = f"{today}, {BATCH * step} takes at rate {o.rate:g}, seed {o.seed}{kept}; validation: {score}"
+    if o.start is not None:
+        notes += f"; started from: {np.load(o.start)['notes']}"
     save(o.out, means[best], [calibrated(each.words, each.others) for each in found], notes)
 
 
