@@ -16,7 +16,6 @@ import numpy as np
 
 from benchmarks.hearing.noises import steady
 from benchmarks.judging import Phrases, program
-from benchmarks.keyword.material import Rooms
 from benchmarks.people_material import (
     CALLS,
     DIGITS,
@@ -33,6 +32,7 @@ from benchmarks.people_material import (
 )
 from benchmarks.people_stage import SNR_DB, Stage
 from benchmarks.phones.recorded import bare_words, half_of, noises, string_of
+from benchmarks.phones.rooms import Rooms
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, calibrators, kokoro, neural, piper
 from hvcpd.errors import PhraseError

@@ -1,6 +1,6 @@
 """Scores the keyword's nets on words of takes outside their training, and calibrates their outputs to odds.
 
-    python -m benchmarks.keyword.score test.npz --net stop.npz ...
+    python -m benchmarks.keyword.score clips.npz --data DIR --net stop.npz ... [--part test] [--batches 40] [--seed 19]
 
 Of each curve: per cent of the words heard, and times an hour that something else is taken for one, at each chance.
 """
@@ -16,6 +16,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from benchmarks.keyword.clips import load
 from benchmarks.keyword.model import Folded, stored
 from benchmarks.keyword.takes import NOTHING, TOLD, TOLD_S, Data
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -90,11 +91,15 @@ def calibrated(words: NDArray[np.float64], others: NDArray[np.float64]) -> tuple
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("material", type=Path)
+    parser.add_argument("clips", type=Path)
+    parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--net", type=Path, nargs="+", default=[WEIGHTS])
+    parser.add_argument("--part", default="test")
+    parser.add_argument("--batches", type=int, default=40)
+    parser.add_argument("--seed", type=int, default=19)
     o = parser.parse_args()
     torch.set_num_threads(1)
-    data = Data.load(o.material)
+    data = Data.drawn(load(o.clips), o.data, o.part, o.batches, o.seed)
     for path in o.net:
         with np.load(path) as file:
             lines = list(zip(file["slopes"], file["intercepts"], strict=True))

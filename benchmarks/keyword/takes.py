@@ -1,8 +1,8 @@
-"""The keyword's net's inputs and targets: of takes to train with, and of those in files, to score with, in batches."""
+"""The keyword's net's inputs and targets, of takes to train and to score with, in batches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +11,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from benchmarks.keyword.clips import Clip
+from benchmarks.keyword.mixing import EnergyMixer
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, WINDOW_SAMPLES
 from hvcpd.recognition.keyword.net import Levels
@@ -38,10 +40,12 @@ class Data:
     inside: NDArray[np.bool_]
 
     @classmethod
-    def load(cls, path: Path) -> Data:
-        """Those that `material` wrote."""
-        with np.load(path) as file:
-            logs, ends, inside = file["logs"], file["ends"], file["inside"]
+    def drawn(cls, clips: Sequence[Clip], data: Path | None, part: str, batches: int, seed: int) -> Data:
+        """Takes of that part to score with, BATCH in each batch."""
+        mixer = EnergyMixer(clips, data, part, seed)
+        takes = [mixer.draw(BATCH) for _ in range(batches)]
+        logs = np.log(np.concatenate([each.energies for each in takes])).astype(np.float16)
+        ends, inside = (np.concatenate([getattr(each, key) for each in takes]) for key in ("ends", "inside"))
         return cls(logs, labels_of(ends, inside, logs.shape[1] // CHUNK_FRAMES), inside)
 
     def batches(self, takes: NDArray[np.int64]) -> Iterator[tuple[Tensor, Tensor]]:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from benchmarks.judging import Phrases
 from benchmarks.keyword.clips import KEYWORD, part_of
 from benchmarks.phones.texts import NAMES
+from hvcpd.synthesis.letter_to_sound import letter_to_sound
 
 PHONES = ("S", "T", "AA", "P")
 ALIKE = tuple(
@@ -39,6 +40,12 @@ OWN_WORDS = (
     "start",
 )
 
+ONSETS = (*["st"] * 9, *"sp sk str sl sn t d tr sh ch sw est ast ist".split(), "")
+VOWELS = tuple("a a e i o o u ee oo ai oa ou er ar or y".split())
+CODAS = (*["p"] * 4, *["ck"] * 2, *["t"] * 2, *"b d g ff ss sh ch m n ng l v th pt ps ft rk rp lp mp ff ck".split(), "")
+"""Of made-up words; most begin as the keyword does."""
+ACCENTS = ("AA", "AE", "AH", "AO", "AW", "ER")
+"""Its vowel in some accent: a Scot's "stap" is an American's "stop"."""
 
 BEFORE_IT = tuple(
     "the bus|the next|at the last|do not|we will never|you can|where does it|he would not|did they ever|she did not|"
@@ -69,6 +76,19 @@ def alike(known: Mapping[str, Sequence[str]]) -> list[tuple[str, ...]]:
         if is_near or _has(phones, PHONES) or _has(phones, PHONES[1:]):
             found.append((word,))
     return found
+
+
+def made_up(chooser: random.Random, known: Mapping[str, Sequence[str]], near: Sequence[Sequence[str]]) -> str:
+    """A syllable or two that sound like the keyword in part, hold no near-word kept from the training, and are the
+    keyword itself in no accent."""
+    barred = [known.get(word[0], ()) for word in near if len(word) == 1 and near_part_of(word[0]) != "train"]
+    barred += [(*PHONES[:2], vowel, end) for vowel in ACCENTS for end in ("P", "B")]
+    while True:
+        word = chooser.choice(ONSETS) + chooser.choice(VOWELS) + chooser.choice(CODAS)
+        phones = [phone.rstrip("012") for phone in letter_to_sound(word)]
+        heard = [phone for phone in phones if phone not in ("R", "L")]  # they colour a vowel in some accents
+        if len(phones) > 1 and not any(part and (_has(phones, part) or _has(heard, part)) for part in barred):
+            return word
 
 
 def near_part_of(text: str) -> str:

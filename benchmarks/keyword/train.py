@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ import torch
 from torch import Tensor, nn
 from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
-from benchmarks.keyword.clips import Clip, load
+from benchmarks.keyword.clips import load
 from benchmarks.keyword.mixing import EnergyMixer, Takes
 from benchmarks.keyword.model import Folded, Net, averaged, folded, save, started, stored
 from benchmarks.keyword.score import calibrated, check
@@ -57,15 +57,6 @@ def batch(mixer: EnergyMixer, rng: np.random.Generator) -> tuple[Takes, Tensor, 
     leave_out(sound, rng)
     labels = labels_of(takes.ends, takes.inside, sound.shape[1] // CHUNK_FRAMES)
     return takes, torch.from_numpy(sound.transpose(0, 2, 1).copy()), torch.from_numpy(labels)
-
-
-def validating(clips: Sequence[Clip], data: Path) -> Data:
-    """Takes of the part to choose weights with."""
-    mixer = EnergyMixer(clips, data, "validate", VALIDATION_SEED)
-    takes = [mixer.draw(BATCH) for _ in range(VALIDATION_BATCHES)]
-    logs = np.log(np.concatenate([each.energies for each in takes])).astype(np.float16)
-    ends, inside = (np.concatenate([getattr(each, key) for each in takes]) for key in ("ends", "inside"))
-    return Data(logs, labels_of(ends, inside, logs.shape[1] // CHUNK_FRAMES), inside)
 
 
 def trained(net: Net, mixer: EnergyMixer, o: argparse.Namespace) -> Iterator[tuple[int, float, Net]]:
@@ -110,7 +101,8 @@ def main() -> None:
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     clips = load(o.clips)
-    mixer, validation = EnergyMixer(clips, o.data, "train", o.seed), validating(clips, o.data)
+    validation = Data.drawn(clips, o.data, "validate", VALIDATION_BATCHES, VALIDATION_SEED)
+    mixer = EnergyMixer(clips, o.data, "train", o.seed)
     net = Net()
     if o.start is not None:
         net = started(o.start, torch.cat([batch(mixer, np.random.default_rng(k))[1] for k in range(8)]))
@@ -131,8 +123,10 @@ def write(net: Net, validation: Data, step: int, o: argparse.Namespace) -> None:
     best = max(shares, key=lambda share: sum(each.told_at(AT_RATE) for each in scores[share]))
     found = scores[best]
     today = datetime.date.today().isoformat()
-    score, kept = " | ".join(map(str, found)), f", {best} of {o.start.name} kept" if best else ""
-    notes = f"{today}, {BATCH * step} takes, seed {o.seed}, {step} steps{kept}; validation: {score}"
+    score, kept = " | ".join(map(str, found)), f", {best} of the start kept" if best else ""
+    notes = f"{today}, {BATCH * step} takes at rate {o.rate:g}, seed {o.seed}{kept}; validation: {score}"
+    if o.start is not None:
+        notes += f"; started from: {np.load(o.start)['notes']}"
     save(o.out, means[best], [calibrated(each.words, each.others) for each in found], notes)
 
 

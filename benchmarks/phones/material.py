@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.hearing.noises import steady
-from benchmarks.keyword.material import Rooms, stretched
 from benchmarks.people_material import DIGITS
 from benchmarks.phones.recorded import bare_words, joined, noises, string_of
+from benchmarks.phones.rooms import Rooms, stretched
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, resampled, talkers
 from hil_fakes.robot_noise import fan, motor

@@ -1,0 +1,48 @@
+"""Noises that the keyword is mixed with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.hearing.noises import steady
+from hil_fakes.robot_noise import fan, motor
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.ports import SAMPLE_RATE_HZ
+
+SIGNALS, SIGNAL_S = 12, 3.6
+"""Horns, beeps and claps in one noise, and the time for each."""
+
+
+def noises(data: Path | None, seed: int) -> list[NDArray[np.float64]]:
+    """Long ones, the first two those of a microphone; without those for tests. The last ones are horns, beeps and
+    claps."""
+    n, rng = 40 * SAMPLE_RATE_HZ, np.random.default_rng(seed)
+    found = [steady("white", n, seed), steady("pink", n, seed), fan(n, rng), motor(n, rng)]
+    for path in sorted((data / "noises").glob("*.wav")) if data is not None else ():
+        if path.stem not in ("aircon_2", "dishwasher_3"):
+            found.append(np.asarray(read_wav(path), np.float64))
+    if data is not None:
+        kitchen = np.asarray(read_wav(data / "kitchen.wav"), np.float64)
+        found.append(kitchen[: len(kitchen) // 2])
+    return [*found, *(np.concatenate([_signal(rng) for _ in range(SIGNALS)]) for _ in range(2))]
+
+
+def _signal(rng: np.random.Generator) -> NDArray[np.float64]:
+    """A horn, beeps, or claps, RMS 1."""
+    n = round(SIGNAL_S * SAMPLE_RATE_HZ)
+    t, out = np.arange(n) / SAMPLE_RATE_HZ, np.zeros(n)
+    kind = rng.integers(3)
+    for _ in range(int(rng.integers(1, 6))):
+        at, long_s = rng.uniform(0.0, SIGNAL_S), rng.uniform(0.05, 0.8)
+        inside = (t >= at) & (t < at + long_s)
+        if kind == 2:
+            out += np.where(t >= at, np.exp(-(t - at) / rng.uniform(0.005, 0.05)), 0.0) * rng.standard_normal(n)
+        else:
+            hz = rng.uniform(200.0, 700.0) if kind == 0 else rng.uniform(500.0, 3500.0)
+            n_tones = 12 if kind == 0 else 1
+            out += inside * sum(np.sin(2 * np.pi * hz * k * t + k * k) / k**0.7 for k in range(1, n_tones + 1))
+    out += 1e-4 * rng.standard_normal(n)
+    return np.asarray(out / np.sqrt(np.mean(out**2)))
