@@ -37,7 +37,7 @@ EVIDENCE = (
     "loss_a_phone",
     "worst_word",
     "unclear",
-    "rival",
+    "lead",
     "is_nearest",
     "nearest_logit",
     "is_nearest_by_net",

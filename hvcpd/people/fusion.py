@@ -25,7 +25,7 @@ MOST_FARTHER = 100.0
 """Largest extra distance from enrolled people's words; more carries no information."""
 MOST_LOGIT = 9.2
 """Largest log odds of a listener's own confidence; more carries no information."""
-MOST_RIVAL = 12.0
+MOST_LEAD = 6.0
 """Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
 MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
 LEAST_SPEECH_S = 0.2
@@ -99,12 +99,15 @@ class Hypotheses:
         lost = self.search.word_losses(self.log_posteriors, aligned)
         return max(zip(aligned.words, lost, strict=True), key=lambda word: word[1])
 
-    def rival(self, words: Words) -> float:
-        """The extra loss by the net of the best sentence without this sentence's weakest word, MOST_RIVAL at most; for
-        calls for a halt, of the best one without the halt."""
-        barred = URGENT if is_call(words) else self.worst_word(words)[0]
-        other = self.search.best(self.log_posteriors, without=barred)
-        return min(other.loss - self.loss(words), MOST_RIVAL) if other is not None else MOST_RIVAL
+    def lead(self, words: Words) -> float:
+        """The extra loss by the net of the best other sentence, MOST_LEAD at most; for calls for a halt, of the best
+        one without the halt."""
+        if is_call(words):
+            other = self.search.best(self.log_posteriors, without=URGENT)
+            loss = other.loss if other is not None else math.inf
+        else:
+            loss = self.search.least_other_loss(self.log_posteriors, words)
+        return min(loss - self.loss(words), MOST_LEAD)
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
@@ -191,7 +194,7 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
         min(hypotheses.loss(words) / n_phones, MOST_LOSS_A_PHONE),
         min(hypotheses.worst_word(words)[1], MOST_OF_A_WORD),
         float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
-        hypotheses.rival(words),
+        hypotheses.lead(words),
         *heard,
         math.log(n_phones),
         n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),

@@ -157,13 +157,13 @@ class CtcSearch:
         self._pronounce = pronounce
         self._words = [arc.word for arc, _ in ways]
         self._source: Index = np.array([arc.source for arc, _ in ways], np.int64)
-        target = np.array([arc.target for arc, _ in ways], np.int64)
+        self._target: Index = np.array([arc.target for arc, _ in ways], np.int64)
         lengths = np.array([len(said) for _, said in ways], np.int64)
         self._last: Index = np.cumsum(lengths) - 1
         self._first: Index = self._last - lengths + 1
         self._phones: Index = np.array([phone for _, said in ways for phone in said], np.int64)
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
-        self._nodes, self._begins = np.unique(target, return_index=True)
+        self._nodes, self._begins = np.unique(self._target, return_index=True)
         self._ends = np.append(self._begins[1:], len(ways))
 
     def best(self, log_posteriors: LogPosteriors, without: str | None = None) -> CtcSentence | None:
@@ -188,6 +188,56 @@ class CtcSearch:
             fit = self.fit(log_posteriors[begin:end], [word])
             lost.append(fit.loss / (end - begin) if fit is not None else math.inf)
         return lost
+
+    def least_other_loss(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> float:
+        """The loss of the best sentence other than `words`: of the best path through a word where they have another.
+
+        By one search forward and one backward ("max-marginals"); infinite where there is no other sentence."""
+        own, node = set(), self._graph.start
+        for word in words:
+            own.add((word, node))
+            node = next(arc.target for arc in self._graph.arcs if arc.source == node and arc.word == word)
+        other = [each not in own for each in zip(self._words, self._source, strict=True)]
+        most = float(self._through(log_posteriors)[other].max(initial=NEVER))
+        return float(log_posteriors.max(axis=1).sum()) - most if most > NEVER / 2 else math.inf
+
+    def _through(self, log_posteriors: LogPosteriors) -> Scores:
+        """What the best path of a sentence gains that says each word of the network, shape (ways,)."""
+        after = self._after(log_posteriors)
+        rest = np.full(self._graph.n_nodes, NEVER, np.float32)
+        rest[self._graph.start] = 0.0
+        phone = gap = np.full(len(self._phones), NEVER, np.float32)
+        through = np.full(len(self._words), NEVER, np.float32)
+        for frame, row in enumerate(log_posteriors):
+            straight = np.roll(phone, 1)
+            straight[self._repeated] = NEVER
+            entered = np.maximum(straight, np.roll(gap, 1))
+            entered[self._first] = rest[self._source]
+            gap = np.maximum(phone, gap) + row[-1]
+            phone = np.maximum(entered, phone) + row[self._phones]
+            rest = rest + row[-1]
+            ended = phone[self._last]
+            rest[self._nodes] = np.maximum(rest[self._nodes], np.maximum.reduceat(ended, self._begins))
+            through = np.maximum(through, ended + after[frame + 1][self._target])
+        return through
+
+    def _after(self, log_posteriors: LogPosteriors) -> Scores:
+        """What the best path from each node to the end of a sentence gains from each frame on, shape (frames + 1,
+        nodes)."""
+        after = np.full((len(log_posteriors) + 1, self._graph.n_nodes), NEVER, np.float32)
+        after[-1, sorted(self._graph.finals)] = 0.0
+        phone = gap = np.full(len(self._phones), NEVER, np.float32)
+        for frame in range(len(log_posteriors) - 1, -1, -1):
+            row, rest = log_posteriors[frame], after[frame + 1]
+            straight = np.roll(phone, -1)
+            straight[self._repeated - 1] = NEVER
+            entered = np.maximum(straight, np.roll(gap, -1))
+            entered[self._last] = rest[self._target]
+            gap = np.maximum(phone, gap) + row[-1]
+            phone = np.maximum(entered, phone) + row[self._phones]
+            after[frame] = rest + row[-1]
+            np.maximum.at(after[frame], self._source, phone[self._first])
+        return after
 
     def n_phones(self, word: str) -> int:
         """Number of phones in the shortest pronunciation of a word."""

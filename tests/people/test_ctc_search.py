@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -108,6 +109,17 @@ def test_the_rival_is_the_best_of_all_others() -> None:
     assert rival.loss > best.loss + 5.0
     # "is" alone is a sentence of the network; without the other words, it is what is left.
     assert search().best(heard("IH", "Z"), without="is") is None
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.integers(3, 9))
+def test_the_least_loss_of_another_sentence_is_that_of_the_best_of_all_others(seed: int, n: int) -> None:
+    log_posteriors = np.log(np.random.default_rng(seed).dirichlet(np.full(NONE + 1, 0.3), n) + 1e-9).astype(np.float32)
+    fits = {words: search().fit(log_posteriors, words) for words, _ in sentences()}
+    for words in fits:
+        others = [fit.loss for other, fit in fits.items() if other != words and fit is not None]
+        least = search().least_other_loss(log_posteriors, words)
+        assert least == pytest.approx(min(others, default=np.inf), abs=1e-3)
 
 
 def test_the_word_that_was_not_said_loses_most() -> None:
