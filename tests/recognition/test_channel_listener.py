@@ -55,6 +55,18 @@ def test_two_robots_at_once_6_db_apart_are_both_heard(later: int) -> None:
     assert told(found) == {("hi rob water rose", "oak"), ("all who is here", "willow")}
 
 
+@pytest.mark.parametrize(("fainter_db", "is_told"), [(9.0, True), (16.0, False)])
+def test_a_sentence_that_explains_little_of_a_louder_sound_may_be_a_part_of_it(
+    fainter_db: float, is_told: bool
+) -> None:
+    """In people's talk whole orders were found, "please move back five metres" among them."""
+    said, gain = heard("hi rob, water rose"), np.float32(10.0 ** (-fainter_db / 20.0))
+    louder = np.random.default_rng(1).standard_normal(len(said)).astype(np.float32)
+    louder *= np.sqrt(np.mean(said**2))
+    found = look((AT, gain * said), (AT, louder), noise=0.1 * float(gain))
+    assert told(found) == ({("hi rob water rose", "oak")} if is_told else set())
+
+
 def test_who_says_it_again_is_heard_twice() -> None:
     sound = heard("hi rob, water rose")
     found = look((AT, 0.5 * sound), (AT + len(sound) + 4000, sound), noise=0.1)
