@@ -15,6 +15,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import Kind
+from hvcpd.language.marks import CIPHER_CALL
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
@@ -211,7 +212,8 @@ def make_channel_ears(
 ) -> ChannelEars:
     """Return ears around others that also hear these robots through an unknown channel."""
     listener = ChannelListener(phrasebook.marked_graph, books)
-    return ChannelEars(ears, listener, worker, frozenset(phrasebook.alternatives))
+    varied = {*phrasebook.alternatives, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
+    return ChannelEars(ears, listener, worker, frozenset(varied))
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

@@ -79,7 +79,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         worker: Worker[Stretch, SearchResult],
         varied: frozenset[str] = frozenset(),
     ) -> None:
-        """`varied`: words that are also said in other ways than the listener knows."""
+        """`varied`: words that are also said, or followed by others, in other ways than the listener knows."""
         super().__init__(ears, listener, worker, LEAD + 2 * LONGEST + 2 * MOST_WAIT)
         self._varied = varied
         self._forget = listener.forget
