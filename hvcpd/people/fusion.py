@@ -102,11 +102,12 @@ class Hypotheses:
     def lead(self, words: Words) -> float:
         """The extra loss by the net of the best other sentence, MOST_LEAD at most; for calls for a halt, of the best
         one without the halt."""
+        loss = math.inf
         if is_call(words):
             other = self.search.best(self.log_posteriors, without=URGENT)
-            loss = other.loss if other is not None else math.inf
-        else:
-            loss = self.search.least_other_loss(self.log_posteriors, words)
+            loss = other.loss if other is not None else loss
+        elif self.by_phones is not None:
+            loss = self.search.least_other_loss(self.log_posteriors, self.by_phones, words)
         return min(loss - self.loss(words), MOST_LEAD)
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -125,12 +125,14 @@ NEVER = np.float32(-1e9)
 class CtcSentence:
     """A sentence, each word with its first frame and the one after its last, and its loss.
 
-    `loss`, 0 or more: the logarithm of the ratio of the best phone sequence's probability to its own.
+    `loss`, 0 or more: the logarithm of the ratio of the best phone sequence's probability to its own. `gained`: what
+    the best path to the end of each word of the network in each frame has gained, shape (frames, words).
     """
 
     words: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
     loss: float
+    gained: Scores = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,12 +140,14 @@ class _Ends:
     """Back pointers of the Viterbi search.
 
     `way[t, n]`: the word by which the best path that is at node n after frame t came there, and `since[t, n]` the frame
-    at which it did, or -1; `began[t, w]`: the frame at which the word w began that ends in frame t.
+    at which it did, or -1; `began[t, w]`: the frame at which the word w began that ends in frame t, and `gained[t, w]`
+    what the best path has gained by then.
     """
 
     way: Index
     since: Index
     began: Index
+    gained: Scores
 
 
 class CtcSearch:
@@ -175,7 +179,7 @@ class CtcSearch:
             return None
         most = float(log_posteriors.max(axis=1).sum())
         words, spans = self._back(ends, node)
-        return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]))
+        return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]), ends.gained)
 
     def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
         """The fit of one sentence; None if there are too few frames for it."""
@@ -189,37 +193,19 @@ class CtcSearch:
             lost.append(fit.loss / (end - begin) if fit is not None else math.inf)
         return lost
 
-    def least_other_loss(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> float:
+    def least_other_loss(self, log_posteriors: LogPosteriors, best: CtcSentence, words: Sequence[str]) -> float:
         """The loss of the best sentence other than `words`: of the best path through a word where they have another.
 
-        By one search forward and one backward ("max-marginals"); infinite where there is no other sentence."""
+        By the search forward that found the `best` sentence of all, and one backward ("max-marginals"); infinite where
+        there is no other sentence."""
         own, node = set(), self._graph.start
         for word in words:
             own.add((word, node))
-            node = next(arc.target for arc in self._graph.arcs if arc.source == node and arc.word == word)
+            node = dict(self._graph.following[node])[word]
         other = [each not in own for each in zip(self._words, self._source, strict=True)]
-        most = float(self._through(log_posteriors)[other].max(initial=NEVER))
+        through = best.gained[:, other] + self._after(log_posteriors)[1:, self._target[other]]
+        most = float(through.max(initial=NEVER))
         return float(log_posteriors.max(axis=1).sum()) - most if most > NEVER / 2 else math.inf
-
-    def _through(self, log_posteriors: LogPosteriors) -> Scores:
-        """What the best path of a sentence gains that says each word of the network, shape (ways,)."""
-        after = self._after(log_posteriors)
-        rest = np.full(self._graph.n_nodes, NEVER, np.float32)
-        rest[self._graph.start] = 0.0
-        phone = gap = np.full(len(self._phones), NEVER, np.float32)
-        through = np.full(len(self._words), NEVER, np.float32)
-        for frame, row in enumerate(log_posteriors):
-            straight = np.roll(phone, 1)
-            straight[self._repeated] = NEVER
-            entered = np.maximum(straight, np.roll(gap, 1))
-            entered[self._first] = rest[self._source]
-            gap = np.maximum(phone, gap) + row[-1]
-            phone = np.maximum(entered, phone) + row[self._phones]
-            rest = rest + row[-1]
-            ended = phone[self._last]
-            rest[self._nodes] = np.maximum(rest[self._nodes], np.maximum.reduceat(ended, self._begins))
-            through = np.maximum(through, ended + after[frame + 1][self._target])
-        return through
 
     def _after(self, log_posteriors: LogPosteriors) -> Scores:
         """What the best path from each node to the end of a sentence gains from each frame on, shape (frames + 1,
@@ -246,7 +232,8 @@ class CtcSearch:
     def _forward(self, log_posteriors: LogPosteriors, barred: Sequence[int]) -> tuple[_Ends, Scores]:
         """Ends of words, none of them `barred`, and what the best path to each node has gained in the end."""
         n, n_nodes = len(log_posteriors), self._graph.n_nodes
-        ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64))
+        began, gained = np.zeros((n, len(self._words)), np.int64), np.zeros((n, len(self._words)), np.float32)
+        ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), began, gained)
         rest = np.full(n_nodes, NEVER, np.float32)
         rest[self._graph.start] = 0.0
         since = np.full(n_nodes, -1)
@@ -261,8 +248,9 @@ class CtcSearch:
             phone_began = np.where(entered > phone, entered_began, phone_began)
             phone = np.maximum(entered, phone) + row[self._phones]
             rest = rest + row[-1]
-            self._arrive(phone[self._last], rest, since, frame, ends)
-            ends.since[frame], ends.began[frame] = since, phone_began[self._last]
+            ends.began[frame], ends.gained[frame] = phone_began[self._last], phone[self._last]
+            self._arrive(rest, since, frame, ends)
+            ends.since[frame] = since
         return ends, rest
 
     def _entered(self, phone: Scores, gap: Scores, phone_began: Index, gap_began: Index) -> tuple[Scores, Index]:
@@ -273,8 +261,9 @@ class CtcSearch:
         began = np.where(around > straight, np.roll(gap_began, 1), np.roll(phone_began, 1))
         return np.maximum(straight, around), began
 
-    def _arrive(self, scores: Scores, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
+    def _arrive(self, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
         """Pass the words that end in a frame to their nodes, where that is better than having rested there."""
+        scores = ends.gained[frame]
         best = np.maximum.reduceat(scores, self._begins)
         arriving = np.flatnonzero(best > rest[self._nodes])
         nodes = self._nodes[arriving]

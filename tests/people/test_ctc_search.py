@@ -115,10 +115,11 @@ def test_the_rival_is_the_best_of_all_others() -> None:
 @given(st.integers(0, 10_000), st.integers(3, 9))
 def test_the_least_loss_of_another_sentence_is_that_of_the_best_of_all_others(seed: int, n: int) -> None:
     log_posteriors = np.log(np.random.default_rng(seed).dirichlet(np.full(NONE + 1, 0.3), n) + 1e-9).astype(np.float32)
-    fits = {words: search().fit(log_posteriors, words) for words, _ in sentences()}
+    fits, best = {words: search().fit(log_posteriors, words) for words, _ in sentences()}, search().best(log_posteriors)
+    assert best is not None
     for words in fits:
         others = [fit.loss for other, fit in fits.items() if other != words and fit is not None]
-        least = search().least_other_loss(log_posteriors, words)
+        least = search().least_other_loss(log_posteriors, best, words)
         assert least == pytest.approx(min(others, default=np.inf), abs=1e-3)
 
 
