@@ -58,6 +58,8 @@ SHIFTS = np.linspace(-0.35, 0.35, 29)
 CROSS = 0.3
 """Standard deviation of the cosine between two sounds in a band, which averages a few bins: measured with white noise
 and with two talkers, 0.25 to 0.31 below 2.5 kHz, 0.2 above."""
+TILT_DB = (-7.0, 7.0)
+"""Range of a voice's tilt, dB an octave: dull to shouted."""
 TAIL_FRAMES = 40
 FORGET = 0.7
 """Weight of a clip's earlier losses in the mean of them."""
@@ -192,11 +194,11 @@ class EnergyMixer:
         return sound, min(end, len(sound) - 1), number
 
     def _through(self, sound: Energies) -> Energies:
-        """A throat that whispers or shouts, a loudspeaker, and a room; as much power as before."""
+        """A throat that mumbles or shouts, a loudspeaker, and a room; as much power as before."""
         rng = self._rng
         gains = _colour(rng)
-        if rng.random() < 0.2:
-            gains *= 10.0 ** (rng.uniform(2.0, 7.0) * np.log2(np.clip(CENTRES_HZ, 250.0, 4000.0) / 1000.0) / 10.0)
+        if rng.random() < 0.4:
+            gains *= 10.0 ** (rng.uniform(*TILT_DB) * np.log2(np.clip(CENTRES_HZ, 250.0, 4000.0) / 1000.0) / 10.0)
         if rng.random() < 0.35:
             low, high = rng.uniform(150.0, 700.0), rng.uniform(3000.0, 8000.0)
             gains /= (1.0 + (low / CENTRES_HZ) ** 4) * (1.0 + (CENTRES_HZ / high) ** 4)

@@ -36,6 +36,8 @@ AVERAGED = 0.99
 """Weight of the earlier ones in the running mean of weights: of about 100 steps."""
 WARM_UP = 50
 """Steps until the rate is reached."""
+FALL = 0.4
+"""Share of the steps, the last ones, in which the rate falls to nothing."""
 PRINTED = 500
 """Steps from one check, and one file written, to the next."""
 
@@ -60,7 +62,7 @@ def batch(mixer: EnergyMixer, rng: np.random.Generator) -> tuple[Takes, Tensor, 
 
 
 def trained(net: Net, mixer: EnergyMixer, o: argparse.Namespace) -> Iterator[tuple[int, float, Net]]:
-    """Train the net for `o.steps` batches at one rate; now and then, the steps so far, the mean loss since, and the net
+    """Train the net for `o.steps` batches; now and then, the steps so far, the mean loss since, and the net
     of the running mean of weights (B. Polyak & A. Juditsky, "Acceleration of stochastic approximation by averaging",
     SIAM J. Control Optim. 30(4), 1992)."""
     rng = np.random.default_rng(o.seed)
@@ -70,7 +72,7 @@ def trained(net: Net, mixer: EnergyMixer, o: argparse.Namespace) -> Iterator[tup
     for step in range(1, o.steps + 1):
         takes, sound, labels = batch(mixer, rng)
         for group in optimizer.param_groups:
-            group["lr"] = o.rate * min(step / WARM_UP, 1.0)
+            group["lr"] = o.rate * min(step / WARM_UP, 1.0, (o.steps - step + 1) / (FALL * o.steps))
         optimizer.zero_grad()
         with torch.autocast("cpu", torch.bfloat16):  # half the time where the processor has it
             logits = net(sound)

@@ -15,7 +15,7 @@ import numpy as np
 from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import fitted, logistic, logit
 
 Words = tuple[str, ...]
 
@@ -23,8 +23,6 @@ MOST_LOSS = 60.0
 """Largest extra loss of a sentence; more carries no information."""
 MOST_FARTHER = 100.0
 """Largest extra distance from enrolled people's words; more carries no information."""
-MOST_LOGIT = 9.2
-"""Largest log odds of a listener's own confidence; more carries no information."""
 MOST_LEAD = 6.0
 """Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
 MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
@@ -186,7 +184,7 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     heard = [0.0, 0.0, 0.0]
     nearest = hypotheses.nearest
     if nearest is not None and alike(nearest.words, words):
-        heard[:2] = 1.0, _logit(nearest.confidence)
+        heard[:2] = 1.0, logit(nearest.confidence)
     if hypotheses.tandem is not None and alike(hypotheses.tandem, words):
         heard[2] = 1.0
     n_frames = max(len(hypotheses.log_posteriors), 1)
@@ -206,9 +204,3 @@ def deficit_of(known: Recognised) -> float:
     """The mean distance of a frame to the takes beyond that to the nearest frame."""
     lengths = [span.end_sample - span.start_sample for span in known.spans]
     return sum(n * span.deficit for n, span in zip(lengths, known.spans, strict=True)) / max(sum(lengths), 1)
-
-
-def _logit(probability: float) -> float:
-    least = logistic(-MOST_LOGIT)
-    probability = min(max(probability, least), 1.0 - least)
-    return math.log(probability / (1.0 - probability))

@@ -8,6 +8,9 @@ import math
 from functools import cache
 from typing import Any
 
+CERTAIN = 1e-4
+"""As good as impossible, or as certain: the recognisers know nothing better than that."""
+
 
 def fitted(section: str) -> dict[str, Any]:
     """The weights of one model: `fitted` (the date), `by`, `data` and `score` document their origin. Raises KeyError if
@@ -19,6 +22,12 @@ def fitted(section: str) -> dict[str, Any]:
 def logistic(logit: float) -> float:
     """The probability whose odds have this natural logarithm."""
     return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
+
+
+def logit(probability: float) -> float:
+    """The natural logarithm of a probability's odds, within CERTAIN of 0 and 1."""
+    probability = min(max(probability, CERTAIN), 1.0 - CERTAIN)
+    return math.log(probability / (1.0 - probability))
 
 
 @cache

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
@@ -134,13 +136,25 @@ def test_a_doubtful_word_over_a_sentence_that_shows_something_else_there_is_the_
     assert held.sentence(sentence(6.0, unsure=0)) is Verdict.UNCHANGED
 
 
-@pytest.mark.parametrize("chances", [(FAIR, FAIR - 0.01), (FAIR - 0.01, FAIR)])
-def test_two_words_that_are_hardly_possible_are_none(chances: tuple[float, float]) -> None:
+@pytest.mark.parametrize("chances", [(DOUBTFUL, FAIR - 0.01), (FAIR - 0.01, DOUBTFUL), (FAIR, FAIR)])
+def test_two_words_that_are_not_certain_together_are_none(chances: tuple[float, float]) -> None:
     held = hold()
     for begin_s, chance in zip((1.2, 2.2), chances, strict=True):
         assert word(held, begin_s, chance) is Verdict.HELD
     assert held.at(samples(4.9)) is Verdict.RELEASED
-    assert word(held, 5.5, FAIR) is Verdict.SAID
+
+
+@given(st.lists(st.floats(0.0, 0.79), min_size=2, max_size=5))
+def test_words_soon_after_one_another_count_once_their_log_odds_add_up(chances: list[float]) -> None:
+    held, odds = hold(), 1.0
+    for k, chance in enumerate(chances):
+        odds *= chance / (1.0 - chance) if chance >= FAIR else 1.0
+        count = k > 0 and chance >= FAIR and odds >= SETTINGS.certain / (1.0 - SETTINGS.certain)
+        assume(abs(odds - 4.0) > 1e-6)
+        verdict = word(held, 1.2 + k, chance)
+        assert (verdict is Verdict.SAID) == count
+        if count:
+            return
 
 
 @pytest.mark.parametrize("later_s", [0.5, 1.5, 4.0])

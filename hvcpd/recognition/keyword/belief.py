@@ -1,9 +1,9 @@
 """Decides whether the net detected the keyword or other talk. Pure; time is in samples.
 
 The robot stands still first and decides afterwards, by the probability of a call and by the sound after it. The word
-counts as said in three cases: it is certain; it is heard again; or a sentence is understood in which something else was
-heard at that time. A less certain word is dropped after two seconds. That costs nothing else, while a stop ends the
-mission until a person resumes it.
+counts as said in three cases: it is certain; it is heard again, and both together are certain; or a sentence is
+understood in which something else was heard at that time. A less certain word is dropped after two seconds. That costs
+nothing else, while a stop ends the mission until a person resumes it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.fitted import logit
 from hvcpd.recognition.keyword.net import Chances
 
 
@@ -36,8 +37,8 @@ class BeliefSettings:
     sentence_s: float = 0.42
     """Longest wait for the end of such a sentence, which is reported after 0.25 s of rest."""
     fair: float = 0.5
-    """Least probability that counts if the word was heard twice, or over a sentence in which something else was heard.
-    Of people's talk one piece in eight minutes has it, of their single words one in twenty."""
+    """Least probability that counts over a sentence in which something else was heard, or towards `certain` with other
+    calls. Of people's talk one piece in eight minutes has it, of their single words one in twenty."""
     gone: float = 0.12
     """Probability below which the residual without the sentence does not contain the word."""
     left: float = 0.4
@@ -174,14 +175,14 @@ class Belief:
         return word in self._open and word.chance >= s.fair and self._is_within(sentence, word)
 
     def _is_said_again(self, word: _Word) -> bool:
-        """Whether another unexplained detection happened shortly before."""
+        """Whether this word and the unexplained ones shortly before it are certain together: as independent
+        observations, their log odds add up."""
         s = self._settings
         edge, longest = (round(seconds * SAMPLE_RATE_HZ) for seconds in (s.edge_s, s.again_s))
-        return word.chance >= s.fair and any(
-            w.chance >= s.fair and w.end - edge <= word.start and word.told - w.told <= longest
-            for w in (*self._open, *self._let_go)
-            if w.start != word.start
-        )
+        before = [w for w in (*self._open, *self._let_go) if w.end - edge <= word.start]
+        fair = [w.chance for w in before if word.told - w.told <= longest and w.chance >= s.fair]
+        together = logit(word.chance) + sum(map(logit, fair))
+        return bool(fair) and word.chance >= s.fair and together >= logit(s.certain)
 
     def _said(self) -> Verdict:
         self._open.clear()
