@@ -1,6 +1,6 @@
 """Fits the weights of the listeners of the second pass (`hvcpd/people/fusion.py`), and prints the results.
 
-    python -m benchmarks.fusion [--data DIR] [--sentences 10] [--strangers] [--seed 1]
+    python -m benchmarks.fusion [--data DIR] [--sentences 10] [--seed 1]
 
 `python -m benchmarks.fit` writes the weights. What they are fitted to is `benchmarks.fusion_cases`; the table of how
 many sentences of each confidence were right is of a fifth of the cases, to which a second fit was blind. Needs
@@ -131,9 +131,8 @@ def reliability(values: Floats, right: Floats, counts: Floats) -> None:
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
     """Weights of both curves, and the data that they were fitted to."""
-    cases = all_cases(Stage(False), o.data, o.sentences, o.seed, not o.strangers)
-    if not o.strangers:
-        fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
+    cases = all_cases(Stage(False), o.data, o.sentences, o.seed)
+    fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
     found = winners(cases)
     values = np.array([each for _, each in found])
     right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
@@ -143,11 +142,10 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     tell(cases, [words for words, _ in found], probabilities)
     reliability(values, right, counts)
     sure = probabilities >= MIN_STRANGERS_PROBABILITY
-    people = ", words of 20 people, people's talk, sounds" if o.data is not None else ""
-    enrolled = "" if o.strangers else ", enrolled voices, digits"
+    people = ", words of 20 people, people's talk, sounds, digits" if o.data is not None else ""
     return {
         "data": f"{o.sentences} sentences by each of nine synthetic voices, calls, robots, words and prose that are no "
-        f"sentence{people}{enrolled}; in rooms and noises; seed {o.seed}",
+        f"sentence, enrolled voices{people}; in rooms and noises; seed {o.seed}",
         "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
         f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
         "weights": {
@@ -162,7 +160,6 @@ def parser() -> argparse.ArgumentParser:
     out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     out.add_argument("--data", type=Path, help="folder of recordings of people, rooms and noises")
     out.add_argument("--sentences", type=int, default=10, help="of each voice")
-    out.add_argument("--strangers", action="store_true", help="nobody is enrolled: what tells of them stays as it is")
     out.add_argument("--seed", type=int, default=1)
     return out
 

@@ -142,9 +142,9 @@ def is_sentence(stage: Stage, words: Sequence[str]) -> bool:
     return True
 
 
-def by_voices(stage: Stage, place: Place, n: int, seed: int, n_enrolled: int) -> Iterator[Case]:
+def by_voices(stage: Stage, place: Place, n: int, seed: int) -> Iterator[Case]:
     """Sentences, calls and prose by synthetic voices; parts of sentences, and sentences within longer ones; the words
-    of the first `n_enrolled` are enrolled, too."""
+    of the first ENROLLED voices are enrolled, too."""
     nobody, chooser = stage.opinion(stage.book.people_graph, ()), random.Random(seed)
     texts = Texts(common_words(), seed)
     for number, (name, talk) in enumerate(talkers(seed).items()):
@@ -157,7 +157,7 @@ def by_voices(stage: Stage, place: Place, n: int, seed: int, n_enrolled: int) ->
         for _ in range(n):
             for kind, phrases in not_said(stage, texts, chooser):
                 yield Case(kind, (), nobody.hypotheses(place.heard(talk(phrases))))
-        if number < n_enrolled:
+        if number < ENROLLED:
             known = enrolled_by(stage, talk)
             for phrases in [*sentences(stage.book, n // 2, seed + 50 + number), *([c.split()] for c in CALLS)]:
                 segment = alone(talk(phrases), SNR_DB, "white", seed + number)
@@ -249,13 +249,11 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
                     yield Case(name, (DIGITS[digit],), hypotheses, weight, DIGITS_COUNT)
 
 
-def all_cases(stage: Stage, data: Path | None, n: int, seed: int, enrolled: bool = True) -> Sequence[Case]:
-    """`n` sentences of each voice and everything else, as far as there are recordings; `enrolled`: with cases in which
-    somebody is, and digits."""
+def all_cases(stage: Stage, data: Path | None, n: int, seed: int) -> Sequence[Case]:
+    """`n` sentences of each voice and everything else, as far as there are recordings."""
     place = Place(data, seed)
-    cases = [*by_voices(stage, place, n, seed, ENROLLED * enrolled), *by_robots(stage, place, 4 * n, seed)]
+    cases = [*by_voices(stage, place, n, seed), *by_robots(stage, place, 4 * n, seed)]
     if data is not None:
         cases += by_people(stage, place, data, seed)
-    if data is not None and enrolled:
         cases += by_digits(stage, data / "digits")
     return [case for case in cases if case.hypotheses.sentences]

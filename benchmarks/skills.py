@@ -21,14 +21,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.skills_killed import kill_rows
-from benchmarks.skills_served import served_rows
+from benchmarks.skills_served import BLOCK_S, PATIENT, STANDS_RAD_S, served_rows
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
 from hvcpd.config.skill_settings import JointSettings, PinSettings
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.hardware.joints import Joint
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import STANDSTILL
 from hvcpd.skills.joints import JointMotion
 from hvcpd.skills.life import Call
@@ -38,11 +38,6 @@ from hvcpd.skills.runners import FailedError, Program, Runner
 LONGEST_S = 0.3
 """A call is cancelled after a random part of this."""
 SAFE_WITHIN_S = 0.5
-PATIENT = DynamixelSettings(timeout_s=0.2)
-"""Fakes on a busy machine answer late."""
-STANDS_RAD_S = 0.02
-"""A joint that turns no faster stands: it is a degree a second."""
-BLOCK_S = 0.025
 
 WARM_UP = 10
 PARTS = ("cancel", "served", "joint", "hung", "kill")

@@ -43,6 +43,8 @@ from hvcpd.robot.records import SkillRecord
 from hvcpd.robot.robot import Robot
 from tests.e2e.ros_robot import Roscore, missing
 
+PATIENT = DynamixelSettings(timeout_s=0.2)
+"""Fakes on a busy machine answer late."""
 BLOCK_S = 0.025
 POLL_S = 0.0005
 HELD_S = 0.3
@@ -54,6 +56,7 @@ WATCHED_S = 0.5
 """For so long such a call is watched: it may begin after its cancel was sent."""
 GIVEN_UP_S = 60.0
 STANDS_RAD_S = 0.02
+"""A joint or wheel that turns no faster stands: it is a degree a second."""
 
 SETTINGS = """
 name: Rob
@@ -321,7 +324,7 @@ async def _driving(calls: int, rng: random.Random, folder: Path) -> None:
     """A robot that turns on the spot, on fake wheels; there is nothing to offer."""
     pair = turtlebot3_pair()
     with FakeBus(pair) as bus, RealTimePump(bus.advance):
-        wheels = WheelService(DynamixelWheels(bus.path, settings=DynamixelSettings(timeout_s=0.2)))
+        wheels = WheelService(DynamixelWheels(bus.path, settings=PATIENT))
         await wheels.open()
         daemon = Daemon(folder / "d.sock", wheels)
         living = asyncio.create_task(daemon.live())
