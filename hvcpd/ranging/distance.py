@@ -1,0 +1,59 @@
+"""The distance between two robots from the intervals between two sentences, each measured at both microphones.
+
+Robot A says the first sentence, robot B the second. The difference of the two intervals is the time that sound takes
+there and back: no clock needs to be set (Peng et al., as in `arrival`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ranging.arrival import Arrival
+
+SOUND_SPEED_M_S = 343.0
+"""Dry air at 20 °C (Kinsler et al., *Fundamentals of Acoustics*, appendix A10)."""
+WARMTH = 0.006
+"""Relative deviation of it for 3.5 °C: 0.6 m/s for each."""
+TICKS = 10_000
+"""The interval is told modulo so many samples, 0.625 s: one distance of each 107 m."""
+FARTHEST_M = 50.0
+STILL = 250e-6
+"""Stretches beyond it are no crystals': somebody moves."""
+CLEAR = 12.0
+"""Least amplitude of a first arrival over the noise."""
+"""Deviation of an arrival in samples"""
+
+
+@dataclass(frozen=True)
+class Distance:
+    """How far away a robot is, m; `deviation_m` is the standard deviation; not `sure`: an echo may have been taken for
+    it, or somebody moved."""
+
+    distance_m: float
+    deviation_m: float
+    sure: bool
+
+
+def interval_ticks(first: Arrival, own: Arrival, own_way_m: float) -> int:
+    """The interval that B tells, from A's sentence to its own at its microphone.
+
+    It is in samples of its own player, and as if its loudspeaker were at its microphone, `own_way_m` away.
+    """
+    interval = (own.at - first.at) / (1.0 + own.stretch)
+    return round(interval - own_way_m / SOUND_SPEED_M_S * SAMPLE_RATE_HZ) % TICKS
+
+
+def is_sure(arrival: Arrival) -> bool:
+    return arrival.clear >= CLEAR and abs(arrival.stretch) <= STILL
+
+
+def distance(own: Arrival, answer: Arrival, ticks: int, own_way_m: float) -> Distance | None:
+    """What A makes of it: its own sentence, the answer, and B's interval; None if that fits no distance."""
+    interval = answer.at - own.at
+    told = ticks + TICKS * round((interval / (1.0 + answer.stretch) - ticks) / TICKS - 0.25)
+    metre = SOUND_SPEED_M_S / SAMPLE_RATE_HZ
+    distance_m = 0.5 * (metre * (interval - told * (1.0 + answer.stretch)) + own_way_m)
+    if not -0.2 <= distance_m <= FARTHEST_M:
+        return None
+    return Distance(distance_m, 0.02, is_sure(own) and is_sure(answer))
