@@ -9,12 +9,12 @@ devices", SenSys 2007).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import Samples
 
 REACH = 1024
 """Samples either side of the expected arrival, 64 ms: a recogniser knows a sentence's beginning to 20 ms."""
@@ -24,10 +24,14 @@ STRETCHES = np.arange(-400, 401, 20) * 1e-6
 """Crystals differ by 100 ppm at most; a robot that drives at 0.2 m/s changes the stretch by 580 ppm."""
 FINER = 8
 """Steps to a sample in which the envelope's peak is sought before it is interpolated."""
-EARLY = 240
-"""Samples before the loudest arrival in which the first one is sought: 30 ms, 10 m of detour."""
+EARLY = 800
+"""Samples before the loudest arrival in which the first one is sought: 50 ms. In a room with RT60 0.45 s, at six times
+the critical distance, the loudest is anywhere in the first 40 ms."""
+QUIET = (2 * 32 * FINER, 6 * 32 * FINER)
+AROUND = 160
 LATE, FADE = 64, 32
-"""Samples after it that are compared, and over which both ends fade."""
+"""Samples before and after the first arrival that are compared once it is known roughly, and over which both ends
+fade: the fewer they are, the more of a faint voice's spectrum stands out of the noise."""
 FAINTEST = 0.4
 """Least amplitude of the first arrival relative to the loudest: side lobes stay below a quarter."""
 ABOVE_NOISE = 5.0
@@ -38,6 +42,9 @@ SMOOTH = 33
 """Bins of 8 Hz over which powers are averaged."""
 
 Spectrum = NDArray[np.complex128]
+
+_ENDS = np.clip((REACH - np.abs(np.arange(2 * REACH) - REACH + 0.5)) / (2 * FADE), 0.0, 1.0)
+"""A window of all lags that fades only at their ends."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,10 @@ class Arrival:
     clear: float
     first: float
 
+    def later(self, samples: int) -> Arrival:
+        """The same, by a clock that began so many samples earlier."""
+        return replace(self, at=self.at + samples)
+
 
 def arrival(heard: Samples, sound: Samples, before: int) -> Arrival | None:
     """Return when `sound`, shape (n,), begins in `heard`, shape (m,), as a sample of `heard`; None if it is not found.
@@ -61,22 +72,26 @@ def arrival(heard: Samples, sound: Samples, before: int) -> Arrival | None:
     """
     if len(sound) < PIECE or before < REACH:
         return None
-    starts = np.arange(0, len(sound), PIECE)
+    starts = range(0, len(sound), PIECE)
     pieces = [_correlated(heard, sound[s : s + PIECE], before + s) for s in starts]
-    correlations = np.array([p[0] for p in pieces])
-    power, own = (_smoothed(sum(p[i] for p in pieces)) for i in (1, 2))
+    correlations: Spectrum = np.array([correlation for correlation, _, _ in pieces])
+    power = _smoothed(np.sum([heard_power for _, heard_power, _ in pieces], axis=0))
+    own = _smoothed(np.sum([own_power for _, _, own_power in pieces], axis=0))
     if not power.any() or not own.any():
         return None
-    centres = starts + np.minimum(PIECE, len(sound) - starts) / 2
-    stretch = _best_stretch(correlations / np.sqrt(own * power), centres)
+    centres = np.array([s + min(PIECE, len(sound) - s) / 2 for s in starts])
+    stretch = _best_stretch(np.asarray(correlations / np.sqrt(own * power)), centres)
     response = _aligned(correlations, centres, stretch) / own
     noise = np.maximum(power - _smoothed(np.abs(response) ** 2) * own, 1e-3 * power) / own / len(sound)
-    weights = _weights(response, noise * (2 * REACH))
-    near, n_near = _near(int(_envelope(response * weights).argmax()) // FINER)
-    response = np.fft.rfft(np.fft.irfft(response) * near)
-    weights = _weights(response, noise * n_near)
-    alone = (weights * np.abs(response)).astype(np.complex128)
-    return _first_peak(response * weights, alone, before, stretch)
+    rough = _Peaks(response, _weights(response, noise * (2 * REACH)))
+    if rough.first is None:
+        return None
+    near, n_near = _near(rough.first // FINER)
+    response = np.asarray(np.fft.rfft(np.fft.irfft(response) * near))
+    fine = _Peaks(response, _weights(response, noise * n_near))
+    if fine.first is None:
+        return None
+    return Arrival(fine.edge / FINER - REACH + before, stretch, rough.clear, rough.share)
 
 
 def _correlated(heard: Samples, piece: Samples, at: int) -> tuple[Spectrum, NDArray[np.float64], NDArray[np.float64]]:
@@ -86,7 +101,7 @@ def _correlated(heard: Samples, piece: Samples, at: int) -> tuple[Spectrum, NDAr
     part = np.pad(part, (0, 2 * REACH + len(piece) - len(part)))
     size = 8 * REACH
     y, x = np.fft.rfft(part, size), np.fft.rfft(piece.astype(np.float64), size)
-    lags = np.fft.irfft(y * x.conj())[: 2 * REACH] * np.hanning(2 * REACH)
+    lags = np.fft.irfft(y * x.conj())[: 2 * REACH] * _ENDS
     step = size // (2 * REACH)
     return np.fft.rfft(lags), _thinned(np.abs(y) ** 2, step) * len(piece) / len(part), _thinned(np.abs(x) ** 2, step)
 
@@ -116,10 +131,10 @@ def _best_stretch(correlations: Spectrum, centres: NDArray[np.float64]) -> float
     return float(STRETCHES[best]) + step * _between(np.asarray(energies), best)
 
 
-def _near(loudest: int) -> tuple[NDArray[np.float64], float]:
-    """A window of the lags in which the first arrival may be, and the number of them."""
-    lags = np.arange(2 * REACH) - loudest
-    near = np.clip(np.minimum((lags + EARLY + FADE) / FADE, (LATE + FADE - lags) / FADE), 0.0, 1.0)
+def _near(first: int) -> tuple[NDArray[np.float64], float]:
+    """A window of the lags around the first arrival, and the number of them."""
+    lags = np.arange(2 * REACH) - first
+    near = np.clip(np.minimum((lags + AROUND + FADE) / FADE, (LATE + FADE - lags) / FADE), 0.0, 1.0)
     return np.asarray(near), float(near.sum())
 
 
@@ -130,26 +145,36 @@ def _weights(response: Spectrum, noise: NDArray[np.float64]) -> NDArray[np.float
     return np.asarray(_smoothed(np.maximum(gains - noise, 0.0) / gains) / np.sqrt(gains))
 
 
-def _first_peak(response: Spectrum, pulse: Spectrum, before: int, stretch: float) -> Arrival | None:
-    """`pulse`: what a single arrival at 0 would look like."""
-    envelope, alone = _envelope(response), _envelope(pulse)[: REACH * FINER]
-    rising = np.flatnonzero(np.diff(alone) > 0.0)
-    side = float(alone[rising[0] :].max() / alone[0]) if len(rising) else 0.0
-    loudest = int(envelope.argmax())
-    begin = max(loudest - EARLY * FINER, 1)
-    noise = float(np.sqrt(np.mean(envelope[: max(begin, len(envelope) // 16)] ** 2)))
-    least = max(max(FAINTEST, 1.3 * side) * envelope[loudest], ABOVE_NOISE * noise)
-    inner = envelope[begin : loudest + 1]
-    peaks = np.flatnonzero(
-        (inner >= envelope[begin - 1 : loudest]) & (inner >= envelope[begin + 1 : loudest + 2]) & (inner >= least)
-    )
-    if not len(peaks):
-        return None
-    peak = begin + int(peaks[0])
-    width = _crossing(alone, EDGE * alone[0])
-    edge = _crossing(envelope[peak :: -1], EDGE * envelope[peak])
-    at = (peak - edge + width) / FINER - REACH + before
-    return Arrival(at, stretch, float(envelope[peak]) / max(noise, 1e-12), float(envelope[peak] / envelope[loudest]))
+class _Peaks:
+    """The envelope of a response under weights, and its first peak: None if there is none."""
+
+    def __init__(self, response: Spectrum, weights: NDArray[np.float64]) -> None:
+        alone = _envelope(np.asarray(weights * np.abs(response), np.complex128))[: REACH * FINER]
+        """A single arrival at 0 would look like this."""
+        self._envelope = envelope = _envelope(np.asarray(response * weights))
+        rising = np.flatnonzero(np.diff(alone) > 0.0)
+        side = float(alone[rising[0] :].max() / alone[0]) if len(rising) else 0.0
+        self._width = _crossing(alone, EDGE * alone[0])
+        loudest = int(envelope.argmax())
+        begin = max(loudest - EARLY * FINER, 1)
+        self._noise = float(np.sqrt(np.mean(envelope[QUIET[0] : max(begin, QUIET[1])] ** 2)))
+        least = max(max(FAINTEST, 1.3 * side) * envelope[loudest], ABOVE_NOISE * self._noise)
+        inner = envelope[begin : loudest + 1]
+        peaks = (inner >= envelope[begin - 1 : loudest]) & (inner >= envelope[begin + 1 : loudest + 2])
+        found = np.flatnonzero(peaks & (inner >= least))
+        self.first = begin + int(found[0]) if len(found) else None
+        self.share = float(envelope[self.first] / envelope[loudest]) if self.first is not None else 0.0
+
+    @property
+    def clear(self) -> float:
+        """The first peak's amplitude over the noise's."""
+        return float(self._envelope[self.first] / max(self._noise, 1e-12)) if self.first is not None else 0.0
+
+    @property
+    def edge(self) -> float:
+        """Where the arrival is by the first peak's edge."""
+        before = self._envelope[self.first :: -1]
+        return (self.first or 0) - _crossing(before, EDGE * float(before[0])) + self._width
 
 
 def _envelope(spectrum: Spectrum) -> NDArray[np.float64]:
