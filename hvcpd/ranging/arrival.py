@@ -91,7 +91,7 @@ def arrival(heard: Samples, sound: Samples, before: int) -> Arrival | None:
     fine = _Peaks(response, _weights(response, noise * n_near))
     if fine.first is None:
         return None
-    return Arrival(fine.edge / FINER - REACH + before, stretch, rough.clear, rough.share)
+    return Arrival(float(fine.edge) / FINER - REACH + before, stretch, rough.clear, rough.share)
 
 
 def _correlated(heard: Samples, piece: Samples, at: int) -> tuple[Spectrum, NDArray[np.float64], NDArray[np.float64]]:

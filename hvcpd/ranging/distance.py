@@ -6,6 +6,7 @@ there and back: no clock needs to be set (Peng et al., as in `arrival`).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -14,15 +15,17 @@ from hvcpd.ranging.arrival import Arrival
 SOUND_SPEED_M_S = 343.0
 """Dry air at 20 °C (Kinsler et al., *Fundamentals of Acoustics*, appendix A10)."""
 WARMTH = 0.006
-"""Relative deviation of it for 3.5 °C: 0.6 m/s for each."""
+"""Relative standard deviation of it where nobody knows the temperature: 3.5 °C, 0.6 m/s for each."""
 TICKS = 10_000
 """The interval is told modulo so many samples, 0.625 s: one distance of each 107 m."""
-FARTHEST_M = 50.0
+NEAREST_M, FARTHEST_M = -0.2, 50.0
+"""What else comes out is a misheard number; a little below 0 is an error."""
 STILL = 250e-6
 """Stretches beyond it are no crystals': somebody moves."""
-CLEAR = 12.0
-"""Least amplitude of a first arrival over the noise."""
-"""Deviation of an arrival in samples"""
+CLEAR = 8.0
+"""Least amplitude of a first arrival over the noise: those taken too early had 7 (`benchmarks/ranging.py`)."""
+ERROR_M = 0.02
+"""Standard deviation of what is measured: floors and walls echo within the first arrival, and a sample is 1 cm."""
 
 
 @dataclass(frozen=True)
@@ -45,15 +48,18 @@ def interval_ticks(first: Arrival, own: Arrival, own_way_m: float) -> int:
 
 
 def is_sure(arrival: Arrival) -> bool:
+    """Whether an arrival stands out, and nobody seems to have moved."""
     return arrival.clear >= CLEAR and abs(arrival.stretch) <= STILL
 
 
 def distance(own: Arrival, answer: Arrival, ticks: int, own_way_m: float) -> Distance | None:
-    """What A makes of it: its own sentence, the answer, and B's interval; None if that fits no distance."""
+    """How far B is, from A's own sentence and B's answer at A's microphone, and B's interval; None if they fit no
+    distance. `own_way_m`: from A's loudspeaker to its microphone."""
     interval = answer.at - own.at
     told = ticks + TICKS * round((interval / (1.0 + answer.stretch) - ticks) / TICKS - 0.25)
     metre = SOUND_SPEED_M_S / SAMPLE_RATE_HZ
     distance_m = 0.5 * (metre * (interval - told * (1.0 + answer.stretch)) + own_way_m)
-    if not -0.2 <= distance_m <= FARTHEST_M:
+    if not NEAREST_M <= distance_m <= FARTHEST_M:
         return None
-    return Distance(distance_m, 0.02, is_sure(own) and is_sure(answer))
+    deviation_m = math.hypot(ERROR_M, WARMTH * distance_m)
+    return Distance(max(distance_m, 0.0), deviation_m, is_sure(own) and is_sure(answer))
