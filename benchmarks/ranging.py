@@ -46,7 +46,7 @@ MOST_PPM = 50.0
 """Of either microphone's clock; loudspeakers run by that of the air."""
 UNKNOWN = 320
 """Samples by which the recogniser may be wrong about where a sentence begins."""
-HALLS = (Hall((6.0, 5.0, 2.7), 0.3), Hall((14.0, 6.0, 3.0), 0.5), Hall((16.0, 8.0, 3.0), 0.8))
+HALLS = (Hall((9.0, 5.0, 2.7), 0.3), Hall((14.0, 6.0, 3.0), 0.5), Hall((16.0, 8.0, 3.0), 0.8))
 DISTANCES_M = (1.0, 3.0, 6.0, 10.0, 12.0)
 SNRS_DB = (20.0, 10.0, 0.0)
 

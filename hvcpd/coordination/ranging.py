@@ -16,7 +16,7 @@ DRIVES = frozenset({State.GOING, State.MOVING, State.RETURNING})
 """Between the two sentences a robot that drives at 0.2 m/s moves by a metre."""
 
 
-def asked(me: Knowledge, heard: Heard, _: m.HowFar) -> None:
+def asked(me: Knowledge, heard: Heard, _: m.HowFarAway) -> None:
     if heard.speaker is None or not is_for_me_alone(me, heard.to):
         return
     answer = m.CannotMeasure() if me.state in DRIVES else m.Measuring()
@@ -33,4 +33,4 @@ def _topic(asker: str) -> str:
     return f"measure {asker.lower()}"
 
 
-REACTIONS: Reactions = {m.HowFar: asked}
+REACTIONS: Reactions = {m.HowFarAway: asked}

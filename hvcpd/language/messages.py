@@ -23,7 +23,7 @@ from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
 from hvcpd.language.proofs import Seal as Seal
 from hvcpd.language.range_messages import CannotMeasure as CannotMeasure
-from hvcpd.language.range_messages import HowFar as HowFar
+from hvcpd.language.range_messages import HowFarAway as HowFarAway
 from hvcpd.language.range_messages import Measured as Measured
 from hvcpd.language.range_messages import Measuring as Measuring
 from hvcpd.language.task_messages import Busy as Busy
@@ -197,7 +197,7 @@ Statement = (
     | PlaceGiven
     | PlaceTaken
     | PlaceFree
-    | HowFar
+    | HowFarAway
     | Measuring
     | Measured
     | CannotMeasure

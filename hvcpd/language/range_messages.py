@@ -8,7 +8,7 @@ HUNDRED = 100
 
 
 @dataclass(frozen=True)
-class HowFar:
+class HowFarAway:
     """The speaker asks how far the addressee is; the arrival of this very sentence is measured."""
 
 
@@ -44,8 +44,10 @@ class CannotMeasure:
     """The speaker drives, or one of the two sentences was not heard well enough."""
 
 
-RANGE_FORMS: tuple[tuple[str, type[HowFar | Measuring | Measured | CannotMeasure], str, dict[str, object]], ...] = (
-    ("how far are you", HowFar, "How far are you from me? Answer, and stand still.", {}),
+_Range = HowFarAway | Measuring | Measured | CannotMeasure
+
+RANGE_FORMS: tuple[tuple[str, type[_Range], str, dict[str, object]], ...] = (
+    ("how far are you", HowFarAway, "How far are you from me? Answer, and stand still.", {}),
     ("i will measure it", Measuring, "I listen to when this sentence comes after yours.", {}),
     ("i measure <hundreds> <rest>", Measured, "Between your sentence and mine, in sixteenths of a millisecond.", {}),
     ("i cannot measure it", CannotMeasure, "I drive, or did not hear it well enough.", {}),

@@ -65,7 +65,7 @@ class Ranging:
 
     def say(self, utterance: m.Utterance, sound: Samples, start: int) -> None:
         """The robot begins to say `sound`; its first sample is played over sample `start`."""
-        timed = isinstance(utterance.statement, m.HowFar | m.Measuring)
+        timed = isinstance(utterance.statement, m.HowFarAway | m.Measuring)
         self._saying = (utterance, sound, start) if timed else None
 
     def said(self, latency_s: float) -> Timed | None:
@@ -76,7 +76,7 @@ class Ranging:
         if not isinstance(utterance.addressee, m.ToRobot):
             return None
         name, own = utterance.addressee.name, self._arrival(sound, start + round(latency_s * SAMPLE_RATE_HZ))
-        if isinstance(utterance.statement, m.HowFar):
+        if isinstance(utterance.statement, m.HowFarAway):
             self._asked = (name.lower(), own)
             return None
         question = self._questions.pop(name.lower(), None)
@@ -91,7 +91,7 @@ class Ranging:
         if not isinstance(to, m.ToRobot) or to.name.lower() != self._name:
             return None
         match utterance.statement:
-            case m.HowFar():
+            case m.HowFarAway():
                 self._questions[name] = self._rendered(utterance, start, render)
             case m.Measuring() if self._asked is not None and self._asked[0] == name:
                 own, answer = self._asked[1], self._rendered(utterance, start, render)
