@@ -1,7 +1,7 @@
 """How well two robots measure how far apart they are, with clocks that differ, in measured and simulated rooms.
 
-`python -m benchmarks.ranging [--rooms DIR] [--halls] [--n 40] [--seed 1]` (DIR: impulse responses as WAV files, `bbc_*`
-and `unis_a_*`). Robot A asks and robot B answers, with the
+`python -m benchmarks.ranging [--rooms DIR [--behind]] [--halls] [--n 40] [--seed 1]` (DIR: impulse responses as WAV
+files, `bbc_*` and `unis_a_*`). Robot A asks and robot B answers, with the
 sentences and the voices that robots have, through small loudspeakers; what each microphone hears is resampled by its
 own clock. Both robots then do just what they do on a robot: `hvcpd.ranging`.
 
@@ -46,6 +46,7 @@ MOST_PPM = 50.0
 """Of either microphone's clock; loudspeakers run by that of the air."""
 UNKNOWN = 320
 """Samples by which the recogniser may be wrong about where a sentence begins."""
+SHADE_DB = 20.0
 HALLS = (Hall((9.0, 5.0, 2.7), 0.3), Hall((14.0, 6.0, 3.0), 0.5), Hall((16.0, 8.0, 3.0), 0.8))
 DISTANCES_M = (1.0, 3.0, 6.0, 10.0, 12.0)
 SNRS_DB = (20.0, 10.0, 0.0)
@@ -155,6 +156,13 @@ def measured_way(path: Path) -> Way:
     return np.asarray(moved / np.abs(fine[peak]) * 16)
 
 
+def shaded(way: Way) -> Way:
+    """The same with something in the way: what arrives in the first 2 ms is SHADE_DB fainter."""
+    hidden = way.copy()
+    hidden[: LEAD + 32] *= 10.0 ** (-SHADE_DB / 20.0)
+    return hidden
+
+
 def simulated_way(hall: Hall, distance_m: float, shift_m: float) -> Way:
     """A simulated response with its direct sound at LEAD."""
     impulse, _ = response(hall, distance_m, shift_m)
@@ -199,7 +207,7 @@ def show(title: str, results: Sequence[Result]) -> None:
 
 
 def cases(
-    rooms: Path | None, halls: bool, n: int, rng: np.random.Generator
+    rooms: Path | None, behind: bool, halls: bool, n: int, rng: np.random.Generator
 ) -> Iterator[tuple[str, list[tuple[Way, Way, float]]]]:
     """Rooms, and in each `n` ways there and back with the distance."""
     if rooms is not None:
@@ -208,6 +216,9 @@ def cases(
             ways = [measured_way(path) for path in ears if path.name.startswith(start)]
             drawn = rng.integers(0, len(ways), (n, 2))
             yield f"{title}, moved to 10 m", [(ways[i], ways[j], 10.0) for i, j in drawn]
+            if behind:
+                hidden = [shaded(way) for way in ways]
+                yield f"{title}, something in the way", [(hidden[i], hidden[j], 10.0) for i, j in drawn]
     for hall in HALLS if halls else ():
         fitting = [d for d in DISTANCES_M if d + 3.0 <= hall.size_m[0]]
         for distance_m in fitting:
@@ -221,13 +232,14 @@ def main() -> None:
     parser.add_argument("--rooms", type=Path)
     parser.add_argument("--n", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--behind", action="store_true", help="with --rooms: also with something in the way")
     parser.add_argument("--halls", action="store_true", help="simulated halls, too (needs pyroomacoustics)")
     parser.add_argument("--snr", type=float, nargs="*", default=SNRS_DB)
     options = parser.parse_args()
     rng, said = np.random.default_rng(options.seed), sentences(make_sound(None, user_cache_folder()))
     print("| room | n | unsure or none | median, cm | 95 %, cm | worst, cm | within 2 deviations |")
     print("|---|---|---|---|---|---|---|")
-    for title, ways in cases(options.rooms, options.halls, options.n, rng):
+    for title, ways in cases(options.rooms, options.behind, options.halls, options.n, rng):
         for snr_db in options.snr:
             results = [exchange(said, (a, b), own_way(a), d, snr_db, rng) for a, b, d in ways]
             show(f"{title}, {snr_db:g} dB", results)

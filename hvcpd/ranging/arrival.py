@@ -20,22 +20,25 @@ REACH = 1024
 """Samples either side of the expected arrival, 64 ms: a recogniser knows a sentence's beginning to 20 ms."""
 PIECE = 4096
 """Samples of a sentence that are compared at once: 250 ppm shift its ends by one sample."""
-STRETCHES = np.arange(-400, 401, 20) * 1e-6
+STRETCHES = np.arange(-800, 801, 20) * 1e-6
 """Crystals differ by 100 ppm at most; a robot that drives at 0.2 m/s changes the stretch by 580 ppm."""
 FINER = 8
 """Steps to a sample in which the envelope's peak is sought before it is interpolated."""
 EARLY = 800
 """Samples before the loudest arrival in which the first one is sought: 50 ms. In a room with RT60 0.45 s, at six times
 the critical distance, the loudest is anywhere in the first 40 ms."""
-QUIET = (2 * 32 * FINER, 6 * 32 * FINER)
-AROUND = 160
-LATE, FADE = 64, 32
+QUIET = (64, 192)
+"""Lags of which the noise is taken: from the first on, up to EARLY before the loudest arrival, or to the second."""
+AROUND, LATE, FADE = 160, 64, 32
 """Samples before and after the first arrival that are compared once it is known roughly, and over which both ends
 fade: the fewer they are, the more of a faint voice's spectrum stands out of the noise."""
-FAINTEST = 0.4
-"""Least amplitude of the first arrival relative to the loudest: side lobes stay below a quarter."""
+FAINTEST, ABOVE_SIDE = 0.4, 1.3
+"""Least amplitude of the first arrival relative to the loudest, and to the highest side lobe of a single arrival with
+the same spectrum. Echoes of floor, walls and ceiling that come together may be louder than direct sound."""
 ABOVE_NOISE = 5.0
-"""Least amplitude of the first arrival over the response's mean noise: chance exceeds it once in 10^10."""
+"""Least amplitude of the first arrival over the response's noise: chance exceeds it at one lag in 10^10."""
+APART = 10
+"""Samples, 20 cm of detour: what comes sooner is one arrival with the first."""
 EDGE = 0.5
 """Share of the first peak at which its edge is measured: echoes that come within the peak move the peak itself."""
 SMOOTH = 33
@@ -52,7 +55,7 @@ class Arrival:
     """The sample of the microphone, with a fraction, at which the first sample of a sentence arrived.
 
     `stretch`: samples of the microphone's clock for each of the speaker's, minus 1. `clear`: amplitude of the
-    first arrival over the response's noise; `first`: over the loudest arrival.
+    first arrival over the response's noise; `first`: over the loudest echo that comes APART later or more.
     """
 
     at: float
@@ -157,13 +160,14 @@ class _Peaks:
         self._width = _crossing(alone, EDGE * alone[0])
         loudest = int(envelope.argmax())
         begin = max(loudest - EARLY * FINER, 1)
-        self._noise = float(np.sqrt(np.mean(envelope[QUIET[0] : max(begin, QUIET[1])] ** 2)))
-        least = max(max(FAINTEST, 1.3 * side) * envelope[loudest], ABOVE_NOISE * self._noise)
+        self._noise = float(np.sqrt(np.mean(envelope[QUIET[0] * FINER : max(begin, QUIET[1] * FINER)] ** 2)))
+        least = max(max(FAINTEST, ABOVE_SIDE * side) * envelope[loudest], ABOVE_NOISE * self._noise)
         inner = envelope[begin : loudest + 1]
         peaks = (inner >= envelope[begin - 1 : loudest]) & (inner >= envelope[begin + 1 : loudest + 2])
         found = np.flatnonzero(peaks & (inner >= least))
         self.first = begin + int(found[0]) if len(found) else None
-        self.share = float(envelope[self.first] / envelope[loudest]) if self.first is not None else 0.0
+        later = envelope[(self.first or 0) + APART * FINER :].max(initial=1e-12)
+        self.share = float(envelope[self.first] / later) if self.first is not None else 0.0
 
     @property
     def clear(self) -> float:

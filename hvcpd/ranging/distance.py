@@ -48,8 +48,8 @@ def interval_ticks(first: Arrival, own: Arrival, own_way_m: float) -> int:
 
 
 def is_sure(arrival: Arrival) -> bool:
-    """Whether an arrival stands out, and nobody seems to have moved."""
-    return arrival.clear >= CLEAR and abs(arrival.stretch) <= STILL
+    """Whether an arrival stands out, no echo is louder, as behind a wall or a body, and nobody seems to have moved."""
+    return arrival.clear >= CLEAR and arrival.first >= 1.0 and abs(arrival.stretch) <= STILL
 
 
 def distance(own: Arrival, answer: Arrival, ticks: int, own_way_m: float) -> Distance | None:

@@ -53,11 +53,11 @@ class Ranging:
         """Of others, by their names."""
         self._asked: tuple[str, Arrival | None] | None = None
         self._answers: dict[str, tuple[Arrival, Arrival]] = {}
-        """Own question and the answer, by who answered."""
+        """The own question and the answer, by the name of the robot that answered."""
 
     def hear(self, samples: Samples, start: int) -> None:
         """Take the next samples, shape (n,), float32, the first of which has the number `start`."""
-        self._blocks.append(samples)
+        self._blocks.append(samples.copy())
         self._n_kept += len(samples)
         self._end = start + len(samples)
         while self._n_kept - len(self._blocks[0]) >= KEPT_S * SAMPLE_RATE_HZ:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
 from hvcpd.ranging.arrival import REACH, arrival
+from hvcpd.ranging.distance import is_sure
 
 LENGTH = 40_000
 FINE = 8
@@ -42,6 +43,14 @@ def test_it_is_known_between_samples_and_so_is_the_clock(start: float, skew: flo
     assert found is not None
     assert found.at == pytest.approx(start, abs=0.15)
     assert found.stretch == pytest.approx(skew, abs=3e-6)
+
+
+@pytest.mark.parametrize("speed_m_s", [-0.2, 0.2])
+def test_a_robot_that_drives_is_not_sure(speed_m_s: float) -> None:
+    found = arrival(at(REACH + 5.0, speed_m_s / 343.0).astype(np.float32), VOICE, REACH)
+    assert found is not None
+    assert found.stretch == pytest.approx(speed_m_s / 343.0, abs=1e-5)
+    assert not is_sure(found)
 
 
 @pytest.mark.parametrize("later", [12.0, 60.0, 300.0])
