@@ -54,14 +54,16 @@ _ENDS = np.clip((REACH - np.abs(np.arange(2 * REACH) - REACH + 0.5)) / (2 * FADE
 class Arrival:
     """The sample of the microphone, with a fraction, at which the first sample of a sentence arrived.
 
-    `stretch`: samples of the microphone's clock for each of the speaker's, minus 1. `clear`: amplitude of the
-    first arrival over the response's noise; `first`: over the loudest echo that comes APART later or more.
+    `stretch`: samples of the microphone's clock for each of the speaker's, minus 1. `clear`: amplitude of the first
+    arrival over the response's noise; `first`: over the loudest echo that comes APART later or more; `forerun`: of the
+    loudest that comes as much sooner, over the first arrival's.
     """
 
     at: float
     stretch: float
     clear: float
     first: float
+    forerun: float = 0.0
 
     def later(self, samples: int) -> Arrival:
         """The same, by a clock that began so many samples earlier."""
@@ -94,7 +96,7 @@ def arrival(heard: Samples, sound: Samples, before: int) -> Arrival | None:
     fine = _Peaks(response, _weights(response, noise * n_near))
     if fine.first is None:
         return None
-    return Arrival(float(fine.edge) / FINER - REACH + before, stretch, rough.clear, rough.share)
+    return Arrival(float(fine.edge) / FINER - REACH + before, stretch, rough.clear, rough.share, rough.forerun)
 
 
 def _correlated(heard: Samples, piece: Samples, at: int) -> tuple[Spectrum, NDArray[np.float64], NDArray[np.float64]]:
@@ -168,6 +170,8 @@ class _Peaks:
         self.first = begin + int(found[0]) if len(found) else None
         later = envelope[(self.first or 0) + APART * FINER :].max(initial=1e-12)
         self.share = float(envelope[self.first] / later) if self.first is not None else 0.0
+        earlier = envelope[QUIET[0] * FINER : max((self.first or 0) - APART * FINER, 0)].max(initial=0.0)
+        self.forerun = float(earlier / envelope[self.first]) if self.first is not None else 0.0
 
     @property
     def clear(self) -> float:

@@ -24,6 +24,9 @@ STILL = 250e-6
 """Stretches beyond it are no crystals': somebody moves."""
 CLEAR = 8.0
 """Least amplitude of a first arrival over the noise: those taken too early had 7 (`benchmarks/ranging.py`)."""
+LEAST_FIRST, MOST_FORERUN = 0.8, 0.45
+"""Behind something that takes 20 dB of the direct sound away, echoes are louder, or it is still seen before what was
+taken for it: 1.4 to 2.4 times, and 0.5 to 0.9 of it. In line of sight, down to 0 dB: 0.9 at most, and 0.37."""
 ERROR_M = 0.02
 """Standard deviation of what is measured: floors and walls echo within the first arrival, and a sample is 1 cm."""
 
@@ -48,8 +51,9 @@ def interval_ticks(first: Arrival, own: Arrival, own_way_m: float) -> int:
 
 
 def is_sure(arrival: Arrival) -> bool:
-    """Whether an arrival stands out, no echo is louder, as behind a wall or a body, and nobody seems to have moved."""
-    return arrival.clear >= CLEAR and arrival.first >= 1.0 and abs(arrival.stretch) <= STILL
+    """Whether an arrival stands out, is the direct one as far as one can tell, and nobody seems to have moved."""
+    is_direct = arrival.first >= LEAST_FIRST and arrival.forerun <= MOST_FORERUN
+    return arrival.clear >= CLEAR and is_direct and abs(arrival.stretch) <= STILL
 
 
 def distance(own: Arrival, answer: Arrival, ticks: int, own_way_m: float) -> Distance | None:

@@ -55,10 +55,11 @@ def test_a_misheard_digit_that_fits_no_distance_is_no_distance() -> None:
     assert distance(own, answer, (ticks + 5_000) % TICKS, OWN_WAY_M) is None
 
 
-def test_a_moving_robot_and_a_faint_voice_are_unsure() -> None:
+def test_a_moving_robot_a_faint_voice_and_louder_echoes_are_unsure() -> None:
     own, answer, ticks = exchange(3.0, 60_000.0, 0.0, 0.0)
     moving = Arrival(answer.at, 2.0 * STILL, answer.clear, 1.0)
     faint = Arrival(answer.at, 0.0, 6.0, 1.0)
-    for doubtful in (moving, faint):
+    hidden, forerun = Arrival(answer.at, 0.0, 30.0, 0.6), Arrival(answer.at, 0.0, 30.0, 1.5, 0.6)
+    for doubtful in (moving, faint, hidden, forerun):
         found = distance(own, doubtful, ticks, OWN_WAY_M)
         assert found is None or not found.sure
