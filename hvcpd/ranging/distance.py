@@ -25,8 +25,8 @@ STILL = 250e-6
 CLEAR = 8.0
 """Least amplitude of a first arrival over the noise: those taken too early had 7 (`benchmarks/ranging.py`)."""
 LEAST_FIRST, MOST_FORERUN = 0.8, 0.45
-"""Behind something that takes 20 dB of the direct sound away, echoes are louder, or it is still seen before what was
-taken for it: 1.4 to 2.4 times, and 0.5 to 0.9 of it. In line of sight, down to 0 dB: 0.9 at most, and 0.37."""
+"""Behind something that takes 20 dB of the direct sound away, echoes are mostly louder, or it is still seen before what
+was taken for it; in line of sight, down to 0 dB, neither (`benchmarks/ranging.py --behind`)."""
 ERROR_M = 0.02
 """Standard deviation of what is measured: floors and walls echo within the first arrival, and a sample is 1 cm."""
 
