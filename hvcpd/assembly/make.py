@@ -20,6 +20,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
+from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.coherent import CoherentListener
@@ -34,6 +35,7 @@ from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.second_pass import SecondEars, Worker
 from hvcpd.recognition.watch import Watch
+from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
@@ -195,6 +197,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         make_sealing(plan),
         OwnDelay(),
         voices_of(names, sound, plan.hearing.people),
+        Measures(Ranging(plan.role.name), lambda name: sound.speaker_of(name, SLOW if speech.slowly else 1.0)),
     )
 
 

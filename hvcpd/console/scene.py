@@ -13,7 +13,7 @@ from hvcpd.console.viewers import Message, Viewers
 from hvcpd.reporting.events import Plant
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_plan
-from hvcpd.reporting.text import clean
+from hvcpd.reporting.text import clean, shown_away
 
 MAX_TRAIL = 4000
 """Points kept of a trail: 200 m, by STEP_M."""
@@ -174,13 +174,14 @@ class Scene:
         own = next((t for t in self._tasks if t["owner"] == peer["name"] and t["state"] == "claimed"), None)
         ago_s = float(peer["heard_ago_s"])
         ago = f"{ago_s:.0f} s" if ago_s < 90 else f"{ago_s / 60:.0f} min"
+        far = shown_away(peer)
         return {
             "name": clean(peer["name"]),
             "slot": self._slots.of(peer["name"]),
             "team": clean(peer["team"] or ""),
             "doing": f"has task {own['number']}, {clean(own['name'])}" if own else "",
             "present": peer["present"],
-            "note": f"heard {ago} ago, {100 * peer['confidence']:.0f} % sure",
+            "note": f"heard {ago} ago, {100 * peer['confidence']:.0f} % sure" + (f", {far} away" if far else ""),
         }
 
     def _board(self) -> Message:

@@ -15,7 +15,7 @@ Try, watch and control robots that coordinate by speaking English. Try it here:
 A running robot:
   status, follow, console       see what it does; the console is for the browser
   tasks, task                   list its tasks; repeat, skip, add or remove one
-  stop, resume, reload          halt it, let it go on, read its settings again
+  stop, resume, reload, range   halt it; let it go on; how far are others?
   transcript, report, audit     read what it said, heard and did
   skills, ros, mqtt, mcap       connect devices, ROS, Home Assistant, Foxglove
 Set a robot up:

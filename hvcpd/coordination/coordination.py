@@ -20,6 +20,7 @@ from hvcpd.coordination import (
     deadlines,
     halting,
     hearing,
+    ranging,
     repair,
     right_of_way,
     saying,
@@ -32,7 +33,7 @@ from hvcpd.coordination.addressing import answer_slots, note_presence, whose_tur
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
-from hvcpd.coordination.peers import Peers, team_of
+from hvcpd.coordination.peers import Away, Peers, team_of
 from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -194,6 +195,16 @@ class Coordination:
         """Whether the robot may drive on, straight from one place of the `way` to the next, starting where it was last
         sensed. Call it throughout the drive: it asks the others for the places ahead, and gives back those behind."""
         return right_of_way.may_drive(self.knowledge, way, now)
+
+    def timed(self, asker: str, ticks: int | None, now: float) -> None:
+        """Tell a robot that asked how far this one is the interval (see `ranging`); None: it could not be measured."""
+        ranging.tell(self.knowledge, asker, ticks, now)
+
+    def ranged(self, name: str, away: Away) -> None:
+        """Note how far a peer is."""
+        peer = self.peers.get(name)
+        if peer is not None:
+            peer.away = away
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""

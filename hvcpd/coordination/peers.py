@@ -16,6 +16,17 @@ def lot(name: str, salt: int) -> int:
     return zlib.crc32(f"{salt}/{name}".encode())
 
 
+@dataclass(frozen=True)
+class Away:
+    """How far a peer was at `at_s`, m; `deviation_m`: standard deviation; not `sure`: an echo may have been measured,
+    or somebody moved."""
+
+    distance_m: float
+    deviation_m: float
+    sure: bool
+    at_s: float
+
+
 @dataclass
 class Peer:
     """A robot or person who was heard. Times are seconds of the sample clock; -inf: never."""
@@ -45,6 +56,8 @@ class Peer:
     """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
     """The tasks that it said it cannot do."""
+    away: Away | None = None
+    """Measured by sound, if it ever was."""
 
 
 def team_of(u: m.Utterance) -> str | None:

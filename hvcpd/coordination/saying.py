@@ -15,7 +15,7 @@ from hvcpd.language import messages as m
 MAX_SENTENCES = 8
 """Maximum number of the owner's sentences that may wait for the floor: about 40 s of talk. Later ones would be said
 when their reason is forgotten."""
-QUESTIONS = (m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
+QUESTIONS = (m.HowFarAway, m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted)
 REQUESTABLE = (m.Order, m.Motion, m.Stop, m.Resume, m.SayAgain, m.Remark, m.Change, *QUESTIONS)
 """Statements that the owner may have the robot say: orders, questions, calls and remarks. Every other statement reports
 the robot's own actions or commits it, and the robot says it only when it is true."""

@@ -14,7 +14,7 @@ from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.board import Entry
 from hvcpd.coordination.passes import Pass
-from hvcpd.coordination.peers import Peer
+from hvcpd.coordination.peers import Away, Peer
 from hvcpd.coordination.states import State
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
@@ -185,6 +185,16 @@ def _peer(peer: Peer, is_present: bool, now: float) -> dict[str, Any]:
         "heard_ago_s": round(now - peer.last_heard_s, 1),
         "confidence": round(peer.confidence, 3),
         "snr_db": round(peer.snr_db, 1) if peer.snr_db is not None else None,
+        "away": _away(peer.away, now) if peer.away is not None else None,
+    }
+
+
+def _away(away: Away, now: float) -> dict[str, Any]:
+    return {
+        "distance_m": round(away.distance_m, 3),
+        "deviation_m": round(away.deviation_m, 3),
+        "sure": away.sure,
+        "ago_s": round(now - away.at_s, 1),
     }
 
 

@@ -28,6 +28,7 @@ from hvcpd.robot.records import (
     HeardRecord,
     HoldRecord,
     PerformedRecord,
+    RangeRecord,
     Record,
     SaidRecord,
     VoiceRecord,
@@ -227,6 +228,14 @@ def tell(record: Record, tasks: TaskRepository) -> None:
             )
         case HoldRecord(at_s, until_s):
             _log.info("stood still for what sounded like stop", at_s=_s(at_s), duration_s=_s(until_s - at_s))
+        case RangeRecord():
+            _log.info(
+                "measured how far",
+                peer=record.peer,
+                distance_m=round(record.distance_m, 3),
+                deviation_m=round(record.deviation_m, 3),
+                sure=record.sure,
+            )
         case DoubtRecord():
             _log.warning(
                 "not believed",

@@ -40,6 +40,8 @@ _PLACEHOLDERS = {
     "<other>": "NAME",
     "<letters>": "LETTERS",
     "<volts>": "VOLTS",
+    "<hundreds>": "DIGITS",
+    "<rest>": "DIGITS",
 }
 
 

@@ -13,6 +13,7 @@ from enum import Enum
 
 from hvcpd.language import messages as m
 from hvcpd.language.place_messages import PLACE_FORMS
+from hvcpd.language.range_messages import RANGE_FORMS
 
 OPENING = "(hi|hello) [<addressee>], i am <speaker> [, member of team <team>]"
 """The paper's 'Hi, [robot identifier], I am X'."""
@@ -36,29 +37,14 @@ CHANGES = 9
 """Largest number of a task's changes, before the count starts again: a robot that has missed more than four in a row
 takes the newest for an old one."""
 
-SLOT_FIELDS = {
-    "addressee": "addressee",
-    "speaker": "speaker",
-    "team": "team",
+_SAME_NAME = """addressee speaker team task place next first second confirmed with also then third reason other letters
+count hundreds rest"""
+SLOT_FIELDS = {slot: slot for slot in _SAME_NAME.split()} | {
     "number": "task",
-    "task": "task",
-    "place": "place",
-    "next": "next",
-    "first": "first",
-    "second": "second",
-    "confirmed": "confirmed",
-    "with": "with",
-    "also": "also",
-    "then": "then",
-    "third": "third",
     "metres": "distance_m",
     "away": "way_m",
     "remark": "text",
-    "reason": "reason",
-    "other": "other",
-    "letters": "letters",
     "volts": "battery_v",
-    "count": "count",
 }
 """Field of the utterance or of its statement that each slot binds; `other` is the quoted speaker in a relayed one, and
 `confirmed` the task whose claim is confirmed in passing, `with` the second one of that claim."""
@@ -240,7 +226,10 @@ _CORE: tuple[Form, ...] = (
     Form(f"{OPENING}, sealed message", m.SealedMessage, "A message for robots with the team's key."),
 )
 
-_PLACES = tuple(Form(f"{OPENING}, {words}", kind, means, constants=fixed) for words, kind, means, fixed in PLACE_FORMS)
+_PLACES, _RANGES = (
+    tuple(Form(f"{OPENING}, {words}", kind, means, constants=fixed) for words, kind, means, fixed in rows)
+    for rows in (PLACE_FORMS, RANGE_FORMS)
+)
 
 _REPORT = "Each robot in turn says its team, its task and its battery."
 _DOINGS: tuple[tuple[str, m.Doing, str], ...] = (
@@ -346,4 +335,4 @@ _CASUAL: tuple[Form, ...] = (
 )
 """Sentences of people who have not read the card."""
 
-FORMS: tuple[Form, ...] = (*_CORE, *_PLACES, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)
+FORMS: tuple[Form, ...] = (*_CORE, *_PLACES, *_RANGES, *_PEOPLE, *_RELAYS, *_SPELLED, *_SEALED, *_CASUAL)

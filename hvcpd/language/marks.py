@@ -2,7 +2,7 @@
 
 This module alone decides which sentences carry one: those that change a robot's actions or beliefs. Greetings,
 questions and "stop" never do: a person who sees a robot about to run into something has no time for proofs. All
-sentences are encrypted except greetings, spelled names, "stop", and "I do not trust that".
+sentences are encrypted except greetings, spelled names, "stop", measured intervals, and "I do not trust that".
 """
 
 from __future__ import annotations
@@ -58,8 +58,9 @@ SEALED = (
 """Statements that are sealed where a key is set, themselves or passed on. Of these only SayAgain is accepted without a
 seal: its seal is a challenge to the robot that repeats its sentence."""
 
-NEVER_HIDDEN = (m.Stop, m.Spelled, m.Distrusted, m.SealedMessage)
-"""Statements that stay plain even where all others are encrypted; so do greetings."""
+NEVER_HIDDEN = (m.Stop, m.Spelled, m.Distrusted, m.SealedMessage, m.Measured)
+"""Statements that stay plain even where all others are encrypted; so do greetings. The 10,000 intervals would make
+every encrypted sentence longer, and tell nothing to listeners who do not know the other interval."""
 
 ANY_SEAL, ANY_CODE, ANY_CIPHER = "SEAL", "CODE", "CIPHER"
 """Stand in a network for a seal, a code and a cipher: `with_marks` puts them there. No word is in capitals."""

@@ -22,6 +22,10 @@ from hvcpd.language.proofs import Cipher as Cipher
 from hvcpd.language.proofs import Code as Code
 from hvcpd.language.proofs import Mark as Mark
 from hvcpd.language.proofs import Seal as Seal
+from hvcpd.language.range_messages import CannotMeasure as CannotMeasure
+from hvcpd.language.range_messages import HowFarAway as HowFarAway
+from hvcpd.language.range_messages import Measured as Measured
+from hvcpd.language.range_messages import Measuring as Measuring
 from hvcpd.language.task_messages import Busy as Busy
 from hvcpd.language.task_messages import Change as Change
 from hvcpd.language.task_messages import Claim as Claim
@@ -193,6 +197,10 @@ Statement = (
     | PlaceGiven
     | PlaceTaken
     | PlaceFree
+    | HowFarAway
+    | Measuring
+    | Measured
+    | CannotMeasure
     | Confirmed
     | ConfirmedAnd
     | Negative

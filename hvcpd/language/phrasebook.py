@@ -20,7 +20,7 @@ from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable,
 from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, SlotValues, Words, match, render
 from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
-from hvcpd.language.words import number_words, spoken_words, strict_words
+from hvcpd.language.words import digit_words, number_words, spoken_words, strict_words
 
 _T = TypeVar("_T")
 
@@ -308,6 +308,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "away": {way_m: spoken_words(text) for way_m, text in WAYS_M.items()},
         "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},
         "count": {n: number_words(n) for n in range(1, CHANGES + 1)},
+        **{half: {n: digit_words(n) for n in range(100)} for half in ("hundreds", "rest")},
         "place": {name: ("the", *spoken_words(name)) for name in vocabulary.places},
         "task": {m.TaskByName(name): spoken_words(name) for name in vocabulary.tasks},
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},

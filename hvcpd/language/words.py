@@ -30,6 +30,12 @@ def number_words(number: int) -> tuple[str, ...]:
     return (_TENS[tens - 2],) if unit == 0 else (_TENS[tens - 2], _UNITS[unit])
 
 
+def digit_words(number: int) -> tuple[str, str]:
+    """The two digits of a number from 0 to 99: 7 is ("zero", "seven")."""
+    tens, unit = divmod(number, 10)
+    return _UNITS[tens], _UNITS[unit]
+
+
 def spoken_words(text: str) -> tuple[str, ...]:
     """Written text as the words that are spoken: lower case, no punctuation, numbers up to 99 in words.
 

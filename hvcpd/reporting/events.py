@@ -89,7 +89,8 @@ class Held:
 
 @dataclass(frozen=True)
 class Noted:
-    """A robot's doubt about a speaker: it does not believe the sentence, or the voice does not belong to the name."""
+    """A robot's note about a speaker: it does not believe the sentence, the voice does not belong to the name, or this
+    is how far it is."""
 
     at_s: float
     robot: str

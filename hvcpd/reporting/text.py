@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 _HARMFUL = {"Cc", "Cs", "Zl", "Zp"}
 """Unicode categories that steer a terminal (escape sequences) or cannot be encoded (lone surrogates)."""
@@ -92,3 +93,11 @@ def without_common_start(names: Sequence[str]) -> list[str]:
         while shared < shortest - 1 and len({words[shared] for words in split}) == 1:
             shared += 1
     return [" ".join(words[shared:]) or name for words, name in zip(split, names, strict=True)]
+
+
+def shown_away(peer: Mapping[str, Any]) -> str:
+    """How far a peer is, as `status` has it of the last measurement; empty if there was none."""
+    away = peer.get("away")
+    if away is None:
+        return ""
+    return f"{away['distance_m']:.2f} ± {away['deviation_m']:.2f} m{'' if away['sure'] else ', unsure'}"

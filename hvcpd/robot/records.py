@@ -68,6 +68,23 @@ class HoldRecord:
 
 
 @dataclass(frozen=True)
+class RangeRecord:
+    """The robot has measured how far `peer` is; see `coordination.peers.Away`."""
+
+    at_s: float
+    peer: str
+    distance_m: float
+    deviation_m: float
+    sure: bool
+
+    @property
+    def note(self) -> str:
+        """As in the transcript."""
+        unsure = "" if self.sure else ", unsure: perhaps an echo, or somebody moved"
+        return f"{self.peer} is {self.distance_m:.2f} m away, ± {self.deviation_m:.2f} m{unsure}"
+
+
+@dataclass(frozen=True)
 class DoubtRecord:
     """The robot did not believe a sentence of `speaker`: the reason, and for how long it will not listen to it (s)."""
 
@@ -157,6 +174,7 @@ Record = (
     | GarbledRecord
     | EchoRecord
     | HoldRecord
+    | RangeRecord
     | DoubtRecord
     | VoiceRecord
     | PerformedRecord

@@ -12,14 +12,15 @@ from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import Halt, Perform, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
-from hvcpd.errors import PhraseError
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
+from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.events import Ears, Held, Overhears, Recognised, Released, Urgent
 from hvcpd.recognition.events import Event as HearingEvent
+from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, MeasuresDelay, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer
 from hvcpd.robot.records import (
@@ -36,7 +37,7 @@ from hvcpd.robot.records import (
     VoiceRecord,
 )
 from hvcpd.robot.sealing import Sealing, judged_by, written
-from hvcpd.robot.speech_output import Mouth, spoken
+from hvcpd.robot.speech_output import Mouth, meaning, spoken
 
 
 class Robot:
@@ -56,6 +57,7 @@ class Robot:
         sealing: Sealing | None = None,
         own_delay: MeasuresDelay | None = None,
         voices: Mapping[str, str] | None = None,
+        measures: Measures | None = None,
     ) -> None:
         """`voices`: the recogniser's name for each speaker's voice, by the speaker's name in lower case."""
         self.coordination = coordination
@@ -68,6 +70,7 @@ class Robot:
         self._overhearing = overhearing
         self._sealing = sealing
         self.expect(voices or {})
+        self._measures = measures or Measures(Ranging(coordination.role.name))
         self._voice = OwnVoice(acoustics or Acoustics(), own_delay)
         self._n_heard = 0
         self._busy = False
@@ -101,6 +104,7 @@ class Robot:
 
     def disturb(self) -> None:
         """Sound was lost or late until now, so it does not show which voice or name belongs to whom."""
+        self._measures.ranging.lost()
         self._disturbed_until_s = self.now
 
     def set_clock(self, wall_s: float | None) -> None:
@@ -139,6 +143,7 @@ class Robot:
         events = gap_events + self._ears.push(heard, masked=masked)
         if self._overhearing is not None:
             events += self._overhearing.hear(heard, masked)
+        self._measures.ranging.hear(heard, self._n_heard)
         self._n_heard += len(heard)
         self._locate(reading)
         self.coordination.mute(self.is_silent)
@@ -217,6 +222,7 @@ class Robot:
     def _finish_speaking(self) -> None:
         if self._voice.finished(self.now):
             self.coordination.spoken(self.now)
+            self._measures.said(self._voice.latency_s, self.coordination, self.now)
 
     def _set_channel(self, busy: bool, now: float) -> None:
         if busy != self._busy:
@@ -228,7 +234,7 @@ class Robot:
         if isinstance(event, Held | Released | Urgent):
             self._hold(event, now)
             return
-        utterance = self._parse(event)
+        utterance = meaning(event, self.phrasebook)
         if not isinstance(event, Recognised) or utterance is None:
             self._records.append(GarbledRecord(now, start_s, end_s))
             self.coordination.garbled(self._voice.overlapped(start_s, end_s), now)
@@ -251,6 +257,7 @@ class Robot:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
+            self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
         """Stand still at once for a possible "stop" over talk, whoever its addressee; go on after a false alarm,
@@ -267,14 +274,6 @@ class Robot:
         stop = Utterance(None, statement=Stop())
         self._records.append(HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, ""))
         self.coordination.heard(stop, now, confidence=0.0)
-
-    def _parse(self, event: HearingEvent) -> Utterance | None:
-        if not isinstance(event, Recognised):
-            return None
-        try:
-            return self.phrasebook.parse(event.words)
-        except PhraseError:  # the network holds only sentences of the phrasebook; a foreign recogniser may not
-            return None
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
         may_drive = self.coordination.may_drive(self.performer.way, now)
@@ -335,6 +334,7 @@ class Robot:
         mouth = self._slow_mouth if say.slowly else self._mouth
         speech = spoken(mouth, utterance, self.phrasebook, say.times, say.level_db)
         duration_s = len(speech) / SAMPLE_RATE_HZ
+        self._measures.ranging.say(utterance, speech, self._n_heard)
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.
         may_stop = not isinstance(utterance.statement, Stop | Stopped)

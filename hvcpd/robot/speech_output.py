@@ -1,4 +1,4 @@
-"""Turns a robot's sentence into sound."""
+"""Turns a robot's sentence into sound, and what it heard into a sentence."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.coordination.actions import SECOND_PAUSE_S
+from hvcpd.errors import PhraseError
 from hvcpd.language.messages import Cipher, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Event, Recognised
 
 CIPHER_PAUSE_S = 0.4
 """Longer than the rest that ends a sentence, 0.25 s, and shorter than the longest pause inside one, 0.6 s."""
@@ -28,6 +30,16 @@ def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook, times: int = 1,
     once = _once(mouth, utterance, book) * np.float32(10.0 ** (level_db / 20.0))
     pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
     return np.concatenate([once] + [pause, once] * (times - 1))
+
+
+def meaning(event: Event, book: Phrasebook) -> Utterance | None:
+    """What was said; None if it was not understood."""
+    if not isinstance(event, Recognised):
+        return None
+    try:
+        return book.parse(event.words)
+    except PhraseError:  # the network holds only sentences of the phrasebook; a foreign recogniser may not
+        return None
 
 
 def _once(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hvcpd.ports import WARN_BATTERY_V
+from hvcpd.reporting.text import shown_away
 from hvcpd.ros.messages import (
     DiagnosticArray,
     DiagnosticStatus,
@@ -137,6 +138,7 @@ def _robot(status: Line) -> _Part:
         "version": status["version"],
         "uptime_s": status["uptime_s"],
         "within earshot": ", ".join(peer["name"] for peer in status["peers"] if peer["present"]),
+        **{f"distance to {peer['name']}": far for peer in status["peers"] if (far := shown_away(peer))},
     }
     return "robot", level, str(status["doing"]), values
 

@@ -22,6 +22,7 @@ from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.control.live.status_screen import status_screen
+from hvcpd.coordination.peers import Away
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_lobby import MAX_WAITING
@@ -32,6 +33,7 @@ from hvcpd.errors import RunningError
 from hvcpd.people.enrolled import Person, person_path, remove_person, write_person
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
+from hvcpd.reporting.text import shown_away
 from tests.daemon.control_bench import ONE_TASK, ControlBench, Talk, control, run
 
 ORDER = tuple("hi rob i am bot water the green rose".split())
@@ -66,7 +68,13 @@ def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
                 "heard_ago_s": 0,
                 "confidence": 0.95,
                 "snr_db": 20.0,
+                "away": None,
             }
+            robot = bench.bench.robot
+            robot.coordination.ranged("Bot", Away(2.31416, 0.0243, False, robot.now - 3.0))
+            again = (await talk.say(b'{"command": "status"}\n'))["result"]["peers"][0]
+            assert again["away"] == {"distance_m": 2.314, "deviation_m": 0.024, "sure": False, "ago_s": 3.0}
+            assert shown_away(again) == "2.31 ± 0.02 m, unsure"
             assert status["sound"]["level_dbfs"] == -20.0
             assert status["battery_v"] == 11.9
             assert bench.bench.robot.coordination.knowledge.body.battery_v == 11.9, "what a report says"

@@ -48,6 +48,14 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         lazy("live.bid"),
         "hvcpctl stop --name Rob",
     )
+    measure = _add(
+        commands,
+        "range",
+        "have a robot ask another one how far it is",
+        lazy("live.range"),
+        "hvcpctl range Bot --name Rob",
+    )
+    measure.add_argument("robot", metavar="ROBOT", help="the other robot; both must stand")
     _add_task(commands, lazy("live.task"))
     _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.bid"))
     _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.bid"))

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.ports import WARN_BATTERY_V
-from hvcpd.reporting.text import clean, number, plural, skill_words
+from hvcpd.reporting.text import clean, number, plural, shown_away, skill_words
 
 _STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
 
@@ -142,13 +142,14 @@ def _peers(peers: Sequence[Mapping[str, Any]]) -> RenderableType:
     if not peers:
         return Text("No other robot was heard so far", "dim")
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
-    for title in ("Heard", "Team", "Last", "Sure", "SNR"):
+    for title in ("Heard", "Team", "Last", "Sure", "SNR", "Away"):
         table.add_column(title, justify="left" if title in ("Heard", "Team") else "right", no_wrap=True)
     for peer in sorted(peers, key=lambda peer: float(peer["heard_ago_s"])):
         snr = f"{peer['snr_db']:.0f} dB" if peer["snr_db"] is not None else "–"
+        far = shown_away(peer) or "–"
         team, ago = clean(peer["team"] or "–"), f"{duration(peer['heard_ago_s'])} ago"
         style = "" if peer["present"] else "dim"
-        table.add_row(clean(peer["name"]), team, ago, f"{peer['confidence']:.0%}", snr, style=style)
+        table.add_row(clean(peer["name"]), team, ago, f"{peer['confidence']:.0%}", snr, far, style=style)
     return table
 
 

@@ -1,0 +1,41 @@
+"""`hvcpctl range`: has a running robot ask another one how far it is, and tells the distance."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from contextlib import closing
+
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.errors import EX_OK, NotDoneError
+from hvcpd.reporting.text import clean
+
+WITHIN_S = 60.0
+"""Three sentences take 20 s; in a busy team the robot's turn may come after half a minute."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Ask, wait for the distance, and print it. Raises NotDoneError if none was measured."""
+    with closing(find_daemon(options)) as daemon:
+        daemon.ask("subscribe", events=["heard", "noted"])
+        daemon.ask("say", text=f"Hi {options.robot}, I am {daemon.name}, how far are you")
+        text = _measured(daemon, options.robot, time.monotonic() + WITHIN_S)
+    sys.stdout.write(json.dumps({"robot": options.robot, "text": text}) + "\n" if options.json else f"{clean(text)}\n")
+    return EX_OK
+
+
+def _measured(daemon: DaemonClient, robot: str, until_s: float) -> str:
+    while (left_s := until_s - time.monotonic()) > 0.0:
+        event = daemon.event_within(left_s)
+        if event is None:
+            break
+        if str(event.get("speaker")).lower() != robot.lower():
+            continue
+        text = str(event.get("text"))
+        if event.get("event") == "noted" and text.startswith(f"{event['speaker']} is "):
+            return text
+        if event.get("event") == "heard" and text.endswith("I cannot measure it"):
+            raise NotDoneError(f"{robot} drives, or did not hear {daemon.name} well enough; ask again")
+    raise NotDoneError(f"no distance to {robot} in {WITHIN_S:g} s: a sentence was missed; ask again")
