@@ -76,8 +76,8 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
     commands: _Commands = parser.add_subparsers(
-        metavar="COMMAND", required=True, dest="command", parser_class=parser_class, prog="hvcpctl"
-    )  # without `prog` argparse writes a usage to take it from, for which it measures the terminal
+        metavar="COMMAND", required=True, dest="command", parser_class=parser_class
+    )
     add_simulate(commands, _lazy("simulate.simulate"))
     add_new_team(commands, _lazy("simulate.new_team"), arguments.robot_names)
     add_duet(commands, _lazy("duet.duet"), arguments.robot_names)
