@@ -1,10 +1,12 @@
-"""The gain of shaping speech for noise: how much more noise it bears at equal loudness, judged by PocketSphinx.
+"""The gain of shaping speech for noise: how much more noise it bears at equal loudness, judged by a recogniser.
 
-PocketSphinx has the phrasebook's network as its grammar. Random sentences, each voice in turn, are said plainly and as
-`hvcpctl say --lombard` says them but at the plain sentence's loudness, in white or pink noise. SNR: loudness of the
-speech (LUFS) less the noise's RMS level (dBFS), and 1.5 dB. Prints the share of words wrong, and where that is a half.
+PocketSphinx has the phrasebook's network as its grammar; with --model, Whisper knows nothing of it (see `transcripts`).
+Random sentences, each voice in turn, are said plainly and as `hvcpctl say --lombard` says them but at the plain
+sentence's loudness, in white or pink noise, a fan's or wheel motors'. SNR: loudness of the speech (LUFS) less the
+noise's RMS level (dBFS), and 1.5 dB. Prints the share of words wrong, and where that is a half.
 
-    python -m benchmarks.in_noise [--sentences 16] [--seed 707] [--snr 8,6,4,2,0] [--noise white,pink] [--natural]
+    python -m benchmarks.in_noise [--model DIR] [--sentences 16] [--seed 707] [--snr 8,6,4,2,0] [--noise white,pink]
+        [--natural]
 """
 
 from __future__ import annotations
@@ -15,14 +17,15 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.hearing.noises import steady
 from benchmarks.judging import PAD_S
-from benchmarks.transcripts import edits, margin
+from benchmarks.transcripts import edits, margin, plain, whisper
 from benchmarks.voice import VOCABULARY, Sentence
+from hil_fakes.robot_noise import fan, motor, unit
 from hvcpd.evaluation.sphinx import heard, make_decoder
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -35,22 +38,45 @@ from hvcpd.synthesis.voices import VOICES
 LOUDNESS_LUFS = -26.0
 OFFSET_DB = 1.5
 """LUFS of our speech less its RMS level in dBFS, about."""
+Judge = Callable[[Samples], list[str]]
+"""The words that a recogniser writes."""
+MACHINES = {"fan": fan, "motor": motor}
 WAYS: dict[str, Callable[[Samples], Samples]] = {"plain": lambda sound: sound, "for noise": for_noise}
 
 
+def noise(kind: str, n: int, seed: int) -> NDArray[np.float64]:
+    """`n` samples of RMS 1."""
+    if kind in MACHINES:
+        return unit(MACHINES[kind](n, np.random.default_rng(seed)))
+    return steady(kind, n, seed)
+
+
 def wrong_words(
-    decoder: Any, said: Sequence[tuple[Sentence, Samples]], colour: str, snr_db: float
+    judge: Judge, said: Sequence[tuple[Sentence, Samples]], kind: str, snr_db: float
 ) -> tuple[list[int], list[int]]:
-    """For each sentence the number of words wrong, and of words."""
+    """For each sentence the number of words wrong, at most all of them, and of words."""
     wrong, counts = [], []
     for seed, (phrases, sound) in enumerate(said):
         words = [word for phrase in phrases for word in phrase]
         level = 10.0 ** ((LOUDNESS_LUFS - loudness_lufs(sound)) / 20.0)
         padded = np.pad(sound * level, round(PAD_S * SAMPLE_RATE_HZ))
-        noise = 10.0 ** ((LOUDNESS_LUFS + OFFSET_DB - snr_db) / 20.0) * steady(colour, len(padded), seed)
-        wrong.append(edits(words, heard(decoder, (padded + noise).astype(np.float32)).split()))
+        masker = 10.0 ** ((LOUDNESS_LUFS + OFFSET_DB - snr_db) / 20.0) * noise(kind, len(padded), seed)
+        wrong.append(min(edits(words, judge((padded + masker).astype(np.float32))), len(words)))
         counts.append(len(words))
     return wrong, counts
+
+
+def open_judge(folder: Path) -> Judge:
+    """Whisper, which knows nothing of the phrasebook."""
+    write = whisper(folder)
+    return lambda sound: plain(write(sound))
+
+
+def grammar_judge(book: Phrasebook, lexicon: Lexicon) -> Judge:
+    """PocketSphinx with the phrasebook's network as its grammar."""
+    with tempfile.TemporaryDirectory() as folder:
+        decoder = make_decoder(book.graph, Path(folder), lexicon)
+    return lambda sound: heard(decoder, sound).split()
 
 
 def half_db(snrs_db: Sequence[float], shares: Sequence[float]) -> float:
@@ -65,6 +91,7 @@ def half_db(snrs_db: Sequence[float], shares: Sequence[float]) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--model", type=Path, help="folder of a CTranslate2 Whisper model (default: PocketSphinx)")
     parser.add_argument("--sentences", type=int, default=16)
     parser.add_argument("--seed", type=int, default=707)
     parser.add_argument("--snr", default="8,6,4,2,0", help="dB, from high to low")
@@ -75,16 +102,15 @@ def main() -> None:
     sentences = [book.phrases(book.sample(chooser)) for _ in range(options.sentences)]
     voices = [replace(voice, natural=options.natural) for voice in VOICES]
     speakers = [Speaker(voice, lexicon) for voice in voices]
-    plain = [(said, speakers[number % len(voices)].render(said)) for number, said in enumerate(sentences)]
+    unshaped = [(said, speakers[number % len(voices)].render(said)) for number, said in enumerate(sentences)]
     snrs_db = [float(each) for each in options.snr.split(",")]
-    with tempfile.TemporaryDirectory() as folder:
-        decoder = make_decoder(book.graph, Path(folder), lexicon)
+    judge = open_judge(options.model) if options.model else grammar_judge(book, lexicon)
     for colour in options.noise.split(","):
         for way, shaped in WAYS.items():
-            said = [(phrases, shaped(sound)) for phrases, sound in plain]
+            said = [(phrases, shaped(sound)) for phrases, sound in unshaped]
             shares, row = [], ""
             for snr_db in snrs_db:
-                wrong, counts = wrong_words(decoder, said, colour, snr_db)
+                wrong, counts = wrong_words(judge, said, colour, snr_db)
                 shares.append(sum(wrong) / sum(counts))
                 row += f"  {snr_db:g} dB {shares[-1]:.2f} ± {margin(wrong, counts):.2f}"
             print(f"{colour:6}{way:10}{row}   half wrong at {half_db(snrs_db, shares):.1f} dB", flush=True)
