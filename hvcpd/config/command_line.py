@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import textwrap
 from collections.abc import Callable
 from io import UnsupportedOperation
 from pathlib import Path
@@ -34,6 +33,8 @@ class _Help(argparse.HelpFormatter):
 
 
 def _wrapped(text: str, width: int) -> list[str]:
+    import textwrap  # for a help text alone, as in argparse
+
     return textwrap.wrap(text, width, break_on_hyphens=False, break_long_words=False)
 
 

@@ -8,13 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from cattrs import Converter
-from cattrs.errors import AttributeValidationNote, BaseValidationError
-
 from hvcpd.config.document import Document, KeyPath, parse, read_bytes
 from hvcpd.config.icons import valid_icon
 from hvcpd.config.loading import (
     Check,
+    Converter,
     FaultError,
     Parts,
     between,
@@ -235,7 +233,7 @@ def _read_use(name: str, argument: Any, entry: SkillEntry | None) -> _ActionEntr
     try:
         return _ActionEntry(Use(name, entry.read(argument), entry.limit_s))
     except FaultError as error:
-        raise FaultError(str(error), *((name, *error.path) if argument is not None else ())) from None
+        raise (error.within(name) if argument is not None else FaultError(str(error))) from None
 
 
 def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _ActionEntry:
@@ -265,10 +263,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
             raise FaultError(wrong)
         return _ActionEntry(make(found))
     except FaultError as error:
-        raise FaultError(str(error), key, *error.path) from error
-    except BaseValidationError as error:
-        error.add_note(AttributeValidationNote(f"in action {key}", key, type_))
-        raise
+        raise error.within(key) from None
 
 
 def load_tasks(

@@ -126,7 +126,10 @@ def parts_of(node: Node) -> Parts:
             slot = frozenset({node.name if isinstance(node, Slot) else LETTERS_SLOT})
             return Parts(slots=slot, needed_slots=slot)
         case Series(children):
-            return Parts(*(frozenset().union(*each) for each in zip(*map(parts_of, children), strict=True)))
+            word = frozenset(child.text for child in children if isinstance(child, Word))  # most children are words
+            below = [parts_of(child) for child in children if not isinstance(child, Word)]
+            parts = zip(Parts(words=word, needed_words=word), *below, strict=True)
+            return Parts(*(frozenset().union(*each) for each in parts))
         case Choice(options):
             slots, needed_slots, words, needed_words = zip(*map(parts_of, options), strict=True)
             return Parts(

@@ -49,7 +49,14 @@ def k_weighting(hz: NDArray[np.float64]) -> NDArray[np.complex128]:
     return np.asarray(shelf * passing)
 
 
-@lru_cache(maxsize=4)
+def _fft_size(least: int) -> int:
+    """The next four, five or six times a power of two: little is padded, and the sizes, whose weights are kept, are
+    few."""
+    octave = 1 << max(least - 1, 4).bit_length() - 3
+    return -(-least // octave) * octave if least <= 6 * octave else 8 * octave
+
+
+@lru_cache(maxsize=8)
 def _weights(size: int) -> NDArray[np.complex128]:
     """The response at the bins of a real FFT of that size; words and sentences need few sizes."""
     return k_weighting(np.arange(size // 2 + 1, dtype=np.float64) * (SAMPLE_RATE_HZ / size))
@@ -62,7 +69,7 @@ def loudness_lufs(sound: Samples) -> float:
     """
     if not len(sound):
         return SILENCE_LUFS
-    size = 1 << (len(sound) + _RING_SAMPLES).bit_length()
+    size = _fft_size(len(sound) + _RING_SAMPLES)
     spectrum: NDArray[np.complex128] = np.fft.rfft(sound.astype(np.float64), size)
     weighted = np.fft.irfft(spectrum * _weights(size), size)[: len(sound)]
     sums = np.concatenate(([0.0], np.cumsum(weighted**2)))

@@ -1,0 +1,44 @@
+"""Has a running robot say a sentence: what `hvcpctl say` does where the speaker runs on this computer."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, find_daemon_of
+from hvcpd.errors import EX_OK, NotAllowedError, NotDoneError, NotRunningError
+
+SAID_WITHIN_S = 60.0
+"""Time for a robot's turn to come: seconds among few robots, up to a minute in a crowd that never falls silent."""
+
+_SPEAKER = re.compile(r"\bi\s+am\s+([a-z][a-z0-9]*)", re.IGNORECASE)
+
+
+def daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
+    """The daemon of the speaker in "I am …"; for a sentence without a name, the one that the options select."""
+    if options.name is not None or options.socket is not None:
+        return find_daemon(options)
+    speaker = _SPEAKER.search(options.text)
+    if speaker:
+        return find_daemon_of(speaker[1], options)
+    try:
+        return find_daemon(options)
+    except (NotRunningError, NotAllowedError):
+        return None
+
+
+def have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> int:
+    """Wait for the robot's turn; returns the exit status. Raises NotDoneError where it does not come."""
+    daemon.ask("subscribe", events=["said"])
+    text = daemon.ask("say", text=options.text)["text"]
+    try:
+        said = next(event for event in daemon.events(SAID_WITHIN_S) if event.get("text") == text)
+    except NotDoneError:
+        raise NotDoneError(f"{daemon.name} had no chance to say it for {SAID_WITHIN_S:g} s") from None
+    if options.json:
+        sys.stdout.write(json.dumps(said) + "\n")
+    else:
+        sys.stdout.write(f"{daemon.name} says: {text}\n")
+    return EX_OK
