@@ -10,12 +10,18 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import abc
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import lru_cache
-from itertools import repeat
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+
+from cattrs import Converter
+from cattrs.errors import (
+    AttributeValidationNote,
+    BaseValidationError,
+    ForbiddenExtraKeysError,
+    IterableValidationNote,
+)
+from cattrs.gen import make_dict_structure_fn, make_mapping_structure_fn, override
 
 from hvcpd.config.document import Document, KeyPath, parse, read_bytes
 from hvcpd.errors import ConfigError, did_you_mean
@@ -25,58 +31,21 @@ T = TypeVar("T")
 Check = Callable[[Any], str | None]
 """Says what is wrong with a value and what to do, or None."""
 
-Hook = Callable[[Any, "Converter"], Any]
-"""Turns a plain value into one of our types; raises FaultError."""
+Hook = Callable[[Any, Converter], Any]
+"""Turns a plain value into one of our types; raises FaultError, or what the converter raises."""
 
 MAX_FAULTS_TOLD = 100
 """Lines of one ConfigError; nobody reads more at a time."""
 
 _CHECK = "check"
 
-_Part = tuple[str | int, Any, Any, Check | None]
-"""Of a value: the key, what stands there, its type, and a check of what becomes of it."""
-
 
 class FaultError(ValueError):
-    """What is wrong with a value and what to do; `path` leads from that value to the part that is meant.
+    """What is wrong with a value and what to do; `path` leads from that value to the part that is meant."""
 
-    The text is told after the key that it is about, unless it names that itself (`names_key`).
-    """
-
-    def __init__(self, text: str, *path: str | int, names_key: bool = False) -> None:
+    def __init__(self, text: str, *path: str | int) -> None:
         super().__init__(text)
         self.path: KeyPath = path
-        self.names_key = names_key
-
-    @property
-    def faults(self) -> Sequence[FaultError]:
-        """This one; several of a `FaultsError`."""
-        return (self,)
-
-    @property
-    def told(self) -> str:
-        """The text with its key."""
-        key = next((key for key in reversed(self.path) if isinstance(key, str)), None)
-        return str(self) if self.names_key or key is None else f"{key}: {self}"
-
-    def within(self, key: str | int) -> FaultError:
-        """The same, told of the value that has this one at `key`."""
-        return FaultError(str(self), key, *self.path, names_key=self.names_key)
-
-
-class FaultsError(FaultError):
-    """All that is wrong with the parts of a value."""
-
-    def __init__(self, faults: Sequence[FaultError]) -> None:
-        super().__init__(str(faults[0]), *faults[0].path)
-        self._faults = faults
-
-    @property
-    def faults(self) -> Sequence[FaultError]:
-        return self._faults
-
-    def within(self, key: str | int) -> FaultError:
-        return FaultsError([fault.within(key) for fault in self._faults])
 
 
 class Parts:
@@ -97,9 +66,8 @@ class Parts:
         if self._document.is_faulty(path):
             return None
         try:
-            found: T = self._converter.structure(value, type_)
-            return found
-        except FaultError:
+            return self._converter.structure(value, type_)
+        except (FaultError, BaseValidationError):
             return None
 
     def has(self, path: KeyPath) -> bool:
@@ -148,16 +116,16 @@ def structure(
     hooks: Mapping[Any, Hook] | None = None,
 ) -> T:
     """As `load`, from a document that has been read already."""
-    converter = Converter(hooks or {})
+    converter = _make_converter(hooks or {})
     if document.value is None and not document.is_faulty(()):
         document.value = {}
     result: T | None = None
     try:
         result = converter.structure(document.value, type_)
-    except FaultError as error:
-        for fault in error.faults:
-            if not document.is_faulty(fault.path):
-                document.fault(fault.path, fault.told)
+    except (FaultError, BaseValidationError) as error:
+        for path, text in _flatten(error, ()):
+            if not document.is_faulty(path):
+                document.fault(path, text)
     if check is not None:
         check(Parts(document, converter))
     faults = list(document.faults())
@@ -210,83 +178,69 @@ def describe(value: object) -> str:
             return f"a {type(value).__name__}"
 
 
-@lru_cache
-def field_types(cls: Any) -> Mapping[str, Any]:
-    """The type of each field of a dataclass; to work them out takes longer than to read a value."""
-    return get_type_hints(cls)
+def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
+    converter = Converter(forbid_extra_keys=True, detailed_validation=True)
 
+    def dataclass_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        checks: dict[str, Any] = {
+            field.name: override(struct_hook=_checked_hook(converter, field.metadata[_CHECK]))
+            for field in dataclasses.fields(cls)
+            if _CHECK in field.metadata
+        }
+        inner = make_dict_structure_fn(cls, converter, **checks)
 
-class Converter:
-    """Turns plain values into our types: dataclasses, tuples, mappings, choices, and what `hooks` read.
-
-    Keys that a dataclass does not have are faults, unless `extra_keys`.
-    """
-
-    def __init__(self, hooks: Mapping[Any, Hook], extra_keys: bool = False) -> None:
-        self._hooks: Mapping[Any, Hook] = {**_PLAIN, **hooks}
-        self._extra_keys = extra_keys
-
-    def structure(self, value: Any, type_: Any) -> Any:
-        """The value as that type. Raises FaultError with all that is wrong, TypeError for a type without a rule."""
-        hook = self._hooks.get(type_)
-        if hook is not None:
-            return hook(value, self)
-        if dataclasses.is_dataclass(type_):
-            return self._dataclass(value, type_)
-        origin, inner = get_origin(type_), get_args(type_)
-        if origin in (Union, UnionType) and len(inner) == 2 and NoneType in inner:
-            return None if value is None else self.structure(value, inner[inner[0] is NoneType])
-        if origin is tuple:
-            return self._tuple(value, inner)
-        if origin in (dict, abc.Mapping):
+        def hook(value: Any, _: Any) -> Any:
             if not isinstance(value, dict):
-                raise FaultError(f"expected a group of keys, found {describe(value)}; write `name: ...`")
-            return self._each([(key, each, inner[1], None) for key, each in value.items()])
-        if origin is Literal:
-            return _literal(value, inner)
-        raise TypeError(f"no rule reads a {type_}")
+                known = ", ".join(field.name for field in dataclasses.fields(cls))
+                raise FaultError(f"expected a group of keys ({known}), found {describe(value)}; write `key: value`")
+            return inner(value, cls)
 
-    def _dataclass(self, value: Any, cls: Any) -> Any:
-        fields = [field for field in dataclasses.fields(cls) if field.init]
-        known = [field.name for field in fields]
-        if not isinstance(value, dict):
-            text = f"expected a group of keys ({', '.join(known)}), found {describe(value)}; write `key: value`"
-            raise FaultError(text)
-        types = field_types(cls)
-        parts, faults = [], []
-        for field in fields:
-            if field.name in value:
-                parts.append((field.name, value[field.name], types[field.name], field.metadata.get(_CHECK)))
-            elif field.default is field.default_factory is dataclasses.MISSING:
-                faults.append(FaultError(f"the key {field.name!r} is missing; add it", field.name, names_key=True))
-        for key in () if self._extra_keys else value.keys() - set(known):
-            text = f"unknown key {key[:40]!r}; {did_you_mean(key[:40], known)}"
-            faults.append(FaultError(text, key, names_key=True))
-        return cls(**self._each(parts, faults))
+        return hook
 
-    def _tuple(self, value: Any, inner: tuple[Any, ...]) -> tuple[Any, ...]:
+    def tuple_hook(value: Any, type_: Any) -> Any:
         if not isinstance(value, list):
             raise FaultError(f"expected a list, found {describe(value)}; write it as [a, b]")
-        types = repeat(inner[0], len(value)) if inner[1:] == (...,) else inner
-        try:
-            parts = [(index, each, type_, None) for index, (each, type_) in enumerate(zip(value, types, strict=True))]
-        except ValueError:
-            raise FaultError(f"expected a list of {len(inner)}, found {len(value)}; write as many") from None
-        return tuple(self._each(parts).values())
+        list_type: Any = list[get_args(type_)[0]]  # type: ignore[misc]
+        return tuple(converter.structure(value, list_type))
 
-    def _each(self, parts: Iterable[_Part], faults: Iterable[FaultError] = ()) -> dict[Any, Any]:
-        """Every part as its type, by its key. Raises FaultsError with the faults of all, and those given."""
-        found, wrong = {}, list(faults)
-        for key, value, type_, check in parts:
-            try:
-                found[key] = self.structure(value, type_)
-                if check is not None and (text := check(found[key])) is not None:
-                    raise FaultError(text)
-            except FaultError as fault:
-                wrong += fault.within(key).faults
-        if wrong:
-            raise FaultsError(wrong)
-        return found
+    def mapping_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        inner = make_mapping_structure_fn(cls, converter, dict)
+
+        def hook(value: Any, _: Any) -> Any:
+            if not isinstance(value, dict):
+                raise FaultError(f"expected a group of keys, found {describe(value)}; write `name: ...`")
+            return inner(value, cls)
+
+        return hook
+
+    converter.register_structure_hook_factory(dataclasses.is_dataclass, dataclass_hook)
+    converter.register_structure_hook_factory(_has_origin(abc.Mapping), mapping_hook)
+    converter.register_structure_hook_func(_has_origin(tuple), tuple_hook)
+    converter.register_structure_hook_func(_has_origin(Literal), _literal)
+    for primitive, read in ((int, _int), (float, _float), (bool, _bool), (str, _str), (Path, _path)):
+        converter.register_structure_hook(primitive, read)
+    for special, read_special in hooks.items():
+        converter.register_structure_hook(special, _special_hook(converter, read_special))
+    return converter
+
+
+def _has_origin(origin: Any) -> Callable[[Any], bool]:
+    return lambda type_: bool(get_origin(type_) is origin)
+
+
+def _special_hook(converter: Converter, read: Hook) -> Callable[[Any, Any], Any]:
+    return lambda value, _: read(value, converter)
+
+
+def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], Any]:
+    def hook(value: Any, type_: Any) -> Any:
+        result = converter.structure(value, type_)
+        text = check(result)
+        if text is not None:
+            raise FaultError(text)
+        return result
+
+    return hook
 
 
 def _int(value: Any, _: Any) -> int:
@@ -334,7 +288,8 @@ def _path(value: Any, _: Any) -> Path:
     return Path(value)
 
 
-def _literal(value: Any, choices: tuple[Any, ...]) -> Any:
+def _literal(value: Any, type_: Any) -> Any:
+    choices = get_args(type_)
     for choice in choices:
         if value == choice and type(value) is type(choice):
             return choice
@@ -342,8 +297,26 @@ def _literal(value: Any, choices: tuple[Any, ...]) -> Any:
     raise FaultError(f"{describe(value)} is not one of the choices; {hint}")
 
 
-def _any(value: Any, _: Any) -> Any:
-    return value
-
-
-_PLAIN: Mapping[Any, Hook] = {int: _int, float: _float, bool: _bool, str: _str, Path: _path, Any: _any}
+def _flatten(error: BaseException, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+    """Every fault in a tree of cattrs' exceptions with the way to its value; an error of our own is raised on."""
+    for note in reversed(getattr(error, "__notes__", [])):
+        if isinstance(note, AttributeValidationNote):
+            path = (*path, note.name)
+        elif isinstance(note, IterableValidationNote):
+            path = (*path, note.index)
+    match error:
+        case BaseValidationError():
+            for child in error.exceptions:
+                yield from _flatten(child, path)
+        case FaultError():
+            at = (*path, *error.path)
+            key = next((key for key in reversed(at) if isinstance(key, str)), None)
+            yield at, f"{key}: {error}" if key is not None else str(error)
+        case ForbiddenExtraKeysError():
+            known = [field.name for field in dataclasses.fields(error.cl)]
+            for key in error.extra_fields:
+                yield (*path, key), f"unknown key {key[:40]!r}; {did_you_mean(key[:40], known)}"
+        case KeyError():  # cattrs' way to say that a key is absent
+            yield path, f"the key {path[-1]!r} is missing; add it"
+        case _:
+            raise error

@@ -12,10 +12,9 @@ import types
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hvcpd.config.document import Document, KeyPath, Place, parse
-from hvcpd.config.loading import field_types
 from hvcpd.errors import ConfigError, did_you_mean
 
 PREFIX = "HVCPD_"
@@ -31,7 +30,7 @@ def variable_of(key: KeyPath) -> str:
 
 def leaf_keys(type_: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
     """Every key of a dataclass of settings that is no group of its own, with its type, in the order of the fields."""
-    hints = field_types(type_)
+    hints = get_type_hints(type_)
     for field in dataclasses.fields(type_):
         hint, key = hints[field.name], (*path, field.name)
         if dataclasses.is_dataclass(hint):

@@ -8,11 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from cattrs import Converter
+from cattrs.errors import AttributeValidationNote, BaseValidationError
+
 from hvcpd.config.document import Document, KeyPath, parse, read_bytes
 from hvcpd.config.icons import valid_icon
 from hvcpd.config.loading import (
     Check,
-    Converter,
     FaultError,
     Parts,
     between,
@@ -233,7 +235,7 @@ def _read_use(name: str, argument: Any, entry: SkillEntry | None) -> _ActionEntr
     try:
         return _ActionEntry(Use(name, entry.read(argument), entry.limit_s))
     except FaultError as error:
-        raise (error.within(name) if argument is not None else FaultError(str(error))) from None
+        raise FaultError(str(error), *((name, *error.path) if argument is not None else ())) from None
 
 
 def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _ActionEntry:
@@ -263,7 +265,10 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
             raise FaultError(wrong)
         return _ActionEntry(make(found))
     except FaultError as error:
-        raise error.within(key) from None
+        raise FaultError(str(error), key, *error.path) from error
+    except BaseValidationError as error:
+        error.add_note(AttributeValidationNote(f"in action {key}", key, type_))
+        raise
 
 
 def load_tasks(

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import cattrs
 import numpy as np
 
-from hvcpd.config.loading import Converter, FaultError
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.events import (
     Event,
@@ -56,7 +56,9 @@ def _rounded(values: Any) -> list[float]:
 
 def read_transcript(path: Path) -> tuple[Event, ...]:
     """The events that `write_transcript` has written. Raises ConfigError, with the line that is wrong."""
-    converter = Converter({float: _number, float | str: _plain}, extra_keys=True)
+    converter = cattrs.Converter()
+    converter.register_structure_hook(float, lambda value, _: math.nan if value is None else float(value))
+    converter.register_structure_hook(float | str, _plain)
     events: list[Event] = []
     for number, value in _objects(path):
         kind = _KINDS.get(str(value.pop("event", None)))
@@ -64,20 +66,15 @@ def read_transcript(path: Path) -> tuple[Event, ...]:
             continue  # of a newer version
         try:
             events.append(converter.structure(value, kind))
-        except (FaultError, TypeError, ValueError) as error:
+        except (cattrs.BaseValidationError, TypeError, ValueError, KeyError) as error:
             raise ConfigError(
                 f"{path}, line {number}: no {kind.__name__.lower()} as a mission has it ({error})"
             ) from None
     return tuple(events)
 
 
-def _number(value: Any, _: object) -> float:
-    """A number, which JSON writes as null where it is none."""
-    return math.nan if value is None else float(value)
-
-
 def _plain(value: Any, _: object) -> float | str:
-    """A skill's argument or result."""
+    """A skill's argument or result; cattrs knows no rule of its own for a union of plain types."""
     return value if isinstance(value, str) else float(value)
 
 
