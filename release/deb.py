@@ -38,12 +38,19 @@ WEIGHTS = Path("hvcpd/synthesis/acoustic_net.npz")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
-LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "tzdata", "cryptography"})
+LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography"})
 """In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
-which nobody asks of it; and what Debian has itself, with its security updates."""
+and cffi to read C, which nobody asks of them; and what Debian has itself, with its security updates."""
 UNUSED = (
+    "cffi",
     "dynamixel_easy_sdk",
+    "numpy/distutils",
     "numpy/f2py",
+    "numpy/ma",
+    "numpy/polynomial",
+    "numpy/random/_examples",
+    "numpy/random/lib",
+    "numpy/testing",
     "numpy/_core/include",
     "numpy/_core/lib",
     "numpy/_core/_simd.*.so",
@@ -51,7 +58,8 @@ UNUSED = (
     "**/*.pyi",
     "**/*.pxd",
 )
-"""Parts of wheels that only compilers, type checkers and tests need, and a second way to the motors."""
+"""Parts of wheels that only compilers, type checkers and tests need, of which soundfile and sounddevice load nothing but
+`_cffi_backend`; kinds of arrays that we have none of; and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"
