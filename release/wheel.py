@@ -1,5 +1,4 @@
-"""The wheel and the source archive, whole: with the manual pages, the units and the settings; the wheel has the rendered
-words, too.
+"""The wheel and the source archive, whole: with manual pages, units and settings, and the wheel with rendered words.
 
 python -m release.wheel [--output dist]
 

@@ -58,7 +58,7 @@ def pi(request: pytest.FixtureRequest, index: None) -> Path:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """A cache of rendered units that this computer fills and the emulated one reads, as one renders units 50 times as
     fast as the other. That both render the same is a test of its own."""
     with pytest.MonkeyPatch.context() as patch:
@@ -110,9 +110,12 @@ def tasks(folder: Path) -> Path:
     return path
 
 
-def settings(folder: Path) -> str:
+@pytest.fixture(scope="session")
+def settings(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The settings of a robot whose state folder keeps what the check has found for its start."""
+    folder = tmp_path_factory.mktemp("robot")
     config = folder / "hvcpd.yaml"
-    (folder / "state").mkdir(exist_ok=True)
+    (folder / "state").mkdir()
     config.write_text(f"name: Rob\ntasks: {tasks(folder)}\nstate_dir: {folder / 'state'}\nwheels: {{driver: none}}\n")
     return str(config)
 
@@ -138,8 +141,8 @@ def test_every_voice_sounds_as_it_does_on_this_computer(pi: Path, tmp_path: Path
         assert error <= 10.0 ** (AGREED_DB / 10.0) * float(np.sum(here_sound**2))
 
 
-def test_the_check_finds_all_but_a_sound_card(pi: Path, tmp_path: Path) -> None:
-    told = ran(pi, "hvcpd", "--check", "--config", settings(tmp_path), status=os.EX_UNAVAILABLE)
+def test_the_check_finds_all_but_a_sound_card(pi: Path, settings: str) -> None:
+    told = ran(pi, "hvcpd", "--check", "--config", settings, status=os.EX_UNAVAILABLE)
     assert "ok  vocabulary: tasks and names sound different enough" in told
     assert "1 task in" in told
 
@@ -161,20 +164,19 @@ def test_a_sealed_sentence_is_encrypted_by_debians_library(pi: Path) -> None:
     )
 
 
-def test_a_robot_comes_up_and_tells_its_status(pi: Path, tmp_path: Path) -> None:
-    config, ready = settings(tmp_path), tmp_path / "notify"
+def test_a_robot_comes_up_and_tells_its_status(pi: Path, settings: str, tmp_path: Path) -> None:
+    ready = tmp_path / "notify"
     environment = {**arm64.environment(pi), "NOTIFY_SOCKET": str(ready)}
     environment["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notified:
         notified.bind(str(ready))
         notified.settimeout(1.0)
-        words = arm64.command(pi, ["-m", "tests.daemon.quiet_robot", "--config", config])
+        words = arm64.command(pi, ["-m", "tests.daemon.quiet_robot", "--config", settings])
         robot = subprocess.Popen([*LIMITED, *words], env=environment, cwd=pi)
         try:
             while not is_ready(notified):
                 assert robot.poll() is None
-            print(f"{arm64.resident_mb(robot.pid):.1f} MB")
-            assert "Rob" in ran(pi, "hvcpctl", "status", "--config", config)
+            assert "Rob" in ran(pi, "hvcpctl", "status", "--config", settings)
         finally:
             robot.send_signal(signal.SIGKILL)
             robot.wait()
