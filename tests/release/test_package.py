@@ -71,6 +71,7 @@ def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: 
     assert "--no-block" in done.stdout, "making its words takes a robot minutes"
 
 
+@pytest.mark.container
 def test_from_installation_to_purge(debian: Path, package: Path, tmp_path: Path) -> None:
     later = renamed(package, "99.0", tmp_path)
     with Container(debian, tmp_path) as robot:
