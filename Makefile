@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where no bytecode is kept, every process compiles hvcpd, and every test run all tests, anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-arm64 check slow setup setup-dev deb wheel image sbom lock clean
+.PHONY: demo test test-arm64 test-package check slow setup setup-dev deb wheel image sbom lock clean
 
 demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --tank 2 --report $(OUT)
@@ -75,6 +75,9 @@ wheel: setup-dev  ## the wheel for pipx and the source archive, in dist/
 
 image: deb  ## an OCI image of this computer's package, in dist/; rootless, needs mmdebstrap and buildah
 	sh release/image "$$(ls dist/hvcpd_*_$$(dpkg --print-architecture).deb | tail -n 1)" dist/hvcpd-oci.tar
+
+test-package: setup-dev  ## the package in a Debian of its own with systemd; root only, needs mmdebstrap, systemd-container, pulseaudio
+	$(VENV)/bin/python -m pytest -m container -n 0 tests/release
 
 test-arm64: setup-dev  ## the package for a Raspberry Pi, run here under qemu-user
 	$(VENV)/bin/python -m pytest -m arm64 -n 0 tests/release/test_arm64.py

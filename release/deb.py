@@ -22,6 +22,8 @@ from contextlib import contextmanager
 from email.utils import formatdate
 from pathlib import Path
 
+import numpy as np
+
 from hvcpd import __version__
 from hvcpd.cli import make_parser as make_hvcpd
 from hvcpd.control.cli import make_parser as make_hvcpctl
@@ -38,12 +40,18 @@ WEIGHTS = Path("hvcpd/synthesis/acoustic_net.npz")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
-LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "tzdata", "cryptography"})
+LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography"})
 """In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
-which nobody asks of it; and what Debian has itself, with its security updates."""
+and cffi to read C, which nobody asks of them; and what Debian has itself, with its security updates."""
 UNUSED = (
+    "cffi",
     "dynamixel_easy_sdk",
+    "numpy/distutils",
     "numpy/f2py",
+    "numpy/polynomial",
+    "numpy/random/_examples",
+    "numpy/random/lib",
+    "numpy/testing",
     "numpy/_core/include",
     "numpy/_core/lib",
     "numpy/_core/_simd.*.so",
@@ -51,7 +59,8 @@ UNUSED = (
     "**/*.pyi",
     "**/*.pxd",
 )
-"""Parts of wheels that only compilers, type checkers and tests need, and a second way to the motors."""
+"""Parts of wheels that only compilers, type checkers and tests need, of which soundfile and sounddevice load only
+`_cffi_backend`, and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"
@@ -140,6 +149,8 @@ def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> No
     shutil.rmtree(folder / SHIPPED, ignore_errors=True)
     write_words(default_words(), folder / SHIPPED)
     (folder / WEIGHTS).unlink()
+    for weights in (folder / "hvcpd").rglob("*.npz"):
+        _store(weights)
     for unused in ("bin", *UNUSED):
         for path in folder.glob(unused):
             if path.is_dir():
@@ -148,6 +159,12 @@ def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> No
                 path.unlink()
     for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
         shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
+
+
+def _store(weights: Path) -> None:
+    """Keep a file of arrays without compression of its own: the package's makes it smaller, and it is read sooner."""
+    with np.load(weights) as arrays:
+        np.savez(weights, allow_pickle=False, **arrays)
 
 
 def install_wheels(wanted: Sequence[Locked], target: Target, folder: Path) -> None:

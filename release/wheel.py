@@ -1,8 +1,9 @@
-"""The wheel and the source archive, whole: with the rendered words, the manual pages, the units and the settings.
+"""The wheel and the source archive, whole: with manual pages, units and settings, and the wheel with rendered words.
 
 python -m release.wheel [--output dist]
 
-Made in a copy of the files that git knows, so that nothing that was built comes into the working copy.
+Made in a copy of the source files, so that nothing that was built comes into the working copy. It works in an unpacked
+source archive as well.
 """
 
 from __future__ import annotations
@@ -27,26 +28,30 @@ def build(output: Path) -> tuple[Path, Path]:
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="hvcpd-wheel-") as scratch:
         tree, made = Path(scratch) / "tree", Path(scratch) / "made"
-        archive = build_archive(tree, made)  # before there are words, which who builds from it makes anew
+        archive = build_archive(tree, made)  # before there are words, which a robot without them renders itself
         write_words(default_words(), tree / SHIPPED)
-        put_manuals(tree / "build/man")
         _run("build_wheel", tree, made)
         wheel = next(made.glob("*.whl"))
         return Path(shutil.copy(wheel, output)), Path(shutil.copy(archive, output))
 
 
-def known_to_git() -> list[str]:
-    """The files of the working copy, but for those that git ignores, by their paths in it."""
-    command = ["git", "-C", str(REPOSITORY), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    return [name for name in listed.split("\0") if name and (REPOSITORY / name).is_file()]
+def source_files() -> list[str]:
+    """The files that hvcpd is made of, by their paths in the working copy: those that git does not ignore, or those
+    that came with an unpacked source archive."""
+    if (REPOSITORY / ".git").exists():
+        command = ["git", "-C", str(REPOSITORY), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+        listed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split("\0")
+    else:
+        listed = (REPOSITORY / "hvcpd.egg-info/SOURCES.txt").read_text().splitlines()
+    return [name for name in listed if name and (REPOSITORY / name).is_file()]
 
 
 def build_archive(tree: Path, output: Path) -> Path:
-    """Copy the working copy to `tree` and make the source archive of it in `output`; its path."""
-    for name in known_to_git():
+    """Copy the source files to `tree` and make the source archive of it in `output`; its path."""
+    for name in source_files():
         (tree / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(REPOSITORY / name, tree / name)
+    put_manuals(tree / "man")
     output.mkdir(parents=True, exist_ok=True)
     _run("build_sdist", tree, output)
     return next(output.glob("*.tar.gz"))

@@ -29,7 +29,7 @@ COMPRESSION = 1.0
 """libsndfile's most: 3 % smaller than its usual, and no slower to read."""
 
 
-COMMON_NAMES = ("Ada", "Anna", "Max", "Mia", "Zoe")
+COMMON_NAMES = ("Anna", "Max", "Zoe")
 """Names that the documentation's teams have, beside the default ones: 0.15 MB each. A robot renders others itself."""
 
 

@@ -9,7 +9,7 @@ import pytest
 from release.deb import REPOSITORY
 from tests.release.container import Container
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.container, pytest.mark.slow]
 
 DROP_IN = "LoadCredential=hvcpd.key\n"
 ENCRYPT = ("systemd-creds", "encrypt", "--name=hvcpd.key")

@@ -16,6 +16,8 @@ from tests.release.container import Container
 
 pytestmark = pytest.mark.slow
 
+LARGEST_BYTES = 80_000_000
+"""Of a robot's card, for the installed package."""
 OWN_LINE = "# what somebody wrote into the settings\n"
 
 
@@ -34,6 +36,8 @@ def test_its_contents_are_roots_and_where_debian_wants_them(package: Path) -> No
     assert not [path for path in modes if "__pycache__" in path or "/tests/" in path or "/bin/f2py" in path]
     assert all(mode[5] == mode[8] == "-" for mode in modes.values()), "nothing is writable for others"
     assert f"/{LIBRARIES / WEIGHTS}" not in modes, "they are a package of their own"
+    (installed_kib,) = listed("dpkg-deb", "--field", package, "Installed-Size")
+    assert int(installed_kib) * 1024 <= LARGEST_BYTES
     conffiles = listed("dpkg-deb", "--info", package, "conffiles")
     assert conffiles == [path for path in modes if path.startswith("/etc/") and not path.endswith("/")]
 
@@ -67,6 +71,7 @@ def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: 
     assert "--no-block" in done.stdout, "making its words takes a robot minutes"
 
 
+@pytest.mark.container
 def test_from_installation_to_purge(debian: Path, package: Path, tmp_path: Path) -> None:
     later = renamed(package, "99.0", tmp_path)
     with Container(debian, tmp_path) as robot:
@@ -99,7 +104,7 @@ def test_from_installation_to_purge(debian: Path, package: Path, tmp_path: Path)
 def check_installation(robot: Container) -> None:
     assert "hvcpd" in robot.run("id", "hvcpd")
     groups = robot.run("id", "-nG", "hvcpd").split()
-    assert sorted(groups) == ["audio", "dialout", "hvcpd"]
+    assert sorted(groups) == ["audio", "dialout", "gpio", "hvcpd"]
     assert robot.run("stat", "--format=%U:%G %a", "/var/lib/hvcpd") == "hvcpd:hvcpd 750"
     assert not list((robot.root / "etc/systemd/system").rglob("hvcpd*")), "a robot starts when its name is set"
     assert robot.run("hvcpd", "--version") == f"hvcpd {__version__}"

@@ -18,7 +18,7 @@ import pytest
 
 from tests.release.container import Container, wait_until
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.container, pytest.mark.slow]
 
 AIR = "/run/air"
 """Where the sound server's socket is seen inside; /tmp would be the service's own."""
