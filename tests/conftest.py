@@ -31,7 +31,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     of_modules_s = slow.of_modules(took_s)
 
     def begins(item: pytest.Item) -> tuple[bool, float]:
-        module = slow.name_of(item.nodeid).split("::")[0]
+        module = slow.module_of(slow.name_of(item.nodeid))
         return not module.startswith("tests.e2e."), -of_modules_s.get(module, 0.0)
 
     items.sort(key=begins)  # what takes the same time stays in its order

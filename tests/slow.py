@@ -28,9 +28,13 @@ def of_modules(took_s: Mapping[str, float]) -> dict[str, float]:
     """The same for whole modules, `tests.room.test_module`."""
     found: dict[str, float] = {}
     for name, each_s in took_s.items():
-        module = name.split("::")[0]
-        found[module] = found.get(module, 0.0) + each_s
+        found[module_of(name)] = found.get(module_of(name), 0.0) + each_s
     return found
+
+
+def module_of(name: str) -> str:
+    """The module of a function in the list, which may be of a class."""
+    return name.split("::")[0].partition(".Test")[0]
 
 
 def name_of(node: str) -> str:
