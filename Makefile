@@ -15,7 +15,7 @@ demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --tank 2 --report $(OUT)
 
 test: setup-dev lint  ## everything that runs with the parts that are here: under 8 minutes on 2 cores
-	$(VENV)/bin/python -m pytest -n 3 --dist worksteal  # some only wait for real parts
+	$(VENV)/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder  # some only wait for real parts
 
 check: setup-dev lint  ## the fast part
 	$(VENV)/bin/python -m pytest -m "not slow" -n 2 -x

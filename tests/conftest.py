@@ -19,19 +19,22 @@ settings.load_profile("hvcpd")
 
 @pytest.hookimpl(tryfirst=True)  # marks are read by what comes after
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks what was measured to be slow, and puts tests of real parts first.
+    """Marks what was measured to be slow, and sorts the modules: first those in real time, then what takes longest.
 
-    Those mostly wait: begun early, and by different workers of `make test`, they cost no time of the others. Each
-    worker first takes a third of what there is, in this order.
+    `make test` gives each worker one module after another in this order. What is in real time mostly waits: begun
+    first, and by different workers, it costs no time of the others; and no worker is left with a long one at the end.
     """
-    left_out = slow.names()
+    took_s = slow.seconds()
     for item in items:
-        if slow.name_of(item.nodeid) in left_out:
+        if slow.name_of(item.nodeid) in took_s:
             item.add_marker("slow")
-    of_folder = {name: [i for i in items if i.path.parent.name == name] for name in ("e2e", "release")}
-    rest = [i for i in items if i.path.parent.name not in of_folder]
-    third = len(rest) // 3
-    items[:] = [*of_folder["e2e"], *rest[:third], *of_folder["release"], *rest[third:]]
+    of_modules_s = slow.of_modules(took_s)
+
+    def begins(item: pytest.Item) -> tuple[bool, float]:
+        module = slow.module_of(slow.name_of(item.nodeid))
+        return not module.startswith("tests.e2e."), -of_modules_s.get(module, 0.0)
+
+    items.sort(key=begins)  # what takes the same time stays in its order
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

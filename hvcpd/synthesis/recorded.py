@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 
@@ -50,14 +50,15 @@ class RecordedSpeaker(Speaker):
             return [] if self._strict else super().sounds(word, pitch)
         return [self.unit(word, position) for position in UnitPosition]
 
-    def templates(self, word: str) -> list[Samples]:
+    def templates(self, word: str, ends: Collection[UnitPosition] = tuple(UnitPosition)) -> list[Samples]:
         """Return the recording as it is heard inside a phrase and before a pause, shape (n,) each; see
         `Speaker.templates`."""
         if not self._strict and self.missing([word]):
-            return super().templates(word)
+            return super().templates(word, ends)
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         unit = self.unit(word, UnitPosition.FINAL)
-        return [unit[edge : len(unit) - edge], unit[edge:]]
+        takes = {UnitPosition.MEDIAL: unit[edge : len(unit) - edge], UnitPosition.FINAL: unit[edge:]}
+        return [take for position, take in takes.items() if position in ends]
 
 
 def prepared(sound: Samples) -> Samples:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache
@@ -139,16 +139,17 @@ class Speaker:
         """All that makes a unit what it is, beside the synthesizer's source."""
         return phones, self.voice, position.value, pitch
 
-    def templates(self, word: str) -> list[Samples]:
-        """Return the renderings of a word that `render` uses, medial and final, at the voice's own pitch: shape (n,)
-        each.
+    def templates(self, word: str, ends: Collection[UnitPosition] = tuple(UnitPosition)) -> list[Samples]:
+        """Return the renderings of a word that `render` uses, at the voice's own pitch: shape (n,) each.
 
-        There are two for every pronunciation that a phrase may ask for, without the outer half of each joint: there
-        a sentence has the neighbouring word's sound too.
+        There is one for every pronunciation that a phrase may ask for and each of `ends`, without the outer half of
+        each joint: there a sentence has the neighbouring word's sound too.
         """
         edge = round(LEAD_S * SAMPLE_RATE_HZ)
         found = []
         for phones, position in self._spoken(word):
+            if position not in ends:
+                continue
             unit = self._said(phones, position, 1.0)
             found.append(unit[edge:] if position is UnitPosition.FINAL else unit[edge : len(unit) - edge])
         return found

@@ -41,7 +41,8 @@ def test_the_motors_stop_when_the_daemon_is_no_more(
 
     def command(port: str) -> list[str]:
         config = tmp_path / "hvcpd.yaml"
-        config.write_text(f"state_dir: {tmp_path / 'state'}\nwheels: {{port: {port}}}\nseed: 1\n")
+        alone = "names: [Rob]\nwaits: {answer_s: 2}\n"  # so it does not wait long for an answer
+        config.write_text(f"state_dir: {tmp_path / 'state'}\nwheels: {{port: {port}}}\nseed: 1\n{alone}")
         return [sys.executable, "-m", "tests.daemon.quiet_robot", "--config", str(config), "--name", "Rob"]
 
     with Driven(*make(), command=command) as driven:

@@ -127,7 +127,7 @@ def test_everything_is_taken_down_and_the_wheels_stand(lonely: tuple[list[Any], 
 def test_a_card_that_dies_while_driving_stops_the_wheels_and_the_task_is_done_when_it_is_back(
     tmp_path: Path, units: Path
 ) -> None:
-    settings = settings_of(tmp_path, units, "Rob")
+    settings = settings_of(tmp_path, units, "Rob", names=["Rob"])
     way_m: list[float] = []
 
     def watch(now: float) -> None:
@@ -157,7 +157,7 @@ def test_a_card_that_dies_while_driving_stops_the_wheels_and_the_task_is_done_wh
 
 
 def test_a_daemon_that_fails_on_the_way_goes_on_from_where_the_robot_stands(tmp_path: Path, units: Path) -> None:
-    settings = settings_of(tmp_path, units, "Rob")
+    settings = settings_of(tmp_path, units, "Rob", names=["Rob"])
     failed: list[float] = []
 
     def watch(now: float) -> None:

@@ -39,6 +39,8 @@ TASKS: Tasks = {number: (f"water the {colour} rose", place) for number, (colour,
 """The paper's five plants, so near to each other that nobody drives for long."""
 THREE: Tasks = dict(list(TASKS.items())[:3])
 """Enough for both robots to drive more than once between them, in half the time."""
+FOUR: Tasks = dict(list(TASKS.items())[:4])
+"""Two for each: who is in trouble while it drives to its first has not lost all when it is out of it."""
 
 
 Robot = TypeVar("Robot", bound=RobotProcess)

@@ -33,6 +33,8 @@ def plant(number: int, colour: str, x_m: float, y_m: float) -> TaskDefinition:
 
 
 THREE = TaskRepository((plant(1, "green", -4.0, -3.5), plant(2, "orange", -2.5, -4.5), plant(3, "white", -5.0, -2.5)))
+TWO, ONE = TaskRepository(THREE.tasks[:2]), TaskRepository(THREE.tasks[:1])
+"""As many as what a test is about needs: each takes its time."""
 
 
 @cache
@@ -42,7 +44,9 @@ def sound() -> Sound:
 
 @cache
 def flown(coordinator: str | None = None) -> tuple[MissionRecord, Bench]:
-    bench = Bench(BenchPlan(NAMES, THREE, 3, coordinator, limit_s=200.0), sound())
+    """Three plants, which the robots share out; or two, which the coordinator orders one after the other."""
+    tasks = THREE if coordinator is None else TWO
+    bench = Bench(BenchPlan(NAMES, tasks, 3, coordinator, limit_s=200.0), sound())
     return bench.run(), bench
 
 
@@ -51,10 +55,10 @@ def summary(record: MissionRecord) -> Summary:
     return found
 
 
-@pytest.mark.parametrize("coordinator", [None, "Bot"])
-def test_every_plant_is_watered_exactly_once(coordinator: str | None) -> None:
+@pytest.mark.parametrize(("coordinator", "plants"), [(None, 3), ("Bot", 2)])
+def test_every_plant_is_watered_exactly_once(coordinator: str | None, plants: int) -> None:
     score = summary(flown(coordinator)[0])
-    assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
+    assert (len(score.done), score.duplicates, score.lost) == (plants, 0, 0)
     assert score.utterances_understood > 6
 
 
@@ -65,23 +69,21 @@ def test_so_is_it_in_free_air() -> None:
     assert score.utterances_understood > 6
 
 
-def test_robots_that_were_told_only_their_own_names_spell_them_and_do_every_task_once() -> None:
-    plan = BenchPlan(("Rob", "Zorg"), THREE, 3, strangers=True, limit_s=400.0)
+def test_robots_that_were_told_only_their_own_names_spell_them_and_do_a_task_once() -> None:
+    plan = BenchPlan(("Rob", "Zorg"), ONE, 3, strangers=True, limit_s=200.0)
     bench = Bench(plan, sound())
     record = bench.run()
     score = summary(record)
     said = [e.text for e in record.events if isinstance(e, Said)]
     assert any(text.endswith("I spell, zulu oscar romeo golf") for text in said)
     assert any(text.endswith("I spell, romeo oscar bravo") for text in said)
-    assert any(text.startswith("Hi Zorg, I am Rob, confirmed") for text in said)
-    assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
+    assert any(text.startswith(("Hi Zorg, I am Rob, confirmed", "Hi Rob, I am Zorg, confirmed")) for text in said)
+    assert (len(score.done), score.duplicates, score.lost) == (1, 0, 0)
     assert [set(robot.phrasebook.vocabulary.names) for robot in bench.robots.values()] == [{"Rob", "Zorg"}] * 2
 
 
 def test_said_slowly_and_twice_everything_is_done_once_and_the_floor_is_kept_between() -> None:
-    record = Bench(
-        BenchPlan(("Rob", "Bot"), THREE, 3, speech=Speech(slowly=True, times=2), limit_s=400.0), sound()
-    ).run()
+    record = Bench(BenchPlan(NAMES, THREE, 3, speech=Speech(slowly=True, times=2), limit_s=400.0), sound()).run()
     score = summary(record)
     assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
     said = [e for e in record.events if isinstance(e, Said)]
@@ -115,9 +117,8 @@ def test_an_order_and_its_report_cross_the_robot_between_two_that_do_not_hear_ea
 
 def test_robots_that_encrypt_do_every_task_once_and_say_no_word_of_it() -> None:
     """One task: sentences of eight code words take their time."""
-    tasks = TaskRepository(THREE.tasks[:1])
     keys = KeyRing(TeamKey(bytes(KEY_BYTES)))
-    bench = Bench(BenchPlan(NAMES, tasks, 3, keys=keys, encrypts=True, limit_s=200.0), sound())
+    bench = Bench(BenchPlan(NAMES, ONE, 3, keys=keys, encrypts=True, limit_s=200.0), sound())
     record = bench.run()
     score = summary(record)
     assert (len(score.done), score.duplicates, score.lost) == (1, 0, 0)
@@ -145,13 +146,12 @@ def test_who_is_ordered_reads_back_and_reports() -> None:
 
 
 def test_with_the_air_muted_nothing_is_coordinated() -> None:
-    one = TaskRepository(THREE.tasks[:1])
-    bench = Bench(BenchPlan(NAMES, one, 3, air=Air(muted=True), limit_s=200.0), sound())
+    bench = Bench(BenchPlan(NAMES, ONE, 3, air=Air(muted=True), limit_s=200.0), sound())
     record = bench.run()
     assert not [event for event in record.events if isinstance(event, Heard)]
     for name, robot in bench.robots.items():
         assert robot.coordination.peers.all() == ()
-        owners = {robot.coordination.board[task.number].owner for task in one.tasks}
+        owners = {robot.coordination.board[task.number].owner for task in ONE.tasks}
         assert owners <= {name, None}
     assert summary(record).duplicates == 1  # each robot believes itself alone, and waters
 

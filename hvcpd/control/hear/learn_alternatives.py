@@ -29,7 +29,7 @@ from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.synthesis.lexicon import common_words
-from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import Voice
 
 ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
@@ -159,7 +159,8 @@ def _heard_freely(
     piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team, n_words: int
 ) -> Recognised | None:
     """`near` heard once more with any 1 to `n_words` words instead of the one at `index`."""
-    pauses = frozenset(range(1, len(near.words))) - {index + 1} if index + 1 < len(near.words) else frozenset[int]()
+    within = index + 1 < len(near.words)
+    pauses = frozenset(range(1, len(near.words))) - {index + 1} if within else frozenset[int]()
     chain = graph_of(near.words, pauses)
     free = free_words(team.sound)
     speaker = Speaker(team_voices(team)[near.voice], team.sound.lexicon, team.sound.cache)
@@ -169,7 +170,8 @@ def _heard_freely(
         targets = {index + 1, *between[depth + 1 : depth + 2]}
         arcs += [Arc(node, target, word) for word in free for target in targets if word != near.words[index]]
     graph = replace(chain, n_nodes=chain.n_nodes + n_words - 1, arcs=tuple(arcs))
-    bank = {word: speaker.templates(word) for word in free} | {word: known[word] for word in near.words}
+    ends = (UnitPosition.MEDIAL,) if within else tuple(UnitPosition)  # who goes on makes no pause after the word
+    bank = {word: speaker.templates(word, ends) for word in free} | {word: known[word] for word in near.words}
     return _longest(_hear(Recogniser(graph, {near.voice: bank}, FREELY), piece))
 
 
