@@ -70,6 +70,10 @@ class Furniture:
         return np.asarray(noise * math.sqrt(share / float(np.sum(noise**2))) / self.critical_m)
 
 
+STEP = 80
+"""Samples to which the beginning of the tail is rounded up, 5 ms: there are not many spectra to keep."""
+
+
 class FurnishedRoom(FreeField):
     """`Ways` with the echoes of a furnished room."""
 
@@ -77,7 +81,7 @@ class FurnishedRoom(FreeField):
         super().__init__(sound_speed_m_s, MAX_DISTANCE_M)
         self._walls = (furniture or Furniture()).walls
         self._tail = (furniture or Furniture()).tail()
-        self._spectra: dict[int, NDArray[np.complex128]] = {}
+        self._spectra: dict[tuple[int, int], NDArray[np.complex128]] = {}
         self.reach = max(math.ceil(self._longest(self.max_distance_m)), self.reach) + len(self._tail)
 
     def latest(self, distance_m: float) -> float:
@@ -88,16 +92,18 @@ class FurnishedRoom(FreeField):
         for wall in self._walls:
             before, now = (math.hypot(wall.aside_m, wall.behind_m + d) for d in (before_m, distance_m))
             heard += wall.reflects * super().carry(line, n, before, now, gain)
-        return heard + gain * self._diffuse(line, n)
+        return heard + gain * self._diffuse(line, n, distance_m)
 
     def _longest(self, distance_m: float) -> float:
         images = (math.hypot(wall.aside_m, wall.behind_m + distance_m) for wall in self._walls)
         return max(images, default=distance_m) * self._samples_a_m
 
-    def _diffuse(self, line: DelayLine, n: int) -> NDArray[np.float64]:
+    def _diffuse(self, line: DelayLine, n: int, distance_m: float) -> NDArray[np.float64]:
+        """The tail: none of it arrives before the direct sound."""
         length = len(self._tail)
-        size = 1 << (length + n - 2).bit_length()
-        if size not in self._spectra:
-            self._spectra = {size: np.asarray(np.fft.rfft(self._tail, size))}
-        heard = np.fft.irfft(np.fft.rfft(line.last(length + n - 1), size) * self._spectra[size], size)
+        key = size, first = 1 << (length + n - 2).bit_length(), STEP * math.ceil(distance_m * self._samples_a_m / STEP)
+        if key not in self._spectra:
+            later = np.where(np.arange(length) < first, 0.0, self._tail)
+            self._spectra[key] = np.asarray(np.fft.rfft(later, size))
+        heard = np.fft.irfft(np.fft.rfft(line.last(length + n - 1), size) * self._spectra[key], size)
         return np.asarray(heard[length - 1 : length + n - 1])

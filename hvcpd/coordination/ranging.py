@@ -12,7 +12,7 @@ from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.range_messages import measured
 
-DRIVES = frozenset({State.GOING, State.MOVING, State.RETURNING})
+DRIVES = frozenset({State.GOING, State.ACTING, State.MOVING, State.RETURNING})
 """Between the two sentences a robot that drives at 0.2 m/s moves by a metre."""
 
 

@@ -14,7 +14,6 @@ from hvcpd.robot.records import (
     GarbledRecord,
     HeardRecord,
     HoldRecord,
-    RangeRecord,
     Record,
     SaidRecord,
     SaveCounter,
@@ -121,9 +120,6 @@ class Journal:
                         self._seals.raise_counter(name, value)
                 case DoubtRecord() | VoiceRecord():
                     note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
-                    self._store.append_transcript(note, ago_s)
-                case RangeRecord():
-                    note = TranscriptRecord(record.at_s, "garbled", record.peer, record.note, None)
                     self._store.append_transcript(note, ago_s)
                 case SkillRecord() if record.note is not None:
                     note = TranscriptRecord(record.at_s, "garbled", None, record.note, None)

@@ -77,6 +77,7 @@ class Ranging:
             return None
         name, own = utterance.addressee.name, self._arrival(sound, start + round(latency_s * SAMPLE_RATE_HZ))
         if isinstance(utterance.statement, m.HowFarAway):
+            self._answers.pop(name.lower(), None)  # what follows belongs to the new question
             self._asked = (name.lower(), own)
             return None
         question = self._questions.pop(name.lower(), None)
@@ -98,6 +99,8 @@ class Ranging:
                 self._asked = None
                 if own is not None and answer is not None:
                     self._answers[name] = own, answer
+            case m.CannotMeasure():
+                self._answers.pop(name, None)
             case m.Measured() as measured if name in self._answers:
                 return distance(*self._answers.pop(name), measured.ticks, self._own_way_m)
         return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from hvcpd.coordination.commands import SURE
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.peers import Away
 from hvcpd.language.messages import Utterance
@@ -33,14 +34,16 @@ class Measures:
     def understood(
         self, utterance: Utterance, event: Recognised, book: Phrasebook, coordination: Coordination, now: float
     ) -> list[RangeRecord]:
-        """Another robot's sentence was understood; returns the distance that follows from it, if one does."""
+        """Another robot's sentence was understood; returns the distance that follows from it, if one does. One that is
+        less than SURE does not count: a misheard digit would be another distance."""
 
         def render(said: Utterance) -> Samples | None:
             if said.speaker is None or self.mouth_of is None or book.render(said) != event.words:
                 return None  # in other words, or with others than a robot says
             return spoken(self.mouth_of(said.speaker), said, book)
 
-        found = self.ranging.understood(utterance, event.start_sample, render)
+        sure = event.confidence >= SURE
+        found = self.ranging.understood(utterance, event.start_sample, render) if sure else None
         if found is None or utterance.speaker is None:
             return []
         coordination.ranged(utterance.speaker, Away(found.distance_m, found.deviation_m, found.sure, now))

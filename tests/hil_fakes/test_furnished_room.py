@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -79,6 +81,14 @@ def test_the_room_decays_as_long_as_it_says_and_is_as_diffuse_as_its_size_makes_
     at_critical = 1.0 / furniture.critical_m**2
     share = 10.0 ** (-6.0 * furniture.tail_from_s / furniture.rt60_s)
     assert np.sum(tail**2) == pytest.approx(share * at_critical, rel=0.1)
+
+
+@pytest.mark.parametrize("distance_m", [5.0, 8.0, 10.0, 12.0])
+def test_nothing_arrives_before_the_direct_sound(distance_m: float) -> None:
+    impulse = np.abs(response(FurnishedRoom(), distance_m))
+    direct = math.floor(distance_m / 343.0 * SAMPLE_RATE_HZ)
+    assert impulse[: direct - 20].max() < 1e-3 * impulse[direct - 2 : direct + 3].max()
+    assert impulse[direct + 100 :].any()
 
 
 def test_a_wall_is_a_mirror() -> None:

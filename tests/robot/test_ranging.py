@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hil_fakes.furnished_room import FurnishedRoom, Furniture
+from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import SMALL
 from hil_fakes.room import Air, Room
 from hvcpd.assembly.make import make_robot
@@ -21,8 +21,6 @@ from hvcpd.robot.robot import Robot
 
 NAMES = ("Rob", "Bot")
 BLOCK = 400
-FURNITURE = Furniture(tail_from_s=0.05)
-"""Not before the direct sound, which takes 29 ms for 10 m."""
 
 
 class Pair:
@@ -43,7 +41,7 @@ class Pair:
             )
             for k, name in enumerate(NAMES)
         ]
-        self._room = Room(2, Air(), seed, (1.0, 1.0), FurnishedRoom(FURNITURE), loudspeaker=SMALL)
+        self._room = Room(2, Air(), seed, (1.0, 1.0), FurnishedRoom(), loudspeaker=SMALL)
         self._places = [(0.0, 0.0), (distance_m, 0.0)]
         self._playing: list[Samples] = [np.zeros(BLOCK, np.float32)] * 2
         self.records: list[tuple[str, Record]] = []

@@ -7,9 +7,10 @@ import json
 import sys
 import time
 from contextlib import closing
+from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
-from hvcpd.errors import EX_OK, NotDoneError
+from hvcpd.errors import EX_OK, NotDoneError, PhraseError
 from hvcpd.reporting.text import clean
 
 WITHIN_S = 60.0
@@ -19,11 +20,25 @@ WITHIN_S = 60.0
 def run(options: argparse.Namespace) -> int:
     """Ask, wait for the distance, and print it. Raises NotDoneError if none was measured."""
     with closing(find_daemon(options)) as daemon:
+        robot = _peer(daemon, options.robot)["name"]
         daemon.ask("subscribe", events=["heard", "noted"])
-        daemon.ask("say", text=f"Hi {options.robot}, I am {daemon.name}, how far are you")
-        text = _measured(daemon, options.robot, time.monotonic() + WITHIN_S)
-    sys.stdout.write(json.dumps({"robot": options.robot, "text": text}) + "\n" if options.json else f"{clean(text)}\n")
+        daemon.ask("say", text=f"Hi {robot}, I am {daemon.name}, how far are you")
+        text = _measured(daemon, robot, time.monotonic() + WITHIN_S)
+        away = _peer(daemon, robot)["away"]
+    sys.stdout.write(json.dumps({"robot": robot, **away}) + "\n" if options.json else f"{clean(text)}\n")
     return EX_OK
+
+
+def _peer(daemon: DaemonClient, name: str) -> dict[str, Any]:
+    """A robot that the daemon has heard. Raises PhraseError if there is none of that name."""
+    peers: list[dict[str, Any]] = daemon.ask("status")["peers"]
+    for peer in peers:
+        if str(peer["name"]).lower() == name.lower():
+            return peer
+    known = ", ".join(str(peer["name"]) for peer in peers)
+    raise PhraseError(
+        f"{daemon.name} has heard no robot '{name}'; " + (f"it knows {known}" if known else "nor any other")
+    )
 
 
 def _measured(daemon: DaemonClient, robot: str, until_s: float) -> str:
@@ -36,6 +51,6 @@ def _measured(daemon: DaemonClient, robot: str, until_s: float) -> str:
         text = str(event.get("text"))
         if event.get("event") == "noted" and text.startswith(f"{event['speaker']} is "):
             return text
-        if event.get("event") == "heard" and text.endswith("I cannot measure it"):
-            raise NotDoneError(f"{robot} drives, or did not hear {daemon.name} well enough; ask again")
+        if event.get("event") == "heard" and "I cannot measure it" in text:
+            raise NotDoneError(f"{robot} or {daemon.name} drives, or did not hear well enough; ask again")
     raise NotDoneError(f"no distance to {robot} in {WITHIN_S:g} s: a sentence was missed; ask again")
