@@ -142,12 +142,14 @@ def how_to_install(packages: str, debian: str | None = None, here: str = __file_
 
 
 def nearest(wrong: str, known: Iterable[str]) -> str | None:
-    """The known word that was probably meant; case, and hyphens for underscores, do not count. None if none is near."""
+    """The known word that was probably meant: one that is spelled alike, or the only one that begins so. Case, and
+    hyphens for underscores, do not count. None if there is none."""
     from difflib import get_close_matches  # only where something is wrong
 
-    folded = {name.casefold().replace("-", "_"): name for name in known}
-    near = get_close_matches(wrong.casefold().replace("-", "_"), folded, n=1)
-    return folded[near[0]] if near else None
+    folded, word = {name.casefold().replace("-", "_"): name for name in known}, wrong.casefold().replace("-", "_")
+    near = get_close_matches(word, folded, n=1)
+    begun = [name for name in folded if name.startswith(word)] if word else []
+    return folded[near[0]] if near else folded[begun[0]] if len(begun) == 1 else None
 
 
 def did_you_mean(wrong: str, known: Iterable[str]) -> str:

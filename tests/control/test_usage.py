@@ -20,6 +20,7 @@ from tests.control.conftest import Refuse
     ("arguments", "message"),
     [
         (["stpo"], "hvcpctl: there is no command 'stpo'; did you mean 'stop'? See hvcpctl --help"),
+        (["check"], "hvcpctl: there is no command 'check'; did you mean 'check-vocabulary'? See hvcpctl --help"),
         (["xyzzy"], "hvcpctl: there is no command 'xyzzy'; see hvcpctl --help"),
         (["key", "shwo"], "hvcpctl key: there is no action 'shwo'; did you mean 'show'? See hvcpctl key --help"),
         (["stop", "--nmae", "Rob"], "hvcpctl stop: there is no option --nmae; did you mean --name? See"),
