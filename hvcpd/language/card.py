@@ -40,8 +40,6 @@ _PLACEHOLDERS = {
     "<other>": "NAME",
     "<letters>": "LETTERS",
     "<volts>": "VOLTS",
-    "<hundreds>": "DIGITS",
-    "<rest>": "DIGITS",
 }
 
 
@@ -65,6 +63,9 @@ _TOPICS: dict[type[m.Statement], Topic] = {
     **dict.fromkeys((m.Confirmed, m.Negative, m.SayAgain, m.NotUnderstood), Topic.ANSWER),
 }
 """Every other statement is about its speaker."""
+
+ROBOTS_ALONE = frozenset((m.SealedMessage, m.HowFarAway, m.Measuring, m.Measured, m.CannotMeasure))
+"""Statements that are of no use to people: nobody knows the samples of a person's sentence."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if "<place>" in form.pattern and not vocabulary.places:
             continue
-        if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement is m.SealedMessage:
+        if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement in ROBOTS_ALONE:
             continue
         if form.spelled:
             spelled = _written(pattern.split(", ", 1)[1])
