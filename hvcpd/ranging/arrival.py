@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.overhearing import peak_offset
 
 REACH = 1024
 """Samples either side of the expected arrival, 64 ms: a recogniser knows a sentence's beginning to 20 ms."""
@@ -133,7 +134,7 @@ def _best_stretch(correlations: Spectrum, centres: NDArray[np.float64]) -> float
     energies = [float(np.sum(np.abs(_aligned(correlations, centres, s)) ** 2)) for s in STRETCHES]
     best = int(np.argmax(energies))
     step = float(STRETCHES[1] - STRETCHES[0])
-    return float(STRETCHES[best]) + step * _between(np.asarray(energies), best)
+    return float(STRETCHES[best]) + step * peak_offset(np.asarray(energies), best)
 
 
 def _near(first: int) -> tuple[NDArray[np.float64], float]:
@@ -195,12 +196,3 @@ def _crossing(values: NDArray[np.float64], level: float) -> float:
     """Where falling values first cross a level, interpolated."""
     below = int(np.argmax(values < level))
     return below - (level - values[below]) / (values[below - 1] - values[below]) if below else 0.0
-
-
-def _between(values: NDArray[np.float64], peak: int) -> float:
-    """The offset of the vertex of the parabola through a peak and its neighbours."""
-    if not 0 < peak < len(values) - 1:
-        return 0.0
-    left, top, right = values[peak - 1 : peak + 2]
-    bend = left - 2.0 * top + right
-    return float(0.5 * (left - right) / bend) if bend < 0.0 else 0.0

@@ -245,7 +245,7 @@ class OwnDelay:
         if not len(found) or found.max() < 1.0:
             return None
         peak = int(found.argmax())
-        return max(peak + _between(found, peak), 0.0) * HOP_S
+        return max(peak + peak_offset(found, peak), 0.0) * HOP_S
 
 
 class _Track:
@@ -286,8 +286,8 @@ def _likeness(said: NDArray[np.float64], heard: NDArray[np.float64]) -> float:
     return float(np.vdot(one, other) / size / max(LEAST_CORRELATION, CORRELATION_ROOT_FRAMES / np.sqrt(n)))
 
 
-def _between(values: NDArray[np.float64], peak: int) -> float:
-    """Offset of a parabola's vertex from its highest sample."""
+def peak_offset(values: NDArray[np.float64], peak: int) -> float:
+    """Offset of the vertex of the parabola through a peak and its neighbours; 0 at the ends."""
     if not 0 < peak < len(values) - 1:
         return 0.0
     before, at, after = values[peak - 1 : peak + 2]

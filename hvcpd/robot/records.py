@@ -79,7 +79,7 @@ class RangeRecord:
 
     @property
     def note(self) -> str:
-        """As in the transcript."""
+        """As an event tells it."""
         unsure = "" if self.sure else ", unsure: perhaps an echo, or somebody moved"
         return f"{self.peer} is {self.distance_m:.2f} m away, ± {self.deviation_m:.2f} m{unsure}"
 

@@ -35,10 +35,8 @@ def _peer(daemon: DaemonClient, name: str) -> dict[str, Any]:
     for peer in peers:
         if str(peer["name"]).lower() == name.lower():
             return peer
-    known = ", ".join(str(peer["name"]) for peer in peers)
-    raise PhraseError(
-        f"{daemon.name} has heard no robot '{name}'; " + (f"it knows {known}" if known else "nor any other")
-    )
+    known = ", ".join(str(peer["name"]) for peer in peers) or "nobody"
+    raise PhraseError(f"{daemon.name} has heard no robot '{name}'; it knows {known}")
 
 
 def _measured(daemon: DaemonClient, robot: str, until_s: float) -> str:
