@@ -1,18 +1,19 @@
-"""How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/verification.py`'s curve.
+"""How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/listener.py`'s curve.
 
     python -m benchmarks.channel_confidence [--data DIR] [--sentences 5] [--seed 201] [--names Mia,Ted,Gus,Rex]
         [--conditions chain,small-vacuum,...] [--check]
 
 Sentences of the worlds of `benchmarks.hearing`, each sought where it is. A search gives two cases: the sentence that it
 would report; and the one that it would report if the right one were not there, which is wrong. The second ones count as
-much in all as searches are wrong in fact, and at least half a search. `--check` prints how the weights in use fare,
-instead of fitting: use other seeds, names and conditions than they were fitted with.
+much in all as searches are wrong in fact, and at least half a search. With --data, also people's talk to each other at
+three levels over white noise, in which every sentence is wrong. `--check` prints how the weights in use fare, instead
+of fitting: use other seeds, names and conditions than they were fitted with.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,17 +24,27 @@ from scipy.optimize import minimize
 from benchmarks.hearing.material import Team, make_team
 from benchmarks.hearing.worlds.conditions import conditions
 from benchmarks.hearing.worlds.trials import Trial, make_trial
+from benchmarks.keyword.clips import part_of
 from hvcpd.assembly.make import make_books
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.hardware.soundfile import read_wav
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.ears import EVERY
 from hvcpd.recognition.channel.listener import ChannelListener, Evidence, quiet_part
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.search import Path as Sentence
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
+from hvcpd.recognition.frontend import power_ratio
 
-CONDITIONS = "chain,small-vacuum,good-vacuum,doppler,measured+0,chapel,living-room+0,classroom+0"
+CONDITIONS = (
+    "chain,small-vacuum,good-vacuum,ideal-vacuum,doppler,measured+0,measured-5,chapel,"
+    "living-room+0,living-room-5,next-room+0,classroom+0,chapel+0,chapel-5"
+)
+TALK_DB = (30.0, 10.0, 0.0)
+"""People's talk over white noise."""
+TALK_DBFS = -26.0
 BEFORE, AFTER = 3 * SAMPLE_RATE_HZ, SAMPLE_RATE_HZ // 2
-RIDGE = 0.02
+RIDGE = 0.001
 """Of the weights' squares, of standardised features, a case: few searches are wrong."""
 
 
@@ -55,15 +66,19 @@ class Bench:
         self.listener = ChannelListener(team.book.marked_graph, books)
         self.search = ChannelSearch(team.book.marked_graph, books[: len({book.voice for book in books})])
 
+    def paths(self, sound: Samples, lead: int, noticed: Sequence[int]) -> tuple[WeightedSound, list[Sentence]]:
+        """Those in a sound, shape (n,), whose first `lead` samples are from before the speech, which was `noticed` at
+        samples from half a second before its beginning on."""
+        heard = sound[lead - SAMPLE_RATE_HZ // 2 :]
+        weighted = WeightedSound(heard, quiet_part(sound[:lead], heard))
+        return weighted, self.search.paths(weighted, noticed)
+
     def cases(self, trial: Trial) -> Iterator[Case]:
         """One or two of the first sentence of a trial; none if nothing was found."""
         said = trial.said[0]
         begin = max(said.start - BEFORE, 0)
         sound = trial.sound[begin : said.end + AFTER]
-        lead = said.start - begin
-        heard = sound[lead - SAMPLE_RATE_HZ // 2 :]
-        weighted = WeightedSound(heard, quiet_part(sound[:lead], heard))
-        paths = self.search.paths(weighted, [SAMPLE_RATE_HZ // 2])
+        weighted, paths = self.paths(sound, said.start - begin, [SAMPLE_RATE_HZ // 2])
         found = self.listener.evidence(weighted, paths)
         if found is not None:
             yield case(found, said.words, False)
@@ -72,6 +87,20 @@ class Bench:
             wrong = self.listener.evidence(weighted, others)
             if wrong is not None:
                 yield case(wrong, said.words, True)
+
+    def talk(self, path: Path, snr_db: float) -> Iterator[Case]:
+        """The sentence made of a recording of people's talk, if any, in white noise."""
+        talk = np.asarray(read_wav(path), np.float32)
+        rms = float(np.sqrt(np.mean(np.square(talk, dtype=np.float64)))) + 1e-9
+        level = power_ratio(TALK_DBFS) ** 0.5
+        rng = np.random.default_rng([*path.stem.encode()])
+        noise = rng.standard_normal(BEFORE + len(talk)) * level * power_ratio(-snr_db) ** 0.5
+        sound = np.asarray(np.pad(talk * (level / rms), (BEFORE, 0)) + noise, np.float32)
+        everywhere = range(SAMPLE_RATE_HZ // 2, len(talk), EVERY)
+        weighted, paths = self.paths(sound, BEFORE, everywhere)
+        found = self.listener.evidence(weighted, paths)
+        if found is not None:
+            yield case(found, (), False)
 
 
 def case(evidence: Evidence, words: tuple[str, ...], left_out: bool) -> Case:
@@ -91,6 +120,13 @@ def collect(o: argparse.Namespace) -> list[Case]:
                 print(name, number, "right" if each.right else "left out" if each.left_out else "wrong", end=" ")
                 print(*(f"{value:.3f}" for value in each.features), flush=True)
             found += new
+    files = sorted((o.data / "negatives").glob("*.wav")) if o.data is not None else []
+    part = [path for path in files if (part_of(path.stem, half=True) == "test") == o.check]
+    for path in part[: 8 * o.sentences]:
+        for snr_db in TALK_DB:
+            for each in bench.talk(path, snr_db):
+                print("talk", path.stem, snr_db, *(f"{value:.3f}" for value in each.features), flush=True)
+                found.append(each)
     return found
 
 

@@ -25,7 +25,8 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.stop import at_level
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -33,10 +34,9 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.second_pass import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.voices import VOICES
 
 T = TypeVar("T")
@@ -118,9 +118,8 @@ def sound_of(case: Case, said: m.Utterance, book: Phrasebook, sound: Sound) -> S
 
 def heard_in(sound: Samples, book: Phrasebook, names: Sequence[str], voices: Sound) -> list[Event]:
     """All events of a file, as `hvcpctl hear` has them."""
-    ears = make_recogniser(book, names, voices)
-    second = SecondEars(ears, SecondPassRecogniser(book.people_graph, voices.lexicon, {}, True), AtOnce())
-    return second.push(sound) + second.take(ears.flush())
+    ears = make_ears(book, names, voices, HearingPlan(channel=AtOnce(), second=AtOnce()))
+    return ears.push(sound) + ears.flush()
 
 
 def verdict(case: Case) -> tuple[Case, str, str]:

@@ -28,7 +28,7 @@ import numpy as np
 from benchmarks.hearing.material import BLOCK, GAP_S
 from benchmarks.stop_callers import Callers, ended, is_held_out
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_ears
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -72,7 +72,7 @@ class Stage:
         self.people = [v.name for v in VOICES if v.name not in robots]
 
     def ears(self) -> Recogniser:
-        return make_recogniser(self.book, self.names, self._sound)
+        return make_ears(self.book, self.names, self._sound)
 
     def sentence(self, chooser: random.Random, speaker: str) -> Samples:
         """A random sentence of a robot that does not say "stop"."""

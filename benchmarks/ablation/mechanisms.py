@@ -17,7 +17,6 @@ RECOGNISER = f"{HEARING}.recogniser:Recogniser"
 SETTINGS = f"{HEARING}.recogniser:RecogniserSettings"
 SESSION = f"{HEARING}.decoder_session:SessionSettings"
 ACTIVITY = f"{HEARING}.activity"
-COHERENT = f"{HEARING}.coherent:CoherentListener"
 SECOND_PASS = f"{PEOPLE}.second_pass"
 
 
@@ -60,29 +59,13 @@ SOURCES = (
         answering(f"{RECOGNISER}._judge", None),
         _files("recognition", "decoder_session decoder scorer network lattice pruning confidence templates"),
     ),
-    Mechanism(
-        "waveforms",
-        "sentences by their waveform",
-        answering("hvcpd.assembly.make:make_coherent", None),
-        _files("recognition", "coherent paths onset_search matched_filter agreement"),
-    ),
-    Mechanism(
-        "keyword",
-        'the net that hears "stop" over other talk',
-        answering("hvcpd.assembly.make:make_keyword", None),
-        _files("recognition/keyword", "belief listener net remainder words"),
-    ),
 )
 RULES = (
     Mechanism(
-        "deferred",
-        "the network waits while the waveform is followed",
-        answering(f"{RECOGNISER}._defers", False),
-    ),
-    Mechanism(
-        "explained",
-        "a waveform must explain a share of the sound",
-        answering(f"{RECOGNISER}._is_explained", True),
+        "beginnings",
+        "sentences' beginnings are sought without signs of speech",
+        answering(f"{HEARING}.channel.listener:ChannelListener.beginning", None),
+        _files("recognition/channel", "beginnings"),
     ),
     Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),
@@ -118,28 +101,6 @@ RULES = (
         "longer-wait",
         "longer waits while a sentence seems under way",
         instead(f"{ACTIVITY}:LONGER_WAIT_FRAMES", 50),
-    ),
-    Mechanism("wave-before", "a name before a sentence is sought afterwards", answering(f"{COHERENT}._before", [])),
-    Mechanism(
-        "wave-longer",
-        "a longer word instead of a word is awaited",
-        answering(f"{COHERENT}._may_be_longer", False),
-    ),
-    Mechanism(
-        "wave-goes-on",
-        "a sentence has ended only where no word follows",
-        answering(f"{COHERENT}._may_go_on", False),
-    ),
-    Mechanism(
-        "wave-hopeless",
-        "paths that a surer one explains are dropped",
-        answering(f"{HEARING}.paths:Path.is_hopeless", False),
-    ),
-    Mechanism("wave-alone", "single words need more", instead(f"{HEARING}.coherent:LEAST_ALONE", 100.0)),
-    Mechanism(
-        "wave-score",
-        "the least score of a sentence",
-        together(instead(f"{HEARING}.coherent:LEAST_SCORE", 0.0), instead(f"{HEARING}.coherent:LEAST_ALONE", 0.0)),
     ),
     Mechanism(
         "keyword-belief",

@@ -9,14 +9,14 @@ from functools import cached_property
 
 import numpy as np
 
-from hvcpd.assembly.make import Books, make_books, make_coherent, make_keyword, templates
+from hvcpd.assembly.make import Books, make_books, make_ears, templates
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.events import Ears
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
@@ -72,10 +72,9 @@ class Team:
             book.prepare(lambda: True)
         return books
 
-    def ears(self) -> Recogniser:
-        """A fresh recogniser, as in every robot."""
-        coherent = make_coherent(self.book, self.names, self.sound)
-        return Recogniser(self.book.graph, self.bank, coherent=coherent, keyword=make_keyword())
+    def ears(self) -> Ears:
+        """Fresh ears, as in every robot, but for people's second pass."""
+        return make_ears(self.book, self.names, self.sound, books=self.books)
 
 
 def make_team(names: Sequence[str], tasks: TaskRepository | None = None, natural: bool = False) -> Team:

@@ -6,7 +6,7 @@ import random
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from hvcpd.assembly.plan import RobotPlan
+from hvcpd.assembly.plan import HearingPlan, RobotPlan
 from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
 from hvcpd.assembly.sound import Sound, make_phrasebook
 from hvcpd.config.tasks import Place
@@ -23,17 +23,16 @@ from hvcpd.ports import Samples
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.decoder_session import SessionSettings
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.keyword.listener import KeywordListener
+from hvcpd.recognition.keyword.listener import KeywordEars
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing, OwnDelay
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
-from hvcpd.recognition.second_pass import SecondEars, Worker
+from hvcpd.recognition.second_pass import AtOnce, SecondEars, Worker
 from hvcpd.recognition.watch import Watch
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics
@@ -56,27 +55,13 @@ Books = Sequence[SpokenBook]
 """Words that robots say, for all listeners of one robot: each word is read and measured once."""
 
 
-def make_recogniser(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True, books: Books | None = None
-) -> Recogniser:
-    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make.
-
-    `prepared`: it may also render the waveforms of whole sentences when it needs them. `books`: those of `make_books`.
-    Without a cache they are not used: rendering them repeatedly would take too long.
-    """
+def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Recogniser:
+    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(session=SessionSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
-    coherent = make_coherent(phrasebook, names, sound, prepared, books) if sound.cache is not None else None
-    return Recogniser(phrasebook.marked_graph, bank, settings, coherent=coherent, keyword=make_keyword())
-
-
-def make_coherent(
-    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, prepared: bool = True, books: Books | None = None
-) -> CoherentListener:
-    """Hears the same voices by their waveform, where noise hides the words."""
-    return CoherentListener(phrasebook.marked_graph, books or make_books(phrasebook, names, sound), prepared)
+    return Recogniser(phrasebook.marked_graph, bank, settings)
 
 
 def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
@@ -112,18 +97,27 @@ def make_ears(
     phrasebook: Phrasebook,
     names: Sequence[str],
     sound: Sound,
-    strangers: bool,
-    prepared: bool = True,
+    hearing: HearingPlan | None = None,
+    strangers: bool = False,
     books: Books | None = None,
-) -> Listening:
-    """Recognisers for the voices of these robots; with `strangers` also for spelled names, in any voice, unless
-    `prepared` from their `prepare` on."""
-    sentences = make_recogniser(phrasebook, names, sound, prepared, books)
-    if not strangers:
-        return Listening(sentences, None)
-    if prepared:
-        return Listening(sentences, make_spelled(phrasebook, sound, sentences.watch))
-    return Listening(sentences, None, lambda: make_spelled(phrasebook, sound, sentences.watch))
+) -> KeywordEars:
+    """Ears for the voices of these robots, by templates and, if `sound` has a cache, through any channel; by
+    `hearing`, with a worker that finishes at once if none is given, for people; with `strangers` for spelled names, in
+    any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
+    those of `make_books`."""
+    hearing = hearing or HearingPlan(channel=AtOnce())
+    sentences = make_recogniser(phrasebook, names, sound)
+    spelled = make_spelled(phrasebook, sound, sentences.watch) if strangers and hearing.prepared else None
+    later = (lambda: make_spelled(phrasebook, sound, sentences.watch)) if strangers else None
+    ears: Ears = Listening(sentences, spelled, later)
+    if hearing.channel is not None and sound.cache is not None:
+        books = books or make_books(phrasebook, names, sound)
+        ears = make_channel_ears(phrasebook, books, ears, hearing.channel, hearing.prepared)
+    if hearing.second is not None:
+        people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+        ears = SecondEars(ears, people, hearing.second)
+    weights = Weights.load()
+    return KeywordEars(ears, KeywordNet(weights), Remainder(KeywordNet(weights)))
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
@@ -132,12 +126,6 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
     speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in sound.every_voice()}
     bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
-
-
-def make_keyword() -> KeywordListener:
-    """Hears "stop" from any speaker and over any other sound."""
-    weights = Weights.load()
-    return KeywordListener(KeywordNet(weights), Remainder(KeywordNet(weights)))
 
 
 def make_overhearing() -> Overhearing:
@@ -211,10 +199,10 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
 
 
 def make_channel_ears(
-    phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, SearchResult]
+    phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, SearchResult], prepared: bool = True
 ) -> ChannelEars:
     """Return ears around others that also hear these robots through an unknown channel."""
-    listener = ChannelListener(phrasebook.marked_graph, books)
+    listener = ChannelListener(phrasebook.marked_graph, books, prepared)
     varied = {*phrasebook.alternatives, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
     return ChannelEars(ears, listener, worker, frozenset(varied))
 
@@ -231,12 +219,5 @@ def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound
 
 
 def _book_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool) -> tuple[Phrasebook, Ears]:
-    book, hearing = phrasebook_of(plan, names), plan.hearing
-    books = make_books(book, plan.peers(names), sound)
-    ears: Ears = make_ears(book, plan.peers(names), sound, strangers, hearing.prepared, books)
-    if hearing.channel is not None and sound.cache is not None:
-        ears = make_channel_ears(book, books, ears, hearing.channel)
-    if hearing.second is None:
-        return book, ears
-    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
-    return book, SecondEars(ears, opinion, hearing.second)
+    book = phrasebook_of(plan, names)
+    return book, make_ears(book, plan.peers(names), sound, plan.hearing, strangers)

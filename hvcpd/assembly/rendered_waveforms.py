@@ -7,17 +7,23 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched_filter import Quantised, Spectrum, power_of, quantised, restored
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
 KEPT = 160
 """Maximum number of words, by book and pitch, whose waveforms are kept in memory, of all voices and listeners: 5 MB.
 All others are on the disk."""
-POWERS_KEPT = 600
-"""Maximum number of renderings whose `power_of` is kept in memory, of all voices: 1.2 MB."""
 NOTED = 2000
 """Maximum number of words by pitch of which each book knows how they join their neighbours: 1 MB."""
+
+QUANTA = np.float32(16_384.0)
+"""Steps in a full scale of 1, -84 dB apart, far below the noise of any microphone; what is beyond 2 is cut off."""
+
+Quantised = NDArray[np.int16]
+"""A sound in half the memory. Whole numbers, since to make half floats takes a processor eight times as long."""
 
 Value = TypeVar("Value")
 
@@ -40,6 +46,20 @@ class LazyMapping(Mapping[str, Value]):
         return len(self._names)
 
 
+def quantised(sound: Samples) -> Quantised:
+    """A sound, any shape, in int16."""
+    steps = np.rint(sound * QUANTA)
+    out: Quantised = np.clip(steps, -32_768, 32_767, out=steps).astype(np.int16)
+    return out
+
+
+def restored(steps: Quantised) -> Samples:
+    """The sound again, float32, off by half a step at most."""
+    sound = steps.astype(np.float32)
+    sound *= np.float32(1.0) / QUANTA
+    return sound
+
+
 @dataclass(frozen=True)
 class Unit:
     """One rendering of a word: its waveform, quantised, shape (n,), int16; and how it joins its neighbours, samples."""
@@ -51,21 +71,19 @@ class Unit:
 
 
 class WaveformCache:
-    """The waveforms and spectra used last, of all books that share it."""
+    """The waveforms used last, of all books that share it."""
 
-    def __init__(self, units: int = KEPT, powers: int = POWERS_KEPT) -> None:
+    def __init__(self, units: int = KEPT) -> None:
         self.units = lru_cache(units)(SpokenBook.render)
-        self.powers = lru_cache(powers)(lambda way: power_of(way.samples))
 
     def clear(self) -> None:
         """Free the memory."""
         self.units.cache_clear()
-        self.powers.cache_clear()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpokenWay:
-    """One rendering of a word, see `paths.Said`: number `number` of those in its book."""
+    """One rendering of a word, see `renderings.Said`: number `number` of those in its book."""
 
     book: SpokenBook
     word: str
@@ -80,11 +98,6 @@ class SpokenWay:
     def samples(self) -> Samples:
         """Its waveform, shape (length,), float32, 1.0 = full scale."""
         return restored(self.book.units(self.word, self.third)[self.number].sound)
-
-    @property
-    def power(self) -> Spectrum:
-        """The `power_of` its waveform."""
-        return self.book.power(self)
 
 
 class SpokenBook:
@@ -110,10 +123,6 @@ class SpokenBook:
     def units(self, word: str, third: int) -> tuple[Unit, ...]:
         """All renderings of `word` in a third (0, 1, 2) of a sentence; none if it is no word of this voice."""
         return self._cache.units(self, word, third)
-
-    def power(self, way: SpokenWay) -> Spectrum:
-        """Return the `power_of` a rendering's waveform."""
-        return self._cache.powers(way)
 
     def forget(self) -> None:
         """Free the memory of all books with this cache: nobody has spoken for a while."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -26,14 +25,6 @@ from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
-
-PATIENCE_FRAMES = 80
-"""0.8 s after the network would have woken, the other listener knows the first two words, or it recognises nothing."""
-QUIET_FRAMES = 8
-"""80 ms below the activity's release: the speaker has ended, or speaks too faintly for any gain.
-
-With 180 ms, which no pause at a comma has, a sixth of the cost is saved; but of 120 sentences in babble at 20 dB one
-was lost and one heard wrongly, because the network decodes the deferred sound with the noise estimate of later."""
 
 
 @dataclass(frozen=True)
@@ -118,12 +109,6 @@ class DecoderSession:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
-        self._deferred: list[tuple[Energies, Energies]] = []
-        """Blocks of frames that are not decoded yet, since the waveform listener may understand the sentence alone;
-        each with the last frames up to its end. The recognition rate does not depend on this (269 of 272 sentences are
-        right with and without it), but a fifth of the processor's time does."""
-        self.heeds = False
-        """Whether it has decoded anything since it woke."""
         self.awake = False
         self.best = Best(0.0)
         """The best path after the last frame."""
@@ -142,42 +127,21 @@ class DecoderSession:
         return first < -s.followed and last < first - s.followed
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
-        """Begin at `first_frame`; the frames since then, shape (n, N_BANDS), are those that it need not decode yet."""
-        self.awake, self.heeds = True, False
+        """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""
+        self.awake = True
         self._next = self._first = first_frame
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
         self._gain = self._scorer.level_of(energies, noise)
-        self._deferred = [(energies, energies)]
-
-    def defer(self, energies: Energies, recent: Energies) -> None:
-        """Take the next frames, shape (n, N_BANDS), and the last half second or so, which ends with them."""
-        self._deferred.append((energies, recent))
-
-    @property
-    def deferred_frames(self) -> int:
-        """Number of deferred frames since it woke."""
-        return sum(len(energies) for energies, _ in self._deferred[1:])
+        self.feed(energies, energies, noise)
 
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
         if self.awake:
             self._scorer.rest()
         self.awake = False
-        self._deferred = []
         self.best = Best(0.0)
-
-    def catch_up(self, noise: NDArray[np.float32]) -> Iterator[int]:
-        """Decode the deferred frames, block by block; yield the number of frames left after each block."""
-        blocks, self._deferred = self._deferred, []
-        left = sum(len(energies) for energies, _ in blocks)
-        for energies, recent in blocks:
-            left -= len(energies)
-            self.feed(energies, recent, noise)
-            yield left
-            if not self.awake:
-                return
 
     def forget(self) -> None:
         """Drop all paths, for example after a rejected sentence; keep listening."""
@@ -187,7 +151,6 @@ class DecoderSession:
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
         settings = self._settings
-        self.heeds = True
         block = np.concatenate([self._tail, energies])
         if len(block) < 2 * CONTEXT_FRAMES + HORIZON_FRAMES:
             self._tail = block

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Protocol, Self
 
+import numpy as np
+
 from hvcpd.ports import Samples
+from hvcpd.recognition.stream import Chunk
 
 
 class Source(StrEnum):
@@ -15,8 +18,6 @@ class Source(StrEnum):
 
     TEMPLATES = "templates"
     """Robots' words as spectra, composed with the noise (`decoder_session`)."""
-    WAVEFORM = "waveform"
-    """Robots' words as they are rendered, by matched filters (`coherent`)."""
     CHANNEL = "channel"
     """Robots' words through a channel response that was estimated with them (`channel`)."""
     PEOPLE = "people"
@@ -40,6 +41,22 @@ class WordSpan:
     deficit: float = 0.0
 
 
+@dataclass(frozen=True, eq=False)
+class Received:
+    """A sound as it arrived, shape (n,), from sample `start` on."""
+
+    start: int
+    samples: Samples
+
+    def between(self, first: int, n: int) -> Samples:
+        """Its `n` samples from number `first` on, 0 where there are none."""
+        out = np.zeros(n, np.float32)
+        begin, end = max(self.start, first), min(self.start + len(self.samples), first + n)
+        if begin < end:
+            out[begin - first : end - first] = self.samples[begin - self.start : end - self.start]
+        return out
+
+
 @dataclass(frozen=True)
 class Recognised:
     """A whole sentence of the word network.
@@ -57,6 +74,8 @@ class Recognised:
     snr_db: float
     spans: tuple[WordSpan, ...]
     source: Source = Source.TEMPLATES
+    received: Received | None = field(default=None, compare=False, repr=False)
+    """Its sound as it was received, if that is known to the sample."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +120,17 @@ class Ears(Protocol):
 
     @property
     def signs(self) -> bool: ...
+
+    @property
+    def chunks(self) -> Sequence[Chunk]:
+        """The frames of the last push."""
+
+    @property
+    def ends(self) -> bool:
+        """Whether a sentence that ended just now may soon be reported."""
+
+    def flush(self) -> list[Event]:
+        """The events that the end of a recording completes."""
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]: ...
 

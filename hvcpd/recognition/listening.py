@@ -6,13 +6,14 @@ vocabulary is small, so it costs less than the first.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.stream import Chunk
 
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
@@ -47,6 +48,16 @@ class Listening:
         return self._sentences.signs
 
     @property
+    def chunks(self) -> Sequence[Chunk]:
+        """As `Ears.chunks`."""
+        return self._sentences.chunks
+
+    @property
+    def ends(self) -> bool:
+        """As `Ears.ends`."""
+        return self._sentences.ends
+
+    @property
     def _all(self) -> list[Recogniser]:
         return [self._sentences] if self._spelled is None else [self._sentences, self._spelled]
 
@@ -66,13 +77,17 @@ class Listening:
             recogniser.begin_late()
         return reported
 
+    def flush(self) -> list[Event]:
+        """As `Recogniser.flush`."""
+        out = self._sentences.flush()
+        return out if self._spelled is None else self._once(out, [])
+
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Recogniser.prepare`; from then on spelled names are recognised, too."""
+        """Prepare what takes long, while `go_on` holds; from then on spelled names are recognised, too."""
         if self._spelled is None and self._later is not None and go_on():
             spelled = self._later()
             spelled.begin_late()
             self._spelled = spelled
-        self._sentences.prepare(go_on)
 
     def succeed(self, predecessor: Listening) -> None:
         """Continue from `predecessor`: take over its sample clock and its noise estimate."""

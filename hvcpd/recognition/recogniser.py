@@ -7,24 +7,17 @@ from the first sample, so the size of the pushed blocks never changes a result.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import LONGER_WAIT_FRAMES, SegmentTracker
-from hvcpd.recognition.agreement import Agreement
-from hvcpd.recognition.coherent import CoherentListener
 from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
-from hvcpd.recognition.decoder_session import PATIENCE_FRAMES, QUIET_FRAMES, DecoderSession, Sentence, SessionSettings
-from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
+from hvcpd.recognition.decoder_session import DecoderSession, Sentence, SessionSettings
+from hvcpd.recognition.events import Event, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
-from hvcpd.recognition.keyword.listener import KeywordListener
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.paths import GREETING, Coherent
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
@@ -50,15 +43,6 @@ class RecogniserSettings:
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
-    surely: float = 300.0
-    """Score above which a sentence is not a chance match; chance reaches 230."""
-    least_explained: float = 0.1
-    """Least share of what was above the noise, which a sentence without that score must explain: by chance, commands
-    were found in sentences at a rate that nobody knows, and explained 0.09 of them and less; right ones in babble of
-    ten times their power, 0.11 and more."""
-    noise_share: float = 0.1
-    """Share of the tracked noise that is added to what is above it, the uncertainty of the noise estimate: at -15 dB
-    nothing seems to be above it, and right sentences explain 0.15 and more."""
     confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """Most speech that a pause may pass over, in frames of it: right sentences have 7 at most in noise and rooms, and a
@@ -77,21 +61,15 @@ class Recogniser:
         templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
         watch: Watch | None = None,
-        coherent: CoherentListener | None = None,
-        keyword: KeywordListener | None = None,
     ) -> None:
         """`templates[voice][word]`: one or a few takes of the word. `watch`: shared with other recognisers on the same
-        microphone. `coherent` recognises sentences that noise hides from the templates. `keyword` detects one word,
-        from any speaker and over any other sound.
+        microphone.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.session)
-        self._keyword = keyword or KeywordListener(None)
-        self._coherent = coherent or CoherentListener(graph, ())
-        self._agreement = Agreement(self._coherent)
         self.watch = watch or Watch()
         self._segments = SegmentTracker()
         self._alert_age = 0
@@ -113,17 +91,27 @@ class Recogniser:
     @property
     def signs(self) -> bool:
         """Whether the most recent sound may be speech, however faint."""
-        return self.busy or self.watch.activity.alert or self._coherent.voiced
+        return self.busy or self.watch.activity.alert
 
     @property
     def under_way(self) -> bool:
         """Whether some path may be a sentence in progress."""
-        return self._session.under_way or self._coherent.follows is not None
+        return self._session.under_way
+
+    @property
+    def chunks(self) -> Sequence[Chunk]:
+        """The frames of the last push."""
+        return self.watch.chunks
+
+    @property
+    def ends(self) -> bool:
+        """Whether a sentence that ended just now may soon be reported."""
+        return self._session.best.node >= 0
 
     @property
     def follows(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self._session.follows or self._coherent.follows is not None
+        return self._session.follows
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
@@ -148,26 +136,18 @@ class Recogniser:
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
-        self._keyword = predecessor._keyword
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Prepare the coherent listener's reference sounds, while `go_on` holds. Takes seconds; another thread may call
-        it."""
-        self._coherent.prepare(go_on)
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
         silent_chunks = LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8
-        found = [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
-        return found + self._keyword.interrupt()
+        return [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
         speech = self._segments.close(frame)
         self._session.sleep()
         self._alert_age = 0
-        garbled: list[Event] = [speech] if speech else []
-        return garbled + self._keyword.interrupt()
+        return [speech] if speech else []
 
     def hear(self, chunk: Chunk) -> list[Event]:
         """Process the newest frames of the watch."""
@@ -175,77 +155,16 @@ class Recogniser:
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.watch.recent[-(end_frame - self._dealt_with) :]
         if self._session.awake:
-            self._session.defer(energies, recent)
+            self._session.feed(energies, recent, noise)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
             self._session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
-        events = [] if self._defers() else self._concluded(end_frame, noise)
-        speech = self._session.awake or self.watch.activity.alert
-        events = self._settled(chunk, events, speech)
-        events += self._keyword.hear(chunk, events, self._session.best.node >= 0)
+        events = self._conclude(end_frame)
         self._doze(len(energies))
         return events
-
-    def _defers(self) -> bool:
-        """Whether to conclude nothing yet, and to defer the network's decoding, since the coherent listener may
-        understand the sentence."""
-        if self._keyword.pending:
-            return False
-        if self._coherent.follows is not None:
-            return True
-        if not self._session.awake:
-            return False
-        speaks = self.watch.activity.quiet_frames < QUIET_FRAMES and self._coherent.listens
-        return speaks and not self._session.heeds and self._session.deferred_frames < PATIENCE_FRAMES
-
-    def _concluded(self, end_frame: int, noise: NDArray[np.float32]) -> list[Event]:
-        """The events to report once the network has processed everything."""
-        if not self._session.awake:
-            return self._conclude(end_frame)
-        lefts = self._session.catch_up(noise)
-        return [event for left in lefts for event in self._conclude(end_frame - left)]
-
-    def _settled(self, chunk: Chunk, events: list[Event], speech: bool) -> list[Event]:
-        """The events to report once the coherent listener has processed the chunk too."""
-        heard = [
-            sentence
-            for sentence in self._coherent.push(chunk.first_frame * HOP_SAMPLES, chunk.samples, speech)
-            if self._is_explained(sentence)
-        ]
-        self._keyword.understood(heard)
-        since = (self._lost_until + UNHEARD_LEAD_FRAMES) * HOP_SAMPLES
-        reported, dealt_with = self._agreement.settle(events, heard, since, self._described)
-        if dealt_with:
-            self._segments.close(dealt_with // HOP_SAMPLES)
-            self._listen_on(dealt_with // HOP_SAMPLES)
-        return reported
-
-    def _is_explained(self, sentence: Coherent) -> bool:
-        """Whether it is no chance match: it has a high score, or explains enough of the received energy. A call without
-        a greeting is short: in quiet, where scores are high, a part of another sentence may resemble it, so no score
-        replaces the share of energy that it explains."""
-        s = self._settings
-        if sentence.score >= s.surely and sentence.words[0].word == GREETING:
-            return True
-        speech, noise = self.watch.powers(*_frames_of(sentence))
-        return sentence.explained * (speech + noise) >= s.least_explained * (speech + s.noise_share * noise)
-
-    def _described(self, sentence: Coherent) -> Recognised:
-        words = sentence.words
-        spans = tuple(WordSpan(w.word, w.start, w.end, w.probability, max(1.0 - w.share, 0.0)) for w in words)
-        return Recognised(
-            tuple(word.word for word in words),
-            sentence.voice,
-            words[0].start,
-            words[-1].end,
-            float(np.prod([word.probability for word in words])),
-            self._snr_db(*_frames_of(sentence)),
-            spans,
-            Source.WAVEFORM,
-        )
 
     def _should_wake(self, n_frames: int) -> bool:
         """Whether the first sign of speech was long enough ago."""
@@ -323,8 +242,3 @@ class Recogniser:
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)
         return snr_db(speech, noise)
-
-
-def _frames_of(sentence: Coherent) -> tuple[int, int]:
-    """The first frame of its first word and the last frame of its last one."""
-    return sentence.words[0].start // HOP_SAMPLES, sentence.words[-1].end // HOP_SAMPLES

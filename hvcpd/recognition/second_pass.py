@@ -20,7 +20,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.frontend import snr_db
 from hvcpd.recognition.long_talk import LongTalk, Stretch
-from hvcpd.recognition.stream import History, cleaned
+from hvcpd.recognition.stream import Chunk, History, cleaned
 
 LEAD_S = 3.0
 """Sound kept before the speech, for its noise: the noise tracker's memory."""
@@ -162,8 +162,22 @@ class LaterEars(ABC, Generic[Job, Found]):
         """As `Ears.signs`."""
         return self._ears.signs
 
+    @property
+    def chunks(self) -> Sequence[Chunk]:
+        """As `Ears.chunks`."""
+        return self._ears.chunks
+
+    @property
+    def ends(self) -> bool:
+        """As `Ears.ends`."""
+        return self._ears.ends
+
+    def flush(self) -> list[Event]:
+        """As `Recogniser.flush`."""
+        return self.take(self._ears.flush())
+
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Recogniser.prepare`."""
+        """Make the slow first-time preparations while `go_on` holds, in any thread."""
         self._ears.prepare(go_on)
         self._listener.prepare(go_on)
 

@@ -53,6 +53,8 @@ class Watch:
         self.activity = ActivityDetector()
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
+        self.chunks: list[Chunk] = []
+        """What was passed on in the last push."""
         self._early: list[Chunk] = []
         """The sound from before the noise was known."""
         self._power_weights = power_weights()
@@ -61,6 +63,7 @@ class Watch:
 
     def push(self, samples: Samples, masked: bool, watchers: Sequence[Watcher]) -> Iterator[Found]:
         """Pass the next samples, shape (n,), to the watchers. Iterate to the end, or samples are lost."""
+        self.chunks = []
         for chunk in self.stream.push(np.asarray(samples).reshape(-1), masked):
             yield from self._take(chunk, watchers)
 
@@ -68,12 +71,14 @@ class Watch:
         """Advance time by lost samples; iterate likewise. Raises ValueError for a negative number."""
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
+        self.chunks = []
         yield self._break_off(self.stream.next_frame, watchers)
         for chunk in self.stream.lose(n_samples):
             yield from self._take(chunk, watchers)
 
     def flush(self, watchers: Sequence[Watcher], silent_chunks: int) -> Iterator[Found]:
         """Pass on the frames that fill no chunk yet, and this number of chunks of the room's noise after them."""
+        self.chunks = []
         rest = self.stream.rest()
         if len(rest.energies):
             yield from self._take(rest, watchers)
@@ -116,5 +121,6 @@ class Watch:
             slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
             self._speech_power[slots] = each.energies @ self._power_weights
             self._noise_power[slots] = self.noise.estimate @ self._power_weights
+            self.chunks.append(each)
             yield tuple(w.hear(each) for w in watchers)
         self._early = []

@@ -9,7 +9,7 @@ import pytest
 
 from hvcpd.assembly.rendered_waveforms import KEPT, SpokenBook, WaveformCache
 from hvcpd.recognition.matched_filter import power_of
-from hvcpd.recognition.paths import thirds_of
+from hvcpd.recognition.renderings import thirds_of
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker

@@ -10,7 +10,7 @@ from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.remainder import KEPT_CHUNKS, Remainder
-from hvcpd.recognition.paths import Coherent, HeardWord
+from hvcpd.recognition.renderings import Coherent, HeardWord
 from hvcpd.recognition.stream import FrameStream
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker

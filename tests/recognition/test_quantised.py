@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.recognition.matched_filter import QUANTA, quantised, restored
+from hvcpd.assembly.rendered_waveforms import QUANTA, quantised, restored
 
 
 def test_a_sound_is_restored_but_for_half_a_step() -> None:

@@ -17,12 +17,12 @@ from benchmarks.hearing.worlds import stages
 from benchmarks.hearing.worlds.conditions import Condition, conditions
 from benchmarks.hearing.worlds.trials import MakeEars, Tally, hear, make_trial, ours, theirs
 from hil_fakes import reverberation
-from hvcpd.assembly.make import make_channel_ears, make_ears
+from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.second_pass import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce
 
 MODES = ("first", "acquainted")
 NOISE_DBFS = -50.0
@@ -58,9 +58,8 @@ class Row:
 
 def robots_ears(team: Team) -> Ears:
     """A robot's ears with recognition of strangers. They have heard nothing, and know all words."""
-    ears = make_ears(team.book, team.names, team.sound, False, books=team.books)
-    robots = make_channel_ears(team.book, team.books, ears, AtOnce())
-    return SecondEars(robots, SecondPassRecogniser(team.book.people_graph, team.sound.lexicon, {}, True), AtOnce())
+    hearing = HearingPlan(channel=AtOnce(), second=AtOnce())
+    return make_ears(team.book, team.names, team.sound, hearing, books=team.books)
 
 
 class Bench:

@@ -15,8 +15,8 @@ STAGES = {
     "front end": ("stream:energies_of",),
     "noise": ("noise:NoiseTracker.push", "noise:NoiseTracker.follow_step"),
     "templates": ("decoder_session:DecoderSession.feed", "decoder_session:DecoderSession.wake"),
-    "waveforms": ("coherent:CoherentListener.push",),
-    "keyword": ("keyword.listener:KeywordListener.hear",),
+    "beginnings": ("channel.listener:ChannelListener.beginning",),
+    "keyword": ("keyword.listener:KeywordEars._hear",),
     "channel search": ("channel.listener:ChannelListener.search",),
 }
 """None of them calls another one."""

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_ears
 from hvcpd.control.doctor.self_hearing import QUIET_S, exchange
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
@@ -111,7 +111,7 @@ def voice_in(heard: Samples) -> tuple[float, float] | None:
 
 def judged(team: Team, how: str, heard: Samples, ended_s: float, over_noise_db: float) -> Call:
     """The reaction of a robot of the team to this sound, shape (n,), with a call that ends then."""
-    ears = make_recogniser(team.phrasebook, team.names, team.sound)
+    ears = make_ears(team.phrasebook, team.names, team.sound)
     halts, stops = [], []
     for start in range(0, len(heard), BLOCK):
         after_s = (start + BLOCK) / SAMPLE_RATE_HZ - ended_s

@@ -9,15 +9,15 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from hvcpd.assembly.make import make_books, make_channel_ears, make_recogniser
+from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.second_pass import AtOnce, SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Segment
 
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
@@ -83,15 +83,10 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     """Yield everything that the recogniser reports in a recording, shape (n,), float32 at 16 kHz, in order:
     sentences and garbled speech."""
     robots = tuple(name for name in team.names if name.lower() not in team.people)
-    books = make_books(team.phrasebook, robots or team.names, team.sound)
-    recogniser = make_recogniser(team.phrasebook, robots or team.names, team.sound, books=books)
     voices = team.settings.voices
-    channel = make_channel_ears(team.phrasebook, books, recogniser, AtOnce())
-    people = None
-    if voices != "robots":
-        listener = SecondPassRecogniser(team.phrasebook.people_graph, team.sound.lexicon, team.people, voices == "any")
-        people = SecondEars(channel, listener, AtOnce())
+    people = AtOnce[Segment, Recognised | None]() if voices != "robots" else None
+    hearing = HearingPlan(people=team.people, channel=AtOnce(), second=people, any_voice=voices == "any")
+    ears = make_ears(team.phrasebook, robots or team.names, team.sound, hearing)
     for start in range(0, len(samples), BLOCK):
-        yield from (people or channel).push(samples[start : start + BLOCK])
-    rest = channel.finish(recogniser.flush())
-    yield from rest if people is None else people.take(rest)
+        yield from ears.push(samples[start : start + BLOCK])
+    yield from ears.flush()

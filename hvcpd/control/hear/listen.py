@@ -9,7 +9,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_ears
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sentence_of
 from hvcpd.control.simulate.team import load_team
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace, capture: Capture = capture) -> int:
     sealing = sealing_of(options.key)
     settings = team.settings.audio
     with capture(replace(settings, input_device=options.device or settings.input_device)) as blocks:
-        recogniser = make_recogniser(team.phrasebook, team.names, team.sound)
+        recogniser = make_ears(team.phrasebook, team.names, team.sound)
         sys.stderr.write(f"hvcpctl: listening for {', '.join(team.names)}; end with Ctrl-C\n")
         for sound, lost in blocks:
             events = recogniser.lost(lost) if lost is not None else []

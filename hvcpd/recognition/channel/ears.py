@@ -6,12 +6,14 @@ only templates found, which a loudspeaker's frequency response deceives, and gar
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.beginnings import SIZE, STEP
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.channel.weighting import FRAME
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import LaterEars, Worker
 
@@ -30,12 +32,16 @@ LONGEST = 10 * SAMPLE_RATE_HZ
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
-CLATTER, CLATTER_S = 0.75, (5.0, 10.0)
-"""Share of the last seconds (at first 5 s, later 10 s) with signs of speech from which on there is clatter: then they
-no longer show beginnings and ends, since a sentence takes 6 s or less, and then somebody waits."""
+CLATTER = 5 * SAMPLE_RATE_HZ
+"""Samples (5 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
+beginnings and ends, since a sentence takes 6 s or less, and then somebody waits."""
+NEAR = 3 * SAMPLE_RATE_HZ // 5
+"""Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
-"""Samples (2.5 s) after which a stretch is cut in clatter. Otherwise the speaker would wait for an answer until the
-clatter ends."""
+"""Samples (2.5 s) after which a stretch is cut whose end no sign shows. Otherwise the speaker would wait for an answer
+until the clatter ends."""
+MORE = 5 * SAMPLE_RATE_HZ // 4
+"""The same (1.25 s) while a sentence seemed to go on at the last cut."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
 """In clatter, beginnings are searched for around points this far apart (0.85 s), so everywhere: see `search`."""
 TORN = SAMPLE_RATE_HZ // 5
@@ -56,6 +62,16 @@ class _Open:
     begin: int
     end: int
     noticed: list[int]
+    due: int
+    """The sample at which it is cut."""
+    hidden: bool = False
+    """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
+    after: _Open | None = None
+    """The stretch before the cut at which it begins."""
+    signs: bool = False
+    """Whether there was any sign of speech in it, or a greeting."""
+    greeted: bool = False
+    """Whether a greeting was found in it."""
     held: list[Recognised | Garbled] = field(default_factory=list)
     closed_at: int = 0
     whole_from: int = 0
@@ -86,14 +102,24 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._busy = False
-        self._activity = 0.0
-        """Share of the last seconds in which there were signs of speech."""
+        self._channels = listener
+        self._sought = 0
+        """Greetings were sought up to this sample."""
+        self._since: int | None = None
+        """There have been signs of speech since this sample, with no QUIET among them."""
+        self._sign = 0
+        """The sample after the last sign of speech."""
         self._open: _Open | None = None
         self._closed: list[_Open] = []
         """Stretches being searched, or searched a moment ago."""
         self._reported: list[Recognised] = []
         self._searched_at: int | None = None
         """When the last stretch was submitted; None once its data are dropped."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `LaterEars.prepare`: robots' words come first."""
+        self._listener.prepare(go_on)
+        self._ears.prepare(go_on)
 
     @property
     def busy(self) -> bool:
@@ -105,7 +131,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         super().succeed(predecessor)
         self._open, self._closed, self._reported = predecessor._open, predecessor._closed, predecessor._reported
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
-        self._activity = predecessor._activity
+        self._since, self._sign, self._sought = predecessor._since, predecessor._sign, predecessor._sought
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
@@ -117,6 +143,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                 if each.job is job:
                     each.result = result
                     out += self._believed(each, result)
+                    if self._open is None and result.unfinished is not None and result.until > each.end:
+                        self._open = _Open(self._now, self._now, [self._now], self._now + MORE, True, each)
         for each in self._closed:
             if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
@@ -133,9 +161,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         held, stretch.held = stretch.held, []
         return [each for event in held for each in self._released(event, stretch.result or SearchResult())]
 
-    def finish(self, events: Sequence[Event]) -> list[Event]:
-        """The results of the first ears' last events and of the open stretches: the sound has ended."""
-        reported = self.take(events)
+    def flush(self) -> list[Event]:
+        """As `Recogniser.flush`: what the first ears and the open stretches still held."""
+        reported = self.take(self._ears.flush())
         self._close()
         reported += self.take([])
         return reported + [event for stretch in self._closed for event in self._let_go(stretch)]
@@ -146,30 +174,78 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     @property
     def _clatters(self) -> bool:
-        return self._activity > CLATTER
+        return self._since is not None and self._now - self._since > CLATTER
 
     def _mask(self) -> None:
         self._break_off(0)
 
-    def _follow(self, block: Samples) -> None:
-        """Track the signs of speech."""
-        at, busy, signs = self._began, self._ears.busy, self._ears.signs
+    def _follow(self, _block: Samples) -> None:
+        """Track beginnings and signs of speech."""
+        at, busy = self._began, self._ears.busy
         rises, self._busy = busy and not self._busy, busy
-        shortest_s, longest_s = CLATTER_S
-        within = min(max(self._now / SAMPLE_RATE_HZ, shortest_s), longest_s) * SAMPLE_RATE_HZ
-        self._activity += (float(signs) - self._activity) * len(block) / within
-        if signs:
-            if self._open is None:
-                self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at])
-            elif rises or (self._clatters and at - max(self._open.noticed) >= EVERY):
-                self._open.noticed.append(at)
-            self._open.end = self._now
+        if self._ears.signs:
+            self._since = at if self._since is None else self._since
+            self._sign = self._now
+            self._note_sign(at, rises)
+        elif self._now - self._sign >= QUIET:
+            self._since = None
+        self._note_beginning()
         if self._open is None:
             self._rest()
+        else:
+            self._close_if_due(self._open)
+
+    def _note_sign(self, at: int, rises: bool) -> None:
+        """Note a sign of speech in the block from sample `at` on; `rises`: somebody begins to speak."""
+        if self._open is None:
+            due = at + (CUT if self._clatters else LONGEST)
+            self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
+        elif rises or (self._clatters and at - max(self._open.noticed) >= EVERY):
+            self._open.noticed.append(at)
+        self._open.end, self._open.signs = self._now, True
+        if self._clatters and not self._open.hidden:
+            self._open.hidden, self._open.due = True, min(self._open.due, self._now + MORE)
+
+    def _note_beginning(self) -> None:
+        """Seek a beginning in the newest sound."""
+        first = self._now - SIZE
+        if first < self._sought or first < self._whole_from:
             return
-        if self._now - self._open.end >= QUIET:
+        self._sought = first + STEP
+        sound, lead = self._history.around(first - LEAD, first, self._now)
+        if len(sound) - lead < SIZE or lead < FRAME:
+            return
+        found = self._channels.beginning(sound[lead : lead + SIZE], sound[:lead])
+        if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
+            return  # the search finds greetings wherever they are
+        at = first + found.at
+        if any(at < each.end_sample for each in self._reported):
+            return
+        begin = max(at - EARLIER, self._whole_from)
+        if self._open is None:
+            self._open = _Open(begin, self._now, [at], at + LONGEST)
+        else:
+            self._open.noticed.append(at)
+            self._open.begin = min(self._open.begin, begin)
+        self._open.signs, self._open.greeted = True, found.greeting
+        if self._since is None or abs(self._since - at) > NEAR:
+            self._open.hidden = True
+            self._open.due = at + CUT if self._open.after is None else min(self._open.due, at + CUT)
+
+    def _close_if_due(self, stretch: _Open) -> None:
+        before = stretch.after
+        if before is not None:
+            if before.result is None and not self._is_over(before):
+                return
+            stretch.after = None
+            if before.unfinished is None:
+                stretch.due = stretch.begin + CUT
+                if not stretch.signs:
+                    self._open = None
+                    return
+        if not stretch.hidden and self._now - stretch.end >= QUIET:
             self._close()
-        elif self._now - self._open.begin >= (CUT if self._clatters else LONGEST):
+        elif self._now >= stretch.due:
             self._close(cut=True)
 
     def _rest(self) -> None:
@@ -184,7 +260,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if stretch is None:
             return
         if cut:
-            self._open = _Open(self._now, self._now, [self._now])
+            stretch.end = self._now
+            self._open = _Open(self._now, self._now, [self._now], self._now + MORE, stretch.hidden, stretch)
         before = next((each for each in self._closed if each.unfinished is not None), None)
         whole = before is not None and before.begin >= self._whole_from
         if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
@@ -230,13 +307,14 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         where = [each for each in (*self._closed, self._open) if each is not None]
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
-            there = self._open = self._open or _Open(event.start_sample, event.end_sample, [event.start_sample])
+            due = event.start_sample + LONGEST
+            there = self._open = self._open or _Open(event.start_sample, event.end_sample, [event.start_sample], due)
         if there.result is not None and there.unfinished is None:
             return self._released(event, there.result)
         there.held.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on
             there.noticed.append(event.start_sample)
-            self._close(cut=self._clatters)
+            self._close(cut=there.hidden)
         return []
 
     def _released(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:

@@ -13,12 +13,13 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
 from hvcpd.recognition.channel.search import ChannelSearch, Path, span_of
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
-from hvcpd.recognition.events import Recognised, Source, WordSpan
+from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic
 from hvcpd.recognition.frontend import TINY
-from hvcpd.recognition.paths import GREETING, Said, Signal, Voicebook
+from hvcpd.recognition.renderings import GREETING, Said, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0
@@ -34,20 +35,20 @@ MOST_LEAD_SHARE = 0.15
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence for a sentence: the `share` that it explains of the energy received during it, its `lead` over any other
-    path no word of which is missing (MOST_LEAD_SHARE of its score at most), and the `fit` of its worst word."""
+    """Evidence for a sentence: its `lead` over any other path no word of which is missing (MOST_LEAD_SHARE of its
+    score at most), and the `fit` of its worst word."""
 
     path: Path
-    share: float
     lead: float
     fit: float
 
     @property
     def features(self) -> tuple[float, ...]:
-        """Features of `confidence`: log score, log share, lead over score (from -MOST_LEAD_SHARE), fit (at most 1)."""
+        """Features of `confidence`: log score, log lead (at least 0), lead over score (from -MOST_LEAD_SHARE), fit (at
+        most 1). Where noise decides, the lead itself counts; where echoes do that no response explains, its share."""
         score = max(self.path.score, 1.0)
-        lead = max(self.lead / score, -MOST_LEAD_SHARE)
-        return (math.log(score), math.log(max(self.share, 1e-3)), lead, min(self.fit, 1.0))
+        share = max(self.lead / score, -MOST_LEAD_SHARE)
+        return (math.log(score), math.log(max(self.lead, 1.0)), share, min(self.fit, 1.0))
 
     @property
     def confidence(self) -> float:
@@ -62,8 +63,7 @@ def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Pa
     least = (1.0 - MOST_LEAD_SHARE) * path.score
     rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
     rival = next((each.score for each in rivals if least_fit(sound, each) >= MISSING), least)
-    share = path.score / max(path.energy(sound, path.end), TINY)
-    return Evidence(path, share, path.score - rival, fit)
+    return Evidence(path, path.score - rival, fit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,16 +131,10 @@ BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 """A sentence this close (0.6 s) to a cut may have more words."""
-LEAST_LEAD, LEAST_LEAD_SHARE = 40.0, 0.03
-"""Least advantage of a sentence over any other, and over any beginning of a longer one, in explained energy."""
+LEAST_CONFIDENCE = 0.8
+"""Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 LEAST_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
-LEAST_SHARE = 0.04
-"""Least share that a sentence explains of what was heard while it lasted. Sentences made of people's talk, in 33 min of
-it, explained 0.02 to 0.07; right ones at up to -10 dB 0.045 and more (29)."""
-REST, REST_SHARE = 5 * SAMPLE_RATE_HZ // 4, 0.08
-"""The same for a sentence that ends this long (1.25 s) before the end of a stretch: in the middle of other talk it may
-be a part of it."""
 MOST_AT_ONCE = 2
 """Maximum number of robots that speak at the same time."""
 
@@ -160,17 +154,20 @@ class Stretch:
 @dataclass(frozen=True)
 class SearchResult:
     """The sentences in a stretch; whether a robot said something else there; and the sample from which on speech seemed
-    to go on at its end."""
+    to go on at its end, `until` the last sample for which words were found."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
     unfinished: int | None = None
+    until: int = 0
 
 
 class ChannelListener:
     """Knows the voices of robots."""
 
-    def __init__(self, graph: WordGraph, books: Sequence[Voicebook]) -> None:
+    def __init__(self, graph: WordGraph, books: Sequence[Voicebook], prepared: bool = True) -> None:
+        """`prepared`: the words may be rendered when they are needed; otherwise no beginning is found before
+        `prepare`."""
         rates: list[list[Voicebook]] = []
         for book in books:
             rate = next((rate for rate in rates if all(other.voice != book.voice for other in rate)), None)
@@ -179,9 +176,18 @@ class ChannelListener:
         """One for each rate: the usual one first."""
         self._books = books
         self._before = _words_before(graph)
+        self._graph = graph
+        self._beginnings = BeginningDetector(graph, books if prepared else ())
+
+    def beginning(self, heard: Samples, before: Samples) -> Beginning | None:
+        """Where a robot's sentence may begin in `heard` (see `BeginningDetector.find`); `before`: the sound before it,
+        shape (n,), n ≥ FRAME."""
+        return self._beginnings.find(heard, quiet_part(before, heard))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
+        if go_on():
+            self._beginnings = BeginningDetector(self._graph, self._books)
         for book in self._books:
             book.prepare(go_on)
 
@@ -209,11 +215,14 @@ class ChannelListener:
                 best = evidence.path if evidence is not None else paths[0]
                 last = next((each for each in (best, *paths) if each.end + SAMPLE_RATE_HZ > len(heard)), None)
                 least = BEGUN if stretch.cut else LEAST_SCORE
-                since = last.starts[0] + stretch.origin + begin if last is not None and last.score >= least else None
-                return SearchResult(tuple(sentences), best.score >= LEAST_SCORE, since)
+                robot, first = best.score >= LEAST_SCORE, stretch.origin + begin
+                if last is None or last.score < least:
+                    return SearchResult(tuple(sentences), robot)
+                return SearchResult(tuple(sentences), robot, last.starts[0] + first, last.end + first)
             reported.append(evidence.path)
-            sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise))
-            heard -= evidence.path.sound(len(heard))
+            received = evidence.path.sound(len(heard))
+            sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise, received))
+            heard -= received
         return SearchResult(tuple(sentences))
 
     def _found(
@@ -242,16 +251,11 @@ class ChannelListener:
         return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_FIT), None)
 
     def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
-        """The evidence for that sentence; None if another path without a missing word explains nearly as much, or a
-        longer one more; or if it is the end of a longer one."""
+        """The evidence for that sentence; None if it is not sure enough, or the end of a longer one."""
         evidence = self.evidence(sound, paths)
-        if evidence is None or evidence.path.score < LEAST_SCORE:
+        if evidence is None or evidence.confidence < LEAST_CONFIDENCE:
             return None
         best = evidence.path
-        if evidence.share < (REST_SHARE if sound.n - best.end > REST else LEAST_SHARE):
-            return None
-        if evidence.lead < max(LEAST_LEAD, LEAST_LEAD_SHARE * best.score):
-            return None
         before = self._before.get(best.words[0], ())
         return None if best.words[0] != GREETING and is_preceded(sound, best, before) else evidence
 
@@ -279,7 +283,7 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     return where[at : at + n]
 
 
-def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples) -> Recognised:
+def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples, received: Samples) -> Recognised:
     path, sure = evidence.path, evidence.confidence
     delay = path.delay + origin
     spans = tuple(
@@ -289,4 +293,5 @@ def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples)
     speech = heard[max(path.starts[0], 0) : path.end]
     ratio_db = snr_of(speech, float(np.mean(np.square(noise, dtype=np.float64))))
     start, end = spans[0].start_sample, spans[-1].end_sample
-    return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL)
+    sound = Received(origin, received)
+    return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL, sound)

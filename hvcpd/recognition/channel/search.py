@@ -32,7 +32,7 @@ from hvcpd.recognition.channel.weighting import (
     transform_size,
 )
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.paths import GREETING, Said, Voicebook, may_have, thirds_of
+from hvcpd.recognition.renderings import GREETING, Said, Voicebook, may_have, thirds_of
 
 FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""

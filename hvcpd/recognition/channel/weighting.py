@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.paths import Signal
+from hvcpd.recognition.renderings import Signal
 
 Taps = NDArray[np.float32]
 
@@ -130,6 +130,8 @@ _WINDOW = np.sin(np.pi / 2 * np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2
 """Its squares, BLOCK apart, add up to 1, and what is loud at one frequency hardly shows at others (that of the Vorbis
 codec). So the power densities of a signal that it cuts out add up to that of the signal."""
 
+_HANN = np.hanning(FRAME).astype(np.float32)
+
 Spectrum = NDArray[np.float32]
 
 
@@ -190,15 +192,8 @@ class WeightedSound:
     def __init__(self, heard: Samples, noise: Samples) -> None:
         """`heard` and `noise` alone, shapes (n,) and (m,), m ≥ FRAME, float32 at 16 kHz."""
         self.n = len(heard)
-        usual = _smooth(_spectrum(noise), 3) + ECHOES * _smooth(_spectrum(heard), 6)
-        hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
-        inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
-        inverse = np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
-        power = _power(_filtered(heard, np.sqrt(inverse)))
-        floor = max(
-            float(np.median(_power(_filtered(noise, np.sqrt(inverse))))), LEAST_NOISE * float(power.mean()), TINY
-        )
-        weights = (1.0 + power / (LOUD * floor)) ** -0.5
+        inverse = inverse_spectrum(heard, noise)
+        weights = loudness_weights(heard, noise, inverse)
         weighted = np.asarray(heard * weights, np.float32)
         white = np.square(_filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
         variance = max(float(np.mean(white)), TINY)
@@ -206,7 +201,7 @@ class WeightedSound:
         steps = np.pad(np.square(weights), (SIZE, 2 * SIZE))
         steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
         self._steps = np.lib.stride_tricks.sliding_window_view(steps, SIZE // STEP)
-        self._inverse = _at_bins(inverse / variance, SIZE)
+        self._inverse = at_bins(inverse / variance, SIZE)
         twice = _filtered(weighted, inverse / variance)
         self._sought = _frames_of(twice)
         self._frames = _frames_of(np.asarray(twice * weights, np.float32))
@@ -281,13 +276,29 @@ def energy_weights(taps: Taps) -> Spectrum:
     return np.asarray(weights, np.float32)
 
 
+def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
+    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
+    usual = _smooth(_spectrum(noise), 3) + ECHOES * _smooth(_spectrum(heard), 6)
+    hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
+    inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
+    return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
+
+
+def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The weight of each sample, at most 1: less where the whitened sound is louder than the whitened noise."""
+    gains = np.sqrt(inverse)
+    power = _power(_filtered(heard, gains))
+    floor = max(float(np.median(_power(_filtered(noise, gains)))), LEAST_NOISE * float(power.mean()), TINY)
+    return (1.0 + power / (LOUD * floor)) ** -0.5
+
+
 def _frames_of(sound: Samples) -> NDArray[np.complex64]:
     """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
     frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]
     return np.concatenate([rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
 
 
-def _at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
+def at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
     """A spectrum of BINS at the bins of a transform of `size` samples."""
     at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
     return np.asarray(np.interp(at, np.arange(BINS), spectrum), np.float32)
@@ -296,16 +307,19 @@ def _at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
 def _filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
     """A sound through a filter of these gains at BINS frequencies, without delay."""
     size = transform_size(len(sound) + FRAME)
-    return np.asarray(np.fft.irfft(rfft(sound, size) * _at_bins(gains, size), size)[: len(sound)])
+    return np.asarray(np.fft.irfft(rfft(sound, size) * at_bins(gains, size), size)[: len(sound)])
 
 
 def _spectrum(sound: Samples) -> NDArray[np.float64]:
     """Mean power at BINS frequencies (Welch's method), shape (BINS,)."""
-    window = np.hanning(FRAME).astype(np.float32)
+    return np.asarray(np.mean(powers_of(sound), axis=0), np.float64)
+
+
+def powers_of(sound: Samples) -> Spectrum:
+    """Power at BINS frequencies in frames of FRAME samples, half a frame apart, shape (frames, BINS)."""
     padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
-    frames = np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * window
-    spectra = rfft(frames)
-    return np.asarray(np.mean(spectra.real**2 + spectra.imag**2, axis=0) / np.square(window).sum(), np.float64)
+    spectra = rfft(np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * _HANN)
+    return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
 
 
 def _smooth(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:

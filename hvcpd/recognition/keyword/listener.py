@@ -1,69 +1,106 @@
-"""Listens for the keyword beside the recogniser, and reports when to stand still, to go on and to stay stopped."""
+"""Ears that hear the keyword, too: they report when to stand still, to go on and to stay stopped."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
+from hvcpd.ports import Samples
+from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
 from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import KeywordSpotter, Net
-from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
 
 
-class KeywordListener:
-    """Joins the net that hears the word with the decision about it; without a net it hears nothing."""
+class KeywordEars:
+    """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
     def __init__(
-        self, net: Net | None, remainder: Remainder | None = None, settings: BeliefSettings | None = None
+        self, ears: Ears, net: Net, remainder: Remainder | None = None, settings: BeliefSettings | None = None
     ) -> None:
-        self._spotter = KeywordSpotter(net) if net is not None else None
+        self._ears = ears
+        self._spotter = KeywordSpotter(net)
         self._remainder = remainder
         self._belief = Belief(TEXTS, settings, self._left)
         self._span = (0, 0)
 
     @property
-    def pending(self) -> bool:
-        """Whether the word was heard; what is reported depends on the surrounding sentence."""
-        return self._belief.held
+    def busy(self) -> bool:
+        """As `Ears.busy`."""
+        return self._ears.busy
 
-    def hear(self, chunk: Chunk, events: Sequence[Event], sentence_ends: bool) -> list[Event]:
-        """Process a chunk, and the recogniser's `events` for it.
+    @property
+    def signs(self) -> bool:
+        """As `Ears.signs`."""
+        return self._ears.signs
 
-        `sentence_ends`: the recogniser may soon report a sentence that ended just now.
-        """
+    @property
+    def chunks(self) -> Sequence[Chunk]:
+        """As `Ears.chunks`."""
+        return self._ears.chunks
+
+    @property
+    def ends(self) -> bool:
+        """As `Ears.ends`."""
+        return self._ears.ends
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`."""
+        events = self._told(self._ears.push(samples, masked))
+        return events + self._interrupted() if masked else events
+
+    def lost(self, n_samples: int) -> list[Event]:
+        """As `Recogniser.lost`."""
+        return self._told(self._ears.lost(n_samples)) + self._interrupted()
+
+    def flush(self) -> list[Event]:
+        """As `Recogniser.flush`."""
+        return self._told(self._ears.flush()) + self._interrupted()
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make the slow first-time preparations while `go_on` holds, in any thread."""
+        self._ears.prepare(go_on)
+
+    def succeed(self, predecessor: KeywordEars) -> None:
+        """Continue from `predecessor`, with what it knows of the keyword."""
+        self._ears.succeed(predecessor._ears)
+        self._spotter, self._remainder = predecessor._spotter, predecessor._remainder
+        self._belief, self._span = predecessor._belief, predecessor._span
+
+    def _told(self, events: list[Event]) -> list[Event]:
+        """The events of the other ears, and what follows from them and from the frames."""
+        told = [each for event in events for each in self._found(event)]
+        for chunk in self._ears.chunks:
+            told += self._hear(chunk)
+        return events + told
+
+    def _hear(self, chunk: Chunk) -> list[Event]:
         if self._remainder is not None:
             self._remainder.hear(chunk)
-        told = [event for found in events for event in self._found(found)]
-        now = chunk.first_frame + len(chunk.energies)
-        word = self._spotter.hear(chunk) if self._spotter is not None else None
+        now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
+        told: list[Event] = []
+        word = self._spotter.hear(chunk)
         if word is not None:
-            span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
-            self._span = span
-            told += self._tell(self._belief.word(*span, word.call, now * HOP_SAMPLES, sentence_ends))
-        return told + self._tell(self._belief.at(now * HOP_SAMPLES))
+            self._span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
+            told += self._tell(self._belief.word(*self._span, word.call, now, self._ears.ends))
+        return told + self._tell(self._belief.at(now))
 
-    def understood(self, sentences: Sequence[Coherent]) -> None:
-        """Take the sentences found by their waveform, which may be among the next events."""
-        if self._remainder is not None:
-            self._remainder.understood(sentences)
-
-    def interrupt(self) -> list[Event]:
-        """Drop the current word: its sound was lost."""
+    def _interrupted(self) -> list[Event]:
+        """Drop the current word: sound was lost."""
         return self._tell(self._belief.unclear())
 
     def _left(self, sentence: Recognised, start: int, end: int) -> Chances | None:
         return self._remainder.chances(sentence, start, end) if self._remainder is not None else None
 
     def _found(self, event: Event) -> list[Event]:
-        verdict = self._belief.sentence(event) if isinstance(event, Recognised) else self._belief.unclear()
-        return self._tell(verdict)
+        if isinstance(event, Recognised):
+            return self._tell(self._belief.sentence(event))
+        return self._interrupted()
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with the last position of the word."""

@@ -17,7 +17,6 @@ from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.net import Chances, KeywordNet
 from hvcpd.recognition.keyword.words import LOOKS, second_highest
-from hvcpd.recognition.paths import Coherent
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 
 KEPT_CHUNKS = 300
@@ -28,18 +27,16 @@ AFTER = 3 * SAMPLE_RATE_HZ // 10
 """The net detects a word within 0.3 s,"""
 AFTER_CALL = 3 * SAMPLE_RATE_HZ // 4
 """and knows within 0.75 s whether it was a call."""
-MOST_SENTENCES = 4
 
 
 class Remainder:
-    """Push the sound into it, and the sentences that were understood by their waveform."""
+    """Push the sound into it."""
 
     def __init__(self, net: KeywordNet) -> None:
         """`net`: its own instance, because it starts again each time."""
         self._net = net
         self._kept = deque[Samples](maxlen=KEPT_CHUNKS)
         self._end = 0
-        self._known: tuple[Coherent, ...] = ()
 
     def hear(self, chunk: Chunk) -> None:
         """Push the next samples."""
@@ -49,20 +46,15 @@ class Remainder:
         self._kept.append(chunk.samples)
         self._end = first + len(chunk.samples)
 
-    def understood(self, sentences: Sequence[Coherent]) -> None:
-        """Take sentences that may be reported next."""
-        self._known = (*self._known, *sentences)[-MOST_SENTENCES:]
-
     def chances(self, sentence: Recognised, start: int, end: int) -> Chances | None:
         """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
         sentence; None if the sentence's samples are unknown, or no longer kept."""
         oldest = self._end - sum(map(len, self._kept))
-        known = [each for each in self._known if _is_same(each, sentence)]
         first = max(start - BEFORE, oldest)
-        if not known or first > start:
+        if sentence.received is None or first > start:
             return None
         heard = np.concatenate(self._kept)[first - oldest : end + AFTER_CALL - oldest]
-        energies = energies_of(heard - known[-1].sound(first, len(heard)))
+        energies = energies_of(heard - sentence.received.between(first, len(heard)))
         chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
         self._net.reset()
         chances = [self._net.hear(chunk) for chunk in chunks][(start - first) // CHUNK_SAMPLES :]
@@ -76,7 +68,3 @@ def _highest(chances: Sequence[float]) -> float | None:
     """The highest probability that counts; None if there are too few."""
     windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
     return max(map(second_highest, windows), default=None)
-
-
-def _is_same(known: Coherent, sentence: Recognised) -> bool:
-    return (known.words[0].start, known.words[-1].end) == (sentence.start_sample, sentence.end_sample)
