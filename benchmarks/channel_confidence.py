@@ -1,18 +1,19 @@
 """How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/listener.py`'s curve.
 
-    python -m benchmarks.channel_confidence [--data DIR] [--sentences 5] [--seed 201] [--names Mia,Ted,Gus,Rex]
+    python -m benchmarks.channel_confidence [--data DIR] [--sentences 8] [--seed 401] [--names Mia,Ted,Gus,Rex]
         [--conditions chain,small-vacuum,...] [--check]
 
 Sentences of the worlds of `benchmarks.hearing`, each sought where it is. A search gives two cases: the sentence that it
 would report; and the one that it would report if the right one were not there, which is wrong. The second ones count as
-much in all as searches are wrong in fact, and at least half a search. With --data, also people's talk to each other at
-three levels over white noise, in which every sentence is wrong. `--check` prints how the weights in use fare, instead
-of fitting: use other seeds, names and conditions than they were fitted with.
+much in all as searches are wrong in fact, and at least half a search. Every sentence is wrong that is made of what
+robots say whom the listener does not know, or, with --data, of people's talk to each other. `--check` prints how the
+weights in use fare, instead of fitting: use other seeds, names and conditions than they were fitted with.
 """
 
 from __future__ import annotations
 
 import argparse
+import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +36,7 @@ from hvcpd.recognition.channel.search import Path as Sentence
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
+from hvcpd.synthesis.speaker import Speaker
 
 CONDITIONS = (
     "chain,small-vacuum,good-vacuum,ideal-vacuum,doppler,measured+0,measured-5,chapel,"
@@ -88,12 +90,11 @@ class Bench:
             if wrong is not None:
                 yield case(wrong, said.words, True)
 
-    def talk(self, path: Path, snr_db: float) -> Iterator[Case]:
-        """The sentence made of a recording of people's talk, if any, in white noise."""
-        talk = np.asarray(read_wav(path), np.float32)
+    def talk(self, talk: Samples, seed: int, snr_db: float) -> Iterator[Case]:
+        """The sentence made of talk that no known robot said, shape (n,), if any, in white noise."""
         rms = float(np.sqrt(np.mean(np.square(talk, dtype=np.float64)))) + 1e-9
         level = power_ratio(TALK_DBFS) ** 0.5
-        rng = np.random.default_rng([*path.stem.encode()])
+        rng = np.random.default_rng(seed)
         noise = rng.standard_normal(BEFORE + len(talk)) * level * power_ratio(-snr_db) ** 0.5
         sound = np.asarray(np.pad(talk * (level / rms), (BEFORE, 0)) + noise, np.float32)
         everywhere = range(SAMPLE_RATE_HZ // 2, len(talk), EVERY)
@@ -108,6 +109,25 @@ def case(evidence: Evidence, words: tuple[str, ...], left_out: bool) -> Case:
     return Case(evidence.features, path.words == words, left_out)
 
 
+def people(o: argparse.Namespace) -> Iterator[Samples]:
+    """People's talk to each other: one half to fit, the other half to check."""
+    files = sorted((o.data / "negatives").glob("*.wav")) if o.data is not None else []
+    part = [path for path in files if (part_of(path.stem, half=True) == "test") == o.check]
+    for path in part[: 8 * o.sentences]:
+        yield np.asarray(read_wav(path), np.float32)
+
+
+def unknown_robots(o: argparse.Namespace) -> Iterator[Samples]:
+    """Sentences of robots whose names, and so whose voices, nobody knows."""
+    known = make_team(o.names.split(","))
+    voices = {known.sound.voice_of(name).name for name in known.names}
+    others = [voice for voice in known.sound.every_voice() if voice.name not in voices]
+    chooser = random.Random(o.seed)
+    for number in range(4 * o.sentences):
+        speaker = Speaker(others[number % len(others)], known.sound.lexicon, known.sound.cache)
+        yield np.asarray(speaker.render(known.book.phrases(known.book.sample(chooser))), np.float32)
+
+
 def collect(o: argparse.Namespace) -> list[Case]:
     """The cases of all sentences, printed line by line."""
     bench = Bench(make_team(o.names.split(",")))
@@ -120,12 +140,10 @@ def collect(o: argparse.Namespace) -> list[Case]:
                 print(name, number, "right" if each.right else "left out" if each.left_out else "wrong", end=" ")
                 print(*(f"{value:.3f}" for value in each.features), flush=True)
             found += new
-    files = sorted((o.data / "negatives").glob("*.wav")) if o.data is not None else []
-    part = [path for path in files if (part_of(path.stem, half=True) == "test") == o.check]
-    for path in part[: 8 * o.sentences]:
+    for number, talk in enumerate((*unknown_robots(o), *people(o))):
         for snr_db in TALK_DB:
-            for each in bench.talk(path, snr_db):
-                print("talk", path.stem, snr_db, *(f"{value:.3f}" for value in each.features), flush=True)
+            for each in bench.talk(talk, o.seed + number, snr_db):
+                print("talk", number, snr_db, *(f"{value:.3f}" for value in each.features), flush=True)
                 found.append(each)
     return found
 
@@ -177,7 +195,9 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     score = tell(cases, p)
     print(score)
     rounded = [float(f"{value:.5g}") for value in weights]
-    data = f"{o.sentences} sentences each of {o.conditions.replace(',', ', ')}; names {o.names}; seed {o.seed}"
+    people_too = f" and {8 * o.sentences} people" if o.data is not None else ""
+    talk = f"; talk of {4 * o.sentences} unknown robots{people_too}"
+    data = f"{o.sentences} sentences each of {o.conditions.replace(',', ', ')}; names {o.names}; seed {o.seed}{talk}"
     return {"data": data, "score": score, "weights": {"features": rounded[:-1], "bias": rounded[-1]}}
 
 
@@ -185,8 +205,8 @@ def parser() -> argparse.ArgumentParser:
     """The options."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--data", type=Path, help="folder of rooms and noises")
-    options.add_argument("--sentences", type=int, default=5, help="of each condition")
-    options.add_argument("--seed", type=int, default=201)
+    options.add_argument("--sentences", type=int, default=8, help="of each condition")
+    options.add_argument("--seed", type=int, default=401)
     options.add_argument("--rooms", type=int, default=101, help="seed of the rooms that are simulated")
     options.add_argument("--names", default="Mia,Ted,Gus,Rex")
     options.add_argument("--conditions", default=CONDITIONS)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.rendered_waveforms import KEPT, SpokenBook, WaveformCache
-from hvcpd.recognition.matched_filter import power_of
 from hvcpd.recognition.renderings import thirds_of
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
@@ -65,15 +64,6 @@ def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
     assert cache.units.cache_info().currsize == KEPT
     book.forget()
     assert cache.units.cache_info().currsize == 0
-
-
-def test_what_each_way_has_at_each_frequency_is_kept_for_the_last_ones(speaker: Speaker) -> None:
-    cache = WaveformCache(powers=3)
-    book = SpokenBook("oak", speaker, WORDS, cache)
-    ways = [way for word in sorted(WORDS) for way in book.said(word, 0)]
-    for way in ways:
-        assert np.array_equal(way.power, power_of(way.samples))
-    assert len(ways) > 3 == cache.powers.cache_info().currsize
 
 
 def test_recorded_words_are_said_at_every_pitch() -> None:

@@ -13,6 +13,7 @@ from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchR
 from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener, Worker
+from hvcpd.recognition.stream import Chunk
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
@@ -31,7 +32,8 @@ class Script:
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
         self.now = 0
-        self.signs = self.busy = self.prepared = False
+        self.signs = self.busy = self.prepared = self.ends = False
+        self.chunks: Sequence[Chunk] = ()
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         before, self.now = self.now, self.now + len(samples)
@@ -40,6 +42,9 @@ class Script:
 
     def lost(self, n_samples: int) -> list[Event]:
         self.now += n_samples
+        return []
+
+    def flush(self) -> list[Event]:
         return []
 
     def succeed(self, predecessor: object) -> None:
@@ -135,10 +140,18 @@ def test_a_sure_call_is_told_at_once(text: str) -> None:
     assert run(listening, 0, END) == [call]
 
 
-@pytest.mark.parametrize("source", [Source.WAVEFORM])
+@pytest.mark.parametrize("source", [Source.SPELLED])
 def test_sentences_from_others_than_templates_pass_and_are_told_once(source: Source) -> None:
     sentence = guess("hi rob water rose", source=source)
     assert run(ears(Script([(END, sentence), (END + 3000, sentence), (END + 5000, GARBLED)]))) == [sentence]
+
+
+def test_a_sentence_without_any_sign_of_speech_is_found() -> None:
+    the_sentence(run(ears(Script(speech=()))))
+
+
+def test_a_sentence_whose_signs_end_early_is_told_whole() -> None:
+    the_sentence(run(ears(Script(speech=((AT, AT + 3000),)))))
 
 
 def test_other_events_pass() -> None:
@@ -195,8 +208,8 @@ def test_where_a_recording_ends_nothing_is_held_any_more() -> None:
     sound = scene(160_000, (AT, whole[: len(whole) // 2]))
     listening = ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)]))
     assert run(listening, 0, end + 10_000, sound) == []
-    assert listening.finish([]) == [Garbled(AT, end, True)]
-    assert listening.finish([]) == []
+    assert listening.flush() == [Garbled(AT, end, True)]
+    assert listening.flush() == []
 
 
 def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_too() -> None:
@@ -206,7 +219,7 @@ def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_to
     for varied, told in (("lily", [event]), ("rose", [Garbled(AT, end, True)])):
         script = Script([(end + 800, event)], [(AT, end)])
         listening = ChannelEars(script, LISTENER, AtOnce(), frozenset((varied,)))
-        assert run(listening, 0, end + 10_000, sound) + listening.finish([]) == told
+        assert run(listening, 0, end + 10_000, sound) + listening.flush() == told
 
 
 def test_a_sentence_whose_signs_paused_is_looked_at_whole() -> None:

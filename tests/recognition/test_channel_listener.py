@@ -55,16 +55,13 @@ def test_two_robots_at_once_6_db_apart_are_both_heard(later: int) -> None:
     assert told(found) == {("hi rob water rose", "oak"), ("all who is here", "willow")}
 
 
-@pytest.mark.parametrize(("fainter_db", "is_told"), [(9.0, True), (16.0, False)])
-def test_a_sentence_that_explains_little_of_a_louder_sound_may_be_a_part_of_it(
-    fainter_db: float, is_told: bool
-) -> None:
-    """In people's talk whole orders were found, "please move back five metres" among them."""
+@pytest.mark.parametrize("fainter_db", [9.0, 16.0])
+def test_a_sentence_under_louder_noise_is_told(fainter_db: float) -> None:
     said, gain = heard("hi rob, water rose"), np.float32(10.0 ** (-fainter_db / 20.0))
     louder = np.random.default_rng(1).standard_normal(len(said)).astype(np.float32)
     louder *= np.sqrt(np.mean(said**2))
     found = look((AT, gain * said), (AT, louder), noise=0.1 * float(gain))
-    assert told(found) == ({("hi rob water rose", "oak")} if is_told else set())
+    assert told(found) == {("hi rob water rose", "oak")}
 
 
 def test_who_says_it_again_is_heard_twice() -> None:

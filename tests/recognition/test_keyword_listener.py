@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_keyword
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
+from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.listener import KeywordListener
-from hvcpd.recognition.keyword.net import Chances
+from hvcpd.recognition.keyword.listener import KeywordEars
+from hvcpd.recognition.keyword.net import Chances, KeywordNet, Weights
+from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import POSSIBLE
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
@@ -21,11 +23,13 @@ from hvcpd.synthesis.voices import voice_named
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
 CERTAIN = BeliefSettings().certain
+WAIT_CHUNKS = round(BeliefSettings().sentence_s / 0.04)
 DOUBT_CHUNKS = round(BeliefSettings().doubt_s / 0.04)
 
 
-def ears(urgent: bool = True) -> Recogniser:
-    return Recogniser(graph(), templates(), keyword=make_keyword() if urgent else None)
+def ears() -> KeywordEars:
+    weights = Weights.load()
+    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Remainder(KeywordNet(weights)))
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -34,7 +38,7 @@ def said(text: str, voice: str, dbfs: float) -> Samples:
     return np.asarray(sound * (10.0 ** (dbfs / 20.0) / np.sqrt(np.mean(loud**2))), np.float32)
 
 
-def hear(recogniser: Recogniser, sound: Samples, block: int = 400) -> list[tuple[float, Event]]:
+def hear(recogniser: Ears, sound: Samples, block: int = 400) -> list[tuple[float, Event]]:
     return [
         ((start + block) / SAMPLE_RATE_HZ, event)
         for start in range(0, len(sound), block)
@@ -63,7 +67,7 @@ def test_the_word_alone_is_told_in_a_voice_of_which_no_sentence_is_understood_wh
     assert sum(isinstance(event, Urgent) for event in per_block[0]) == 1
     assert not any(isinstance(event, Recognised | Released) for event in per_block[0])
     assert per_block[0] == per_block[1]
-    assert not any(isinstance(event, Held | Urgent) for _, event in hear(ears(urgent=False), sound))
+    assert not any(isinstance(event, Held | Urgent) for _, event in hear(Recogniser(graph(), templates()), sound))
 
 
 def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
@@ -82,12 +86,38 @@ class Scripted:
         return Chances(self.chance, self.chance)
 
 
+class Silent:
+    """Ears that understand nothing and pass chunks on."""
+
+    busy = signs = ends = False
+
+    def __init__(self) -> None:
+        self.chunks: list[Chunk] = []
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        return []
+
+    def lost(self, n_samples: int) -> list[Event]:
+        self.chunks = []
+        return []
+
+    def flush(self) -> list[Event]:
+        return []
+
+    def succeed(self, predecessor: object) -> None:
+        pass
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        pass
+
+
 class Bench:
     """Chunks one after the other."""
 
     def __init__(self) -> None:
         self.net = Scripted()
-        self.listener = KeywordListener(self.net)
+        self.ears = Silent()
+        self.listener = KeywordEars(self.ears, self.net)
         self._frame = 0
 
     def live(self, *chances: float, ends: bool = False) -> list[type]:
@@ -95,7 +125,8 @@ class Bench:
         for self.net.chance in chances:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
             chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
-            told += self.listener.hear(chunk, [], ends)
+            self.ears.chunks, self.ears.ends = [chunk], ends
+            told += self.listener.push(chunk.samples)
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
 
@@ -103,7 +134,6 @@ class Bench:
 def test_what_is_possible_halts_for_two_seconds() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE) == [Held]
-    assert bench.listener.pending
     assert bench.live(*[0.0] * (DOUBT_CHUNKS - 2)) == []
     assert bench.live(*[0.0] * 3) == [Released]
 
@@ -111,23 +141,16 @@ def test_what_is_possible_halts_for_two_seconds() -> None:
 def test_what_grows_certain_is_held_for_first() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE, CERTAIN, CERTAIN) == [Held, Urgent]
-    assert not bench.listener.pending
+    assert bench.listener.lost(1600) == []
 
 
 def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * 9, ends=True) == [Held]
+    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * (WAIT_CHUNKS - 2), ends=True) == [Held]
     assert bench.live(*[0.0] * 4, ends=True) == [Urgent]
 
 
 def test_what_is_certain_and_waits_is_the_stop_if_what_is_said_is_lost() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, ends=True) == [Held]
-    assert [type(event) for event in bench.listener.interrupt()] == [Urgent]
-
-
-def test_without_a_net_it_hears_nothing() -> None:
-    listener = KeywordListener(None)
-    chunk = Chunk(0, np.full((CHUNK_FRAMES, N_BANDS), 1.0, np.float32), False, np.zeros(CHUNK_SAMPLES, np.float32))
-    assert listener.hear(chunk, [], False) == []
-    assert listener.interrupt() == []
+    assert [type(event) for event in bench.listener.lost(1600)] == [Urgent]

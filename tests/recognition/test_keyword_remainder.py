@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Received, Recognised
 from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.remainder import KEPT_CHUNKS, Remainder
-from hvcpd.recognition.renderings import Coherent, HeardWord
 from hvcpd.recognition.stream import FrameStream
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.recognition.signals import in_noise
-from tests.recognition.way import Way
 
 GAIN = 0.5
 BEGIN = SAMPLE_RATE_HZ
@@ -46,8 +44,8 @@ def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: f
     for chunk in FrameStream().push(sound, masked=False):
         remainder.hear(chunk)
     begin, end = BEGIN + late, BEGIN + late + len(talk)
-    remainder.understood([Coherent((HeardWord("green", begin, end, 1.0, 50.0, Way(talk)),), "oak", 500.0, gain=GAIN)])
-    told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, ())
+    received = Received(begin, np.float32(GAIN) * talk)
+    told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, (), received=received)
     chances = remainder.chances(told, BEGIN + at, BEGIN + at + len(CALL))
     return chances.word if chances is not None else None
 

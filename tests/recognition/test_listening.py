@@ -126,5 +126,7 @@ def test_two_that_hear_different_sound_do_not_listen_together(sound: Sound) -> N
 def test_sentences_are_heard_as_if_nobody_listened_for_names(sound: Sound) -> None:
     said = [_said(BOOK.sample(random.Random(seed)), VOICES[seed], BOOK, sound) for seed in range(2)]
     stream = _noisy(np.concatenate(said))
-    alone, beside = (_hear(make_ears(BOOK, ("Rob",), sound, strangers), stream) for strangers in (False, True))
+    alone, beside = (
+        _hear(make_ears(BOOK, ("Rob",), sound, strangers=strangers), stream) for strangers in (False, True)
+    )
     assert [e for e in alone if isinstance(e, Recognised)] == [e for e in beside if isinstance(e, Recognised)]

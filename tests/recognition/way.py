@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.matched_filter import Spectrum, power_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +19,3 @@ class Way:
     @property
     def length(self) -> int:
         return len(self.samples)
-
-    @property
-    def power(self) -> Spectrum:
-        return power_of(self.samples)

@@ -32,9 +32,9 @@ LONGEST = 10 * SAMPLE_RATE_HZ
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
-CLATTER = 5 * SAMPLE_RATE_HZ
-"""Samples (5 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
-beginnings and ends, since a sentence takes 6 s or less, and then somebody waits."""
+CLATTER = 8 * SAMPLE_RATE_HZ
+"""Samples (8 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
+beginnings and ends, since a slow sentence takes 8 s or less, and then somebody waits."""
 NEAR = 3 * SAMPLE_RATE_HZ // 5
 """Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
@@ -203,7 +203,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         elif rises or (self._clatters and at - max(self._open.noticed) >= EVERY):
             self._open.noticed.append(at)
         self._open.end, self._open.signs = self._now, True
-        if self._clatters and not self._open.hidden:
+        if self._clatters and not self._open.hidden and not self._open.greeted:
             self._open.hidden, self._open.due = True, min(self._open.due, self._now + MORE)
 
     def _note_beginning(self) -> None:
@@ -219,7 +219,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
-        if any(at < each.end_sample for each in self._reported):
+        if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in self._closed):
             return
         begin = max(at - EARLIER, self._whole_from)
         if self._open is None:
@@ -333,7 +333,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         return self._now - stretch.closed_at > MOST_WAIT
 
     def _is_reported(self, sentence: Recognised) -> bool:
-        return any(_overlaps(sentence, each) and sentence.words == each.words for each in self._reported)
+        """Whether it was reported, or is a part of what was."""
+        text = f" {' '.join(sentence.words)} "
+        there = [each for each in self._reported if _overlaps(sentence, each)]
+        return any(text in f" {' '.join(each.words)} " or each.voice == sentence.voice for each in there)
 
     def _report(self, sentence: Recognised) -> Recognised:
         self._reported = [*self._reported[-3:], sentence]

@@ -35,8 +35,8 @@ MOST_LEAD_SHARE = 0.15
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence for a sentence: its `lead` over any other path no word of which is missing (MOST_LEAD_SHARE of its
-    score at most), and the `fit` of its worst word."""
+    """Evidence for a sentence: its `lead` over any other path no word of which is missing (MOST_LEAD_SHARE of its score
+    at most), and the `fit` of its worst word."""
 
     path: Path
     lead: float
@@ -44,11 +44,12 @@ class Evidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """Features of `confidence`: log score, log lead (at least 0), lead over score (from -MOST_LEAD_SHARE), fit (at
-        most 1). Where noise decides, the lead itself counts; where echoes do that no response explains, its share."""
+        """Features of `confidence`: log score, log lead (at least 0), lead over score (from -MOST_LEAD_SHARE), and fit
+        (at most 1). Where noise decides, the lead itself counts; where echoes do, which no response explains, its
+        share of the score."""
         score = max(self.path.score, 1.0)
-        share = max(self.lead / score, -MOST_LEAD_SHARE)
-        return (math.log(score), math.log(max(self.lead, 1.0)), share, min(self.fit, 1.0))
+        ahead = max(self.lead / score, -MOST_LEAD_SHARE)
+        return (math.log(score), math.log(max(self.lead, 1.0)), ahead, min(self.fit, 1.0))
 
     @property
     def confidence(self) -> float:
@@ -213,10 +214,9 @@ class ChannelListener:
                 if not paths:
                     break
                 best = evidence.path if evidence is not None else paths[0]
-                last = next((each for each in (best, *paths) if each.end + SAMPLE_RATE_HZ > len(heard)), None)
-                least = BEGUN if stretch.cut else LEAST_SCORE
+                last = _going_on((best, *paths), len(heard), BEGUN if stretch.cut else LEAST_SCORE)
                 robot, first = best.score >= LEAST_SCORE, stretch.origin + begin
-                if last is None or last.score < least:
+                if last is None:
                     return SearchResult(tuple(sentences), robot)
                 return SearchResult(tuple(sentences), robot, last.starts[0] + first, last.end + first)
             reported.append(evidence.path)
@@ -239,7 +239,7 @@ class ChannelListener:
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
-            if best is not None or not found or (stretch.cut and paths[0].score >= BEGUN):
+            if best is not None or not found or (stretch.cut and _going_on(found, sound.n) is not None):
                 break
         return paths, best
 
@@ -258,6 +258,12 @@ class ChannelListener:
         best = evidence.path
         before = self._before.get(best.words[0], ())
         return None if best.words[0] != GREETING and is_preceded(sound, best, before) else evidence
+
+
+def _going_on(paths: Iterable[Path], n: int, least: float = BEGUN) -> Path | None:
+    """The first path that may go on after the last of `n` samples, if it explains this much."""
+    last = next((path for path in paths if path.end + SAMPLE_RATE_HZ > n), None)
+    return last if last is not None and last.score >= least else None
 
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:

@@ -34,8 +34,8 @@ class BeliefSettings:
     certain: float = 0.8
     """A chance of a call from which it counts, unless a sentence may be about to end with it: of people's other words
     one in 200 has it, of 2.3 min of their talk nothing (the part that thresholds are chosen by)."""
-    sentence_s: float = 0.42
-    """Longest wait for the end of such a sentence, which is reported after 0.25 s of rest."""
+    sentence_s: float = 1.0
+    """Longest wait for the end of such a sentence, which is reported after 0.5 s of quiet and a search."""
     fair: float = 0.5
     """Least probability that counts over a sentence in which something else was heard, or towards `certain` with other
     calls. Of people's talk one piece in eight minutes has it, of their single words one in twenty."""
