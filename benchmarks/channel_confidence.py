@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +57,8 @@ class Case:
     features: tuple[float, ...]
     right: bool
     left_out: bool
+    talk: bool = False
+    """Whether no robot that the listener knows said anything."""
 
 
 class Bench:
@@ -101,7 +103,7 @@ class Bench:
         weighted, paths = self.paths(sound, BEFORE, everywhere)
         found = self.listener.evidence(weighted, paths)
         if found is not None:
-            yield case(found, (), False)
+            yield replace(case(found, (), False), talk=True)
 
 
 def case(evidence: Evidence, words: tuple[str, ...], left_out: bool) -> Case:
@@ -166,7 +168,7 @@ def fit(x: NDArray[np.float64], right: NDArray[np.bool_], counts: NDArray[np.flo
 
 def counted(cases: list[Case]) -> NDArray[np.float64]:
     """How much each case counts."""
-    found = [each for each in cases if not each.left_out]
+    found = [each for each in cases if not each.left_out and not each.talk]
     wrong = sum(not each.right for each in found) + 0.5
     left_out = sum(each.left_out for each in cases)
     return np.array([wrong / max(left_out, 1) if each.left_out else 1.0 for each in cases])

@@ -55,7 +55,7 @@ def test_two_robots_at_once_6_db_apart_are_both_heard(later: int) -> None:
     assert told(found) == {("hi rob water rose", "oak"), ("all who is here", "willow")}
 
 
-@pytest.mark.parametrize("fainter_db", [9.0, 16.0])
+@pytest.mark.parametrize("fainter_db", [9.0, 12.0])
 def test_a_sentence_under_louder_noise_is_told(fainter_db: float) -> None:
     said, gain = heard("hi rob, water rose"), np.float32(10.0 ** (-fainter_db / 20.0))
     louder = np.random.default_rng(1).standard_normal(len(said)).astype(np.float32)

@@ -21,6 +21,8 @@ LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
 EARLIER = SAMPLE_RATE_HZ // 4
 """Longest time (samples) from the beginning of speech to its first sign."""
+RISEN_AFTER = SAMPLE_RATE_HZ
+"""The same (1 s) for a voice that hardly rises over the noise: its first word may not have."""
 QUIET = SAMPLE_RATE_HZ // 2
 """Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
 AGAIN = SAMPLE_RATE_HZ
@@ -35,6 +37,9 @@ was found."""
 CLATTER = 8 * SAMPLE_RATE_HZ
 """Samples (8 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
 beginnings and ends, since a slow sentence takes 8 s or less, and then somebody waits."""
+SHOWN = 0.6
+"""Share of the time with signs of speech from which on they show where a speaker ends. A voice that stands out has 0.9
+and more, one that noise hides at -10 dB less than half."""
 NEAR = 3 * SAMPLE_RATE_HZ // 5
 """Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
@@ -43,7 +48,8 @@ until the clatter ends."""
 MORE = 5 * SAMPLE_RATE_HZ // 4
 """The same (1.25 s) while a sentence seemed to go on at the last cut."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
-"""In clatter, beginnings are searched for around points this far apart (0.85 s), so everywhere: see `search`."""
+"""Where there was no greeting, beginnings are searched for around points this far apart (0.85 s), so everywhere: see
+`search`."""
 TORN = SAMPLE_RATE_HZ // 5
 """Samples (0.2 s) after lost sound, or the robot's own voice, within which a sentence that seems to begin there may be
 the end of a longer one, and is not believed. Robots wait for 0.5 s before they answer."""
@@ -68,8 +74,9 @@ class _Open:
     """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
     after: _Open | None = None
     """The stretch before the cut at which it begins."""
-    signs: bool = False
-    """Whether there was any sign of speech in it, or a greeting."""
+    first_sign: int | None = None
+    signed: int = 0
+    """Samples with signs of speech, the first of which was `first_sign`."""
     greeted: bool = False
     """Whether a greeting was found in it."""
     held: list[Recognised | Garbled] = field(default_factory=list)
@@ -78,6 +85,13 @@ class _Open:
     """A sentence that begins before this sample may lack its beginning."""
     job: Stretch | None = None
     result: SearchResult | None = None
+
+    @property
+    def shows_end(self) -> bool:
+        """Whether there were signs of speech for most of the time: then none are left once the speaker has ended."""
+        if self.first_sign is None:
+            return False
+        return self.signed >= max(SHOWN * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
 
     @property
     def unfinished(self) -> int | None:
@@ -200,9 +214,12 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if self._open is None:
             due = at + (CUT if self._clatters else LONGEST)
             self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
-        elif rises or (self._clatters and at - max(self._open.noticed) >= EVERY):
+        elif rises or (not self._open.greeted and at - max(self._open.noticed) >= EVERY):
             self._open.noticed.append(at)
-        self._open.end, self._open.signs = self._now, True
+        self._open.end = self._now
+        self._open.signed += self._now - at
+        if self._open.first_sign is None:
+            self._open.first_sign = at
         if self._clatters and not self._open.hidden and not self._open.greeted:
             self._open.hidden, self._open.due = True, min(self._open.due, self._now + MORE)
 
@@ -219,15 +236,16 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
-        if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in self._closed):
+        looked_at = [each for each in self._closed if each.job is not None and (each.result is None or each.shows_end)]
+        if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in looked_at):
             return
-        begin = max(at - EARLIER, self._whole_from)
+        begin = max(at - (EARLIER if found.greeting else RISEN_AFTER), self._whole_from)
         if self._open is None:
             self._open = _Open(begin, self._now, [at], at + LONGEST)
         else:
             self._open.noticed.append(at)
             self._open.begin = min(self._open.begin, begin)
-        self._open.signs, self._open.greeted = True, found.greeting
+        self._open.greeted = self._open.greeted or found.greeting
         if self._since is None or abs(self._since - at) > NEAR:
             self._open.hidden = True
             self._open.due = at + CUT if self._open.after is None else min(self._open.due, at + CUT)
@@ -240,10 +258,11 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             stretch.after = None
             if before.unfinished is None:
                 stretch.due = stretch.begin + CUT
-                if not stretch.signs:
+                if not stretch.signed and not stretch.greeted:
                     self._open = None
                     return
-        if not stretch.hidden and self._now - stretch.end >= QUIET:
+        shows_end = not stretch.hidden or stretch.shows_end
+        if shows_end and self._now - stretch.end >= QUIET:
             self._close()
         elif self._now >= stretch.due:
             self._close(cut=True)
@@ -320,13 +339,15 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def _released(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
         """The held events to report, if no sentence was found in their place.
 
-        A sentence that templates found stands unless somebody is known to have said something else there: its words may
-        differ from their renderings in robots' voices.
+        A sentence that templates found stands if it is the likeliest one there, or if no robot is known to have said
+        anything there: its words may differ from their renderings in robots' voices.
         """
         if any(_overlaps(event, each) for each in self._reported):
             return []
-        if isinstance(event, Recognised) and (not result.robot or self._varied.intersection(event.words)):
-            return [self._report(event)]
+        if isinstance(event, Recognised):
+            agrees = event.words == result.likeliest or self._varied.intersection(event.words)
+            if not result.robot or agrees:
+                return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
     def _is_over(self, stretch: _Open) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -29,7 +29,7 @@ BEFORE, BEFORE_SHARE = 100.0, 0.05
 before it. Chance reaches 20."""
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
-MOST_LEAD_SHARE = 0.15
+MOST_LEAD_SHARE = 0.6
 """Share of a sentence's score up to which its lead carries information."""
 
 
@@ -132,7 +132,7 @@ BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 """A sentence this close (0.6 s) to a cut may have more words."""
-LEAST_CONFIDENCE = 0.8
+LEAST_CONFIDENCE = 0.5
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 LEAST_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
@@ -161,6 +161,8 @@ class SearchResult:
     robot: bool = False
     unfinished: int | None = None
     until: int = 0
+    likeliest: tuple[str, ...] = ()
+    """The words of the whole sentence that is likeliest, however unsure it is; none if there is none."""
 
 
 class ChannelListener:
@@ -215,10 +217,12 @@ class ChannelListener:
                     break
                 best = evidence.path if evidence is not None else paths[0]
                 last = _going_on((best, *paths), len(heard), BEGUN if stretch.cut else LEAST_SCORE)
-                robot, first = best.score >= LEAST_SCORE, stretch.origin + begin
+                first, likeliest = stretch.origin + begin, next(filter(self._searches[0].is_whole, paths), None)
+                words = likeliest.words if likeliest is not None else ()
+                found = SearchResult(tuple(sentences), best.score >= LEAST_SCORE, likeliest=words)
                 if last is None:
-                    return SearchResult(tuple(sentences), robot)
-                return SearchResult(tuple(sentences), robot, last.starts[0] + first, last.end + first)
+                    return found
+                return replace(found, unfinished=last.starts[0] + first, until=last.end + first)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
             sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise, received))
