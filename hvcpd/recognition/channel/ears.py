@@ -13,7 +13,6 @@ from typing import Self
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.beginnings import SIZE, STEP
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.channel.weighting import FRAME
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import LaterEars, Worker
 
@@ -230,7 +229,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         self._sought = first + STEP
         sound, lead = self._history.around(first - LEAD, first, self._now)
-        if len(sound) - lead < SIZE or lead < FRAME:
+        if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
         found = self._channels.beginning(sound[lead : lead + SIZE], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
@@ -246,7 +245,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             self._open.noticed.append(at)
             self._open.begin = min(self._open.begin, begin)
         self._open.greeted = self._open.greeted or found.greeting
-        if self._since is None or abs(self._since - at) > NEAR:
+        if self._since is not None and abs(self._since - at) <= NEAR:
+            self._open.hidden, self._open.due = False, at + LONGEST
+        else:
             self._open.hidden = True
             self._open.due = at + CUT if self._open.after is None else min(self._open.due, at + CUT)
 

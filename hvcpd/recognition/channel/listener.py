@@ -217,9 +217,10 @@ class ChannelListener:
                     break
                 best = evidence.path if evidence is not None else paths[0]
                 last = _going_on((best, *paths), len(heard), BEGUN if stretch.cut else LEAST_SCORE)
-                first, likeliest = stretch.origin + begin, next(filter(self._searches[0].is_whole, paths), None)
-                words = likeliest.words if likeliest is not None else ()
-                found = SearchResult(tuple(sentences), best.score >= LEAST_SCORE, likeliest=words)
+                first, robot = stretch.origin + begin, best.score >= LEAST_SCORE
+                likeliest = next(filter(self._searches[0].is_whole, paths), None)
+                words = likeliest.words if robot and likeliest is not None else ()
+                found = SearchResult(tuple(sentences), robot, likeliest=words)
                 if last is None:
                     return found
                 return replace(found, unfinished=last.starts[0] + first, until=last.end + first)
