@@ -45,7 +45,7 @@ LEAST_RATIO = 6.5
 noise at -10 to 0 dB, 43 right ones had 6.7 to 178, and 300 half seconds of noise alone at most 6.5."""
 RISE_FRAMES = 6
 """Frames over which a rise is averaged: 0.21 s."""
-LEAST_RISE = 1.4
+LEAST_RISE = 1.5
 """Mean weighted rise that is a sign of speech. In steady noise at -10 dB, speech reaches 1.7 to 7.0 (72 sentences),
 and half seconds of noise alone 0.6 to 1.46 (250)."""
 MEAN_RISE = 0.0489

@@ -180,7 +180,8 @@ class ChannelListener:
         self._books = books
         self._before = _words_before(graph)
         self._graph = graph
-        self._beginnings = BeginningDetector(graph, books if prepared else ())
+        self._usual = rates[0] if rates else []
+        self._beginnings = BeginningDetector(graph, self._usual if prepared else ())
 
     def beginning(self, heard: Samples, before: Samples) -> Beginning | None:
         """Where a robot's sentence may begin in `heard` (see `BeginningDetector.find`); `before`: the sound before it,
@@ -190,7 +191,7 @@ class ChannelListener:
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
         if go_on():
-            self._beginnings = BeginningDetector(self._graph, self._books)
+            self._beginnings = BeginningDetector(self._graph, self._usual)
         for book in self._books:
             book.prepare(go_on)
 
