@@ -1,5 +1,6 @@
 // A recorded mission: the sound is the clock, and what had happened until then is shown.
 import { byId, missionClock, setText } from "./dom.js";
+import { asText } from "./talk.js";
 
 const PAGE = 150;
 const sound = byId("sound");
@@ -93,7 +94,7 @@ export async function replay(makeTalk, take) {
       due.filter((message) => message.kind !== "line").forEach((message) => take(talk, message));
     } else due.forEach((message) => take(talk, message));
     const last = lines[seen - 1];
-    setText(caption, last && now < last.at_s + 8 ? `${last.who ? `${last.who}: ` : ""}${last.text}` : "");
+    setText(caption, last && now < last.at_s + 8 ? asText(last) : "");
   }
 
   beginAnew();

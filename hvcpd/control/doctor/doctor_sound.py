@@ -16,6 +16,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import SILENCE_DBFS
 from hvcpd.hardware.audio import Direction, find_device
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.reporting.text import over_noise
 
 CARD_RATES_HZ = (16_000, 44_100, 48_000)
 CLIPPED_SHARE = 0.01
@@ -98,7 +99,7 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
         )
         return
     echo = heard.echo
-    level = f"{echo.level_dbfs:.0f} dBFS, {echo.snr_db:.0f} dB over the noise"
+    level = f"{echo.level_dbfs:.0f} dBFS, {over_noise(echo.snr_db)}"
     told = f"heard itself at {level}, after {echo.delay_s * 1000:.0f} ms"
     values = {
         "level_dbfs": round(echo.level_dbfs, 1),

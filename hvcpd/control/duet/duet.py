@@ -234,6 +234,12 @@ class Duet:
             if isinstance(self._room.medium, SharedCard):
                 await self._room.medium.close()
 
+    @property
+    def _now_s(self) -> float:
+        """Time of the robots' events, which counts the sound that a card has lost."""
+        robots = (daemon.robot for daemon in self.daemons)
+        return max((robot.now for robot in robots if robot is not None), default=self._room.now_s)
+
     async def _watch(self, drain: Callable[[], None]) -> None:
         """Report once that all robots listen, and each problem when it begins."""
         slow = SlowAir(asyncio.get_running_loop().time(), self._room.now_s)
@@ -286,7 +292,7 @@ class Duet:
     def say(self, line: str) -> None:
         """The visitor says a sentence; one that is not in the phrasebook is answered by a message."""
         try:
-            self._onlooker.visited(self._visitor.say(line), self._room.now_s)
+            self._onlooker.visited(self._visitor.say(line), self._now_s)
         except HvcpdError as error:
             self._onlooker.note(str(error))
 
