@@ -238,5 +238,5 @@ def _book_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound, stranger
         ears = make_channel_ears(book, books, ears, hearing.channel)
     if hearing.second is None:
         return book, ears
-    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
-    return book, SecondEars(ears, opinion, hearing.second)
+    second_pass = SecondPassRecogniser(book.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+    return book, SecondEars(ears, second_pass, hearing.second)

@@ -109,9 +109,9 @@ class SkillEntry:
         """
         if argument is not None and not isinstance(argument, dict):
             if len(self.parameters) != 1:
-                told = ", ".join(f"{name}: …" for name in self.parameters)
+                example = ", ".join(f"{name}: …" for name in self.parameters)
                 found = f"expected a group of keys, found {describe(argument)}"
-                raise FaultError(f"{found}; write {{{told}}}" if told else f"{found}; it takes nothing")
+                raise FaultError(f"{found}; write {{{example}}}" if example else f"{found}; it takes nothing")
             argument = {next(iter(self.parameters)): argument}
         given = argument or {}
         for name in given:

@@ -313,8 +313,8 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
             numbers[number] = (*at, "number")
         names.append((parts.get((*at, "name"), str) or "", (*at, "name")))
         if robots < (wanted := parts.get((*at, "robots"), int) or 1) <= MAX_ROBOTS:
-            told = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
-            parts.fault((*at, "robots"), told)
+            problem = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
+            parts.fault((*at, "robots"), problem)
         if parts.get((*at, "on_demand"), bool) and parts.has((*at, "every")):
             parts.fault((*at, "on_demand"), "what recurs is due without being asked for; leave one of the two out")
         _check_place(parts, at)

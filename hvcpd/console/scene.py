@@ -51,8 +51,8 @@ class Scene:
 
     def snapshot(self) -> Message:
         """All that a page needs to begin with."""
-        told = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
-        return {"kind": "snapshot", "parts": told, "plan": self._plan_message(), **self.newest_lines()}
+        parts = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
+        return {"kind": "snapshot", "parts": parts, "plan": self._plan_message(), **self.newest_lines()}
 
     def newest_lines(self) -> dict[str, Any]:
         """The last page of the conversation, and the number of the oldest line that there is."""

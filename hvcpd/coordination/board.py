@@ -26,10 +26,10 @@ class Entry:
     lease_end_s: float = 0.0
     failed_by: frozenset[str] = frozenset()
     hearsay: bool = False
-    told_by: str | None = None
+    said_by: str | None = None
     """The robot that left this task, done by hearsay, out of its list of remaining tasks; None: its report was
     heard."""
-    times_told: int = 0
+    times_said: int = 0
     """How often it did."""
     firm: bool = False
     """The claim is known to be confirmed, or its owner to be at work: reason enough to deny the task to others."""
@@ -50,7 +50,7 @@ class Entry:
     """The number of the last change that is known; 0: none was made."""
     is_changed: bool = False
     """The last change was made since the task was last due."""
-    told: int = 0
+    rumoured_change: int = 0
     """Of a recurring task: the number of a change that was heard once, and is not believed yet."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
@@ -285,13 +285,13 @@ class Board:
         entry.lease_end_s, entry.firm = lease_end_s, True
         return False
 
-    def complete(self, number: int, owner: str | None, hearsay: bool = False, told_by: str | None = None) -> None:
+    def complete(self, number: int, owner: str | None, hearsay: bool = False, said_by: str | None = None) -> None:
         """A task known to be done stays done; the first robot that did it stays its owner."""
         entry = self._entries[number]
         if not entry.known_done:
             self._set(number, DONE, owner or entry.owner, hearsay)
-            entry.told_by = told_by if hearsay else None
-            entry.times_told = int(hearsay)
+            entry.said_by = said_by if hearsay else None
+            entry.times_said = int(hearsay)
 
     def change(self, number: int, count: int, skip: bool) -> None:
         """The `count`-th change of the task: it is to be left out, or to be done."""
@@ -330,7 +330,7 @@ class Board:
         if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
-        entry.told_by = entry.way_m = None
+        entry.said_by = entry.way_m = None
         entry.skipped = entry.skipped and state == DONE
 
 

@@ -53,7 +53,7 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     _note_answer(me, other)
     is_coming = is_member and me.state in AT_PLACE and is_for_me_alone(me, heard.to)
     if not other_at_work:
-        for words in ("told", "promised", "agreed"):
+        for words in ("confirmed_to", "promised", "agreed"):
             setattr(me.current, words, getattr(me.current, words) - {other})
     if other_at_work:
         me.board.claim(number, other, me.lease_end_s(now))
@@ -102,7 +102,7 @@ def _agree(me: Knowledge, other: str, number: int, now: float, begins: bool = Fa
     begins."""
 
     def note() -> None:
-        me.current.told |= {other}
+        me.current.confirmed_to |= {other}
         if begins:
             me.current.there, me.current.promised = True, me.current.promised | {other}
 
@@ -128,7 +128,7 @@ def settle(me: Knowledge, now: float) -> None:
         return
     entry = me.board[me.current.task]
     others = entry.team - {me.role.name}
-    if len(others) + 1 < entry.definition.robots or not others <= me.current.told:
+    if len(others) + 1 < entry.definition.robots or not others <= me.current.confirmed_to:
         return
     if me.state in (State.CLAIMING, State.PROPOSED) or (me.state in AT_PLACE and others <= me.current.agreed):
         fire(me, Trigger.CONFIRMED, now)
@@ -152,7 +152,7 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
             fire(me, Trigger.CONFIRMED, now)
     elif me.state in AT_PLACE and me.current.there:
         me.current.agreed |= {other}
-        if other not in me.current.told:
+        if other not in me.current.confirmed_to:
             _agree(me, other, number, now, begins=True)
         settle(me, now)
     return True

@@ -47,7 +47,7 @@ LATCH_S = 5.0
 `hvcpctl`."""
 
 Remembered = dict[int, tuple[str, str | None]]
-Told = tuple[Record, float]
+TimedRecord = tuple[Record, float]
 """A record, and when it was handed over, s of the sample clock."""
 
 _log = structlog.get_logger(__name__)
@@ -73,7 +73,7 @@ class JournalService:
         self._flights: set[asyncio.Future[None]] = set()
         self._latch_flight: asyncio.Future[None] | None = None
         self._unwritten: dict[tuple[object, ...], Record] = {}
-        self._later: list[Told] = []
+        self._later: list[TimedRecord] = []
         """What waits for LATER_S."""
         self._peers: set[str] = set()
         """Of whom the memory knows: a name is kept at once when it is new."""
@@ -168,9 +168,9 @@ class JournalService:
 
     def _send_later(self) -> None:
         """Have all that waits for LATER_S written."""
-        told, self._later = tuple(self._later), []
-        if told:
-            self._send([record for record, _ in told], partial(self._write_together, told, self._now))
+        timed, self._later = tuple(self._later), []
+        if timed:
+            self._send([record for record, _ in timed], partial(self._write_together, timed, self._now))
 
     def _send(self, records: Sequence[Record], write: Callable[[], None]) -> None:
         """Have the thread write the records."""
@@ -265,10 +265,10 @@ class JournalService:
             raise RuntimeError("the memory is not open")
         self._journal.write(records, now)
 
-    def _write_together(self, told: Sequence[Told], now: float) -> None:
+    def _write_together(self, timed: Sequence[TimedRecord], now: float) -> None:
         if self._journal is None:
             raise RuntimeError("the memory is not open")
-        self._journal.write_together(told, now)
+        self._journal.write_together(timed, now)
 
     def _again(self, records: Sequence[Record]) -> Sequence[Record]:
         """The records to try to write while the disk fails: none yet, or all that are due."""

@@ -144,8 +144,8 @@ class SkillService:
             self._tell_robot(Report(call.number, SkillState.FAILED, text="nobody offers it"))
             return
         self._use = _Use(SkillRecord(now, call, Report(call.number, SkillState.WAITING)), client)
-        told = {"call": call.number, "task": call.task, "skill": call.skill, "arguments": dict(call.arguments)}
-        client.send(event_line({"event": "perform", **told, "limit_s": call.limit_s}))
+        fields = {"call": call.number, "task": call.task, "skill": call.skill, "arguments": dict(call.arguments)}
+        client.send(event_line({"event": "perform", **fields, "limit_s": call.limit_s}))
 
     def _tell(self, client: Client, arguments: dict[str, Any], report: Report) -> None:
         number, use = arguments.get("call"), self._use

@@ -60,9 +60,9 @@ def distance(own: Arrival, answer: Arrival, ticks: int, own_way_m: float) -> Dis
     """How far B is, from A's own sentence and B's answer at A's microphone, and B's interval; None if they fit no
     distance. `own_way_m`: from A's loudspeaker to its microphone."""
     interval = answer.at - own.at
-    told = ticks + TICKS * round((interval / (1.0 + answer.stretch) - ticks) / TICKS - 0.25)
+    stated = ticks + TICKS * round((interval / (1.0 + answer.stretch) - ticks) / TICKS - 0.25)
     metre = SOUND_SPEED_M_S / SAMPLE_RATE_HZ
-    distance_m = 0.5 * (metre * (interval - told * (1.0 + answer.stretch)) + own_way_m)
+    distance_m = 0.5 * (metre * (interval - stated * (1.0 + answer.stretch)) + own_way_m)
     if not NEAREST_M <= distance_m <= FARTHEST_M:
         return None
     deviation_m = math.hypot(ERROR_M, WARMTH * distance_m)

@@ -53,8 +53,8 @@ def skill_words(
     results: Mapping[str, object],
 ) -> str:
     """What a skill is at, for people: "pour (litres 0.25): running, 40 %"."""
-    told = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
-    head = f"{skill} ({told})" if told else skill
+    details = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
+    head = f"{skill} ({details})" if details else skill
     done = percent(share) if share is not None and state in ("running", "paused") else ""
     return f"{head}: {', '.join(filter(None, (state, done, text)))}"
 

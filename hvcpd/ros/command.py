@@ -113,14 +113,14 @@ def ros2_words(remaps: Iterable[str], ros_args: Sequence[str]) -> list[str]:
 
 def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_pid) -> None:
     """Return when a ROS 1 master answers; meanwhile the daemon is told why there is no base."""
-    uri, told = master_uri(), False
+    uri, logged = master_uri(), False
     while True:
         try:
             ask(uri)
         except OSError as error:
-            if not told:
+            if not logged:
                 sys.stderr.write(f"hvcpctl: waiting for a ROS master at {uri} ({error.strerror or error})\n")
-                told = True
+                logged = True
         else:
             return
         if base.ros_drives:

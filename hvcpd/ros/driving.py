@@ -48,7 +48,7 @@ STAND = Speeds(0.0, 0.0)
 
 
 class Driving:
-    """`told` with each `drive` event of the daemon, `tick` at least every `PERIOD_S`; both give orders for ROS."""
+    """`on_event` with each `drive` event of the daemon, `tick` at least every `PERIOD_S`; both give orders for ROS."""
 
     def __init__(self) -> None:
         self._speeds = STAND
@@ -68,7 +68,7 @@ class Driving:
         """Zero is commanded first: an earlier bridge that was killed may have left the base under way."""
         self._zeros_until_s = now_s + ZEROS_S
 
-    def told(self, event: Mapping[str, Any], now_s: float) -> list[Order]:
+    def on_event(self, event: Mapping[str, Any], now_s: float) -> list[Order]:
         """The daemon says how the base is to move."""
         self._told_s = now_s
         self._stopped = bool(event["stopped"])

@@ -33,7 +33,7 @@ class Listener:
     ended: Callable[[int, str, Any], None]
 
 
-def told_of_skills(report: Report) -> Listener:
+def skill_listener(report: Report) -> Listener:
     """Hands the progress of skills' actions over to the bridge."""
 
     def fed_back(number: int, feedback: Any) -> None:

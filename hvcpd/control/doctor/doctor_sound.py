@@ -100,7 +100,7 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
         return
     echo = heard.echo
     level = f"{echo.level_dbfs:.0f} dBFS, {over_noise(echo.snr_db)}"
-    told = f"heard itself at {level}, after {echo.delay_s * 1000:.0f} ms"
+    result = f"heard itself at {level}, after {echo.delay_s * 1000:.0f} ms"
     values = {
         "level_dbfs": round(echo.level_dbfs, 1),
         "snr_db": round(echo.snr_db, 1),
@@ -109,13 +109,13 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
     if not heard.understood:
         yield wrong(
             "loopback",
-            f"{told}, but did not understand {heard.said!r}: too loud, too soft, or distorted; try hvcpctl calibrate",
+            f"{result}, but did not understand {heard.said!r}: too loud, too soft, or distorted; try hvcpctl calibrate",
             **values,
         )
     elif echo.snr_db < WEAK_SNR_DB:
-        yield note("loopback", f"{told}: turn the loudspeaker up, or the noise down", **values)
+        yield note("loopback", f"{result}: turn the loudspeaker up, or the noise down", **values)
     else:
-        yield fine("loopback", f"{told}, and understood {heard.said!r} ({heard.confidence:.0%})", **values)
+        yield fine("loopback", f"{result}, and understood {heard.said!r} ({heard.confidence:.0%})", **values)
 
 
 def _calibration(team: Team) -> Iterator[Diagnosis]:

@@ -88,9 +88,9 @@ def run(options: argparse.Namespace) -> int:
         room = SharedRoom(bodies, medium=medium)
         socket = socket_path(wirings[0].settings)
         address = "" if options.no_console else stack.enter_context(page(socket, options.port))
-        told = f"Watch {robots[0]} at {address}\n" if address else ""
+        page_line = f"Watch {robots[0]} at {address}\n" if address else ""
         talk = "talk" if len(robots) > 1 else "talks"
-        sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=told))
+        sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=page_line))
         sys.stdout.flush()
         rendered = at_once
         if not all(map(is_rendered, wirings)):

@@ -262,9 +262,9 @@ def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
         value = None
     top = value if isinstance(value, dict) else {}
     group = top.get("control")
-    told = {"name": top.get("name"), "state": top.get("state_dir")}
-    told["socket"] = group.get("socket") if isinstance(group, dict) else None
-    text = {key: each for key, each in told.items() if isinstance(each, str)}
+    named = {"name": top.get("name"), "state": top.get("state_dir")}
+    named["socket"] = group.get("socket") if isinstance(group, dict) else None
+    text = {key: each for key, each in named.items() if isinstance(each, str)}
     name = name or text.get("name")
     state_dir = path.parent / text["state"] if "state" in text else STATE_DIR
     control = ControlSettings(socket=path.parent / text["socket"] if "socket" in text else None)

@@ -45,7 +45,7 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         commands,
         "stop",
         "halt a robot at once, until it is told to resume",
-        lazy("live.bid"),
+        lazy("live.short_commands"),
         "hvcpctl stop --name Rob",
     )
     measure = _add(
@@ -57,8 +57,8 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     )
     measure.add_argument("robot", metavar="ROBOT", help="the other robot; both must stand")
     _add_task(commands, lazy("live.task"))
-    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.bid"))
-    _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.bid"))
+    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.short_commands"))
+    _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.short_commands"))
     config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
     config.add_argument("--running", action="store_true", help="settings of the running daemon, not of the next one")
     config.add_argument("--example", action="store_true", help="print a commented settings file to start from")

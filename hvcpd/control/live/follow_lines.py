@@ -123,8 +123,8 @@ def _stopped(_show: FollowLines, _event: Event) -> Parts:
 
 
 def _memory(_show: FollowLines, event: Event) -> Parts:
-    told = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
-    return [(f"memory: {told}", "bold red") if told else ("memory works again", "green")]
+    faults = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
+    return [(f"memory: {faults}", "bold red") if faults else ("memory works again", "green")]
 
 
 def _skill(_show: FollowLines, event: Event) -> Parts:
