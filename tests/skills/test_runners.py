@@ -29,6 +29,9 @@ from tests.skills.virtual_loop import pass_time, run_virtually
 STOP_S = 0.5
 """From a cancel to the safe state, at the most."""
 
+STOPPED = "TD"
+"""States in /proc/PID/stat: stopped, or waiting for a child that was stopped before its exec (vfork)."""
+
 EXAMPLE = Path(__file__).with_name("example_skill.py")
 
 
@@ -182,7 +185,7 @@ def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
         task = asyncio.create_task(program.perform(call(), lambda _share, text: beats.put_nowait(text)))  # type: ignore[arg-type]
         stat = Path(f"/proc/{await beats.get()}/stat")
         program.hold(True)
-        await met(lambda: stat.read_text().rpartition(") ")[2].startswith("T"), "the program is stopped")
+        await met(lambda: stat.read_text().rpartition(") ")[2][0] in STOPPED, "the program is stopped")
         program.hold(False)
         while not beats.empty():
             beats.get_nowait()
