@@ -192,7 +192,7 @@ _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
 """The key of each action, the type of what follows it, a check of that, and what becomes of it."""
 
 _BUILT_IN = (TO_PLACE, DOCK, *(key for key in _ACTIONS if key not in TENDING))
-"""Names that no skill of a team's own may have; to declare one of TENDING says what this team's is told."""
+"""Names that a team may not give to its own skills; those of TENDING it may declare, with parameters."""
 
 Declared = Mapping[str, SkillEntry | None]
 """The skills of a file; None: one that is itself at fault, so that nothing can be said of its uses."""

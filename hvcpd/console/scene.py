@@ -137,7 +137,7 @@ class Scene:
                 self._draw()
 
     def _draw(self) -> None:
-        """Draw the room anew, with all tasks' places and the whole trail."""
+        """Draw the room again, with all tasks' places and the whole trail."""
         placed = [task for task in self._tasks if task["place"] is not None]
         plants = [Plant(t["number"], t["name"], t["place"]["x_m"], t["place"]["y_m"]) for t in placed]
         points = [(plant.x_m, plant.y_m) for plant in plants] + list(self._trail)

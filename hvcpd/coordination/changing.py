@@ -184,7 +184,7 @@ def spread(me: Knowledge, now: float) -> None:
 
 
 def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
-    """The sentence, without the part about a task whose last change its speaker does not know; the speaker is told."""
+    """The sentence, without the part about a task whose last change its speaker does not know; corrects the speaker."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
     match said:
         case m.Completed(ref, count=count):

@@ -65,7 +65,7 @@ ALL_HEARD_S = 150.0
 ASKS_ALONE = 2
 """The same if no other robot was ever heard of."""
 LEASE_S = 45.0
-"""A robot that was given the place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that
+"""A robot that was given the place and does not mention it has left it by then: 4 m of it take 20 s. Each request that
 it hears renews the lease, because it answers."""
 REPEATED_S = 25.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer

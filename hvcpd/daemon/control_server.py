@@ -77,7 +77,7 @@ Serve = Callable[[Request, Client], Awaitable[Mapping[str, Any]]]
 
 
 class ControlServer:
-    """Serves the clients of a listening socket with `serve`; `hello` is what each is told first."""
+    """Serves the clients of a listening socket with `serve`; `hello` is the first line to each."""
 
     def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]]) -> None:
         self._serve = serve

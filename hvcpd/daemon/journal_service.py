@@ -54,7 +54,7 @@ _log = structlog.get_logger(__name__)
 
 
 class JournalService:
-    """Writes records in order. A failing disk costs memory, not the mission: it is told once and counted.
+    """Writes records in order. A failing disk costs memory, not the mission: it is logged once and counted.
 
     What the robot must know after a restart is written at once and not given up: it is tried again until the disk
     works. Until then the latch does not let the next start go on by itself. All else is written each LATER_S.

@@ -108,7 +108,7 @@ class Daemon:
             self.robot.coordination.leave(self.robot.now)
 
     async def reload(self) -> None:
-        """Read the settings and tasks again; faults in them are told in the log and change nothing."""
+        """Read the settings and tasks again; errors in them are logged, and then nothing changes."""
         with suppress(HvcpdError):
             await self._control.reloader.reload()
 

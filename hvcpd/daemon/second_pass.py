@@ -1,4 +1,4 @@
-"""Has pieces of sound looked at again in one thread."""
+"""Runs second passes over segments of sound in one thread."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class SecondPass(Generic[Job, Found]):
     """A `recognition.second_pass.Worker` with a thread of its own."""
 
     def __init__(self, failed: Found, make_pool: Callable[[], Executor] = one_thread) -> None:
-        """`failed` is what is found where a look fails. `make_pool` makes what runs one call after the other; one that
+        """`failed` is the result of a pass that fails. `make_pool` makes what runs one call after the other; one that
         is broken is replaced."""
         self._failed = failed
         self._make_pool = make_pool

@@ -22,8 +22,8 @@ from hvcpd.robot.robot import Robot
 from hvcpd.skills.life import OVER, Begin, Call, Order, Report, SkillState
 
 BEAT_S = 0.1
-"""Whoever carries a call out is told so often (sample clock) that the robot lives: silence stops a pump as it stops
-the wheels, after BEATS_MISSED_S in `hvcpd.skills.host`."""
+"""Interval (sample clock) of the beats by which the client of a call knows that the robot lives: silence stops a pump
+as it stops the wheels, after BEATS_MISSED_S in `hvcpd.skills.host`."""
 MAX_TEXT_LENGTH = 200
 MAX_RESULTS = 12
 
@@ -65,7 +65,7 @@ class SkillService:
 
     @property
     def under_way(self) -> SkillRecord | None:
-        """The call that is being carried out, and what was told of it last."""
+        """The call under way, and its last report."""
         return self._use.last if self._use is not None else None
 
     def begin(self, robot: Robot) -> None:

@@ -20,11 +20,12 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 RAISED_BY = 5
 RAISED_WITHIN_S = 10
-"""Seconds with a disturbed block, of the last so many: one stall, however long, is one or two. At a load of 5 to 13 two
-robots had one such second in ten (docs/daemon.md), and understood each other."""
+"""Number of seconds with a disturbed block, within RAISED_WITHIN_S, that raise the alarm: one stall, however long, is
+one or two. At a load of 5 to 13 two robots had one such second in ten (docs/daemon.md), and understood each other."""
 CLEARED_BY = 2
 CLEARED_WITHIN_S = 30
-"""No more than so many seconds: hardly one in three of the longest sentences."""
+"""Most seconds with a disturbed block, within CLEARED_WITHIN_S, that end the alarm: hardly one in three of the longest
+sentences."""
 
 TOO_BUSY = "the computer is too busy"
 

@@ -160,7 +160,7 @@ class Odometry:
         return self._pose
 
     def _follow(self, given: Pose) -> None:
-        """Take the word of a base that keeps account itself; what it says first, or anew, is where the robot is now."""
+        """Follow a base with its own odometry; its first pose, also after a restart, is where the robot is now."""
         last = self._last.pose if self._last is not None else None
         if last is None or self._frame is None or math.hypot(given.x_m - last.x_m, given.y_m - last.y_m) > RESTARTED_M:
             self._frame = frame_between(self._pose, given)

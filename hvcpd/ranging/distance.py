@@ -17,7 +17,7 @@ SOUND_SPEED_M_S = 343.0
 WARMTH = 0.006
 """Relative standard deviation of it where nobody knows the temperature: 3.5 °C, 0.6 m/s for each."""
 TICKS = 10_000
-"""The interval is told modulo so many samples, 0.625 s: one distance of each 107 m."""
+"""The interval is stated modulo this number of samples, 0.625 s: distances are known modulo 107 m."""
 NEAREST_M, FARTHEST_M = -0.2, 50.0
 """What else comes out is a misheard number; a little below 0 is an error."""
 STILL = 250e-6

@@ -149,7 +149,7 @@ def _task_list(tasks: Sequence[TaskDefinition]) -> Markup:
 
 
 def _more_tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
-    """A sheet of its own for so many tasks that the wall's has no room for them."""
+    """A separate sheet, for tasks that do not fit on the one for the wall."""
     if _fit_on_wall_card(tasks):
         return None
     return tag("article", _tasks_heading(), _task_list(tasks), class_="sheet all-tasks")
@@ -165,7 +165,7 @@ def _words(card: Card) -> Markup:
 
 
 def _enumerated(words: Sequence[str]) -> str:
-    """The words; of so many that they need several lines, the first and the last."""
+    """The words; if they need several lines, only the first and the last."""
     return ", ".join(words if len(words) <= _MAX_WORDS else (*words[:3], "…", words[-1]))
 
 

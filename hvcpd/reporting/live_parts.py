@@ -63,7 +63,7 @@ class Artist:
         return text
 
     def task(self, watch: Watch, number: int) -> str:
-        """A task as it is told: its name and number."""
+        """A task in words: its name and number."""
         name = watch.names.get(number, "")
         return f"task {number}, {name}" if name and name != f"task {number}" else f"task {number}"
 

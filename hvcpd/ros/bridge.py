@@ -141,7 +141,7 @@ class Bridge:
             self._active = False
 
     def master_lost(self, reason: str, now_s: float) -> None:
-        """ROS has ended, or can no longer be trusted to hold together: the robot stands, and is told why."""
+        """ROS has ended, or can no longer be trusted: the robot stands, and gets the reason."""
         self._carry_out(self._driving.stand(now_s))
         self._act(self._skills.leave())
         if self.ros_drives:

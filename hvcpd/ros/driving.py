@@ -1,4 +1,4 @@
-"""A base that ROS has: what it is told, and for how long it is believed that the daemon still means it. Pure.
+"""A base under ROS: its commands, and the time for which the last command of the daemon is valid. Pure.
 
 Leases both ways end within half a second: the daemon stands when it hears no odometry (hvcpd/hardware/ros_base.py), and
 here the base is stopped when the daemon is silent. A TurtleBot3's own node goes on with the last `cmd_vel` for ever.

@@ -139,7 +139,7 @@ class Ros1Port:
         return (*self._actions.values(), *((self._move_base,) if self._move_base is not None else ()))
 
     def _say_last_words(self) -> None:
-        """In a thread of rospy's, which closes all connections next: whoever ends the node, the base is to stand."""
+        """In a thread of rospy's, which closes all connections next: the base must stand, whatever ends the node."""
         self._is_ending = True
         for client in self._clients():
             client.cancel_any()

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 SILENT_S = 0.35
-"""A daemon that has said nothing for so long while a call is under way hangs, and its goal is withdrawn; as
+"""Silence after which a daemon with a call under way is taken to hang, and its goal is withdrawn; as
 BEATS_MISSED_S of `hvcpd.skills.host`."""
 TOLD_EVERY_S = 0.5
 """Between two words to the daemon of how far a goal is; feedback may come a hundred times a second."""
 MAX_TOLD = 3
-"""Fields of a feedback or a result that are told: more is for ROS's own tools."""
+"""Most fields of a feedback or a result that are passed on; more is for ROS's own tools."""
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,7 @@ class DaemonClient:
             yield self._read()
 
     def event_within(self, timeout_s: float) -> dict[str, Any] | None:
-        """The next event after a `subscribe`; None if none comes for so long. Raises NotRunningError."""
+        """The next event after a `subscribe`; None if none comes within this time. Raises NotRunningError."""
         self._greeted()
         self._socket.settimeout(timeout_s)
         try:
@@ -188,7 +188,7 @@ class DaemonClient:
 
 
 def connect_in_turn(connection: socket.socket, address: str, patience_s: float = ANSWER_S) -> None:
-    """Connect; where many want to, wait so long for our turn. Raises BlockingIOError if it does not come.
+    """Connect; if many want to, wait for our turn, at most this time. Raises BlockingIOError if it does not come.
 
     The kernel wakes who waits in order, but only those that block: a time limit of Python's own would fail at once.
     """
