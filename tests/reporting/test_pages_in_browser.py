@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 from hvcpd.language.card import make_card
 from hvcpd.reporting.card_page import card_page
@@ -143,6 +145,18 @@ def test_the_cards_have_room_for_all_that_stands_on_them(case: str, browser: Any
     look_like(browser, 390, 900, "dark", phone=True)
     assert browser.execute_script("return document.documentElement.scrollWidth") <= 390
     assert faults(browser) == []
+
+
+def test_a_report_is_played_by_keyboard_with_three_keys(browser: Any, tmp_path: Path) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report_page(example()), encoding="utf-8")
+    look_like(browser, 1280, 900, "light")
+    browser.get(file.as_uri())
+    ActionChains(browser).send_keys(Keys.TAB, Keys.ENTER).perform()
+    until(lambda: browser.switch_to.active_element.get_attribute("id") == "whole")
+    ActionChains(browser).send_keys(Keys.ENTER).perform()
+    until(lambda: not browser.execute_script("return document.getElementById('sound').paused"))
+    ActionChains(browser).send_keys(Keys.ENTER).perform()
 
 
 def test_a_report_is_played_fast_and_its_map_follows(browser: Any, tmp_path: Path) -> None:

@@ -64,8 +64,8 @@ export async function replay(makeTalk, take) {
   const recording = await fetch("replay").then((reply) => reply.json());
   const { steps } = recording;
   const lines = steps.filter((step) => step.message.kind === "line").map((step) => step.message.line);
-  let shown = 0; // so many steps are shown
-  let seen = 0; // and so many of them are lines
+  let shown = 0; // number of steps shown
+  let seen = 0; // number of lines among them
   const source = {
     before: async (n) => ({ lines: lines.slice(Math.max((n ?? seen) - PAGE, 0), n ?? seen), first: 0 }),
     after: async (n) => ({ lines: lines.slice(n + 1, Math.min(n + 1 + PAGE, seen)), first: 0 }),

@@ -2,9 +2,9 @@
 import { byId, make } from "./dom.js";
 
 const MOST = 600; // lines in the page at a time
-const NEAR_PX = 600; // so near to an end more is fetched
+const NEAR_PX = 600; // distance from an end at which more is fetched
 const AT_END_PX = 40;
-const LATE = 20; // a sentence is told when it was understood, at the time when it began: so many lines may be newer
+const LATE = 20; // a sentence comes when it was understood, with the time when it began: most lines that may be newer
 
 const inTime = (lines) => [...lines].sort((one, other) => one.at_s - other.at_s || one.n - other.n);
 
