@@ -68,7 +68,7 @@ class Entry:
     """Of a task for several robots: the robots that do it with its owner."""
     parts: frozenset[str] = frozenset()
     """Those of them that have done their part."""
-    half: frozenset[str] = frozenset()
+    parts_before: frozenset[str] = frozenset()
     """Those that did their part before the others were no longer heard."""
     calls: int = 0
     """How often this robot has called others to do it with, without an answer."""
@@ -268,7 +268,7 @@ class Board:
         """Release shared tasks whose robots were not heard until the lease ended, except this robot's `own` tasks."""
         for number, entry in self._entries.items():
             if entry.is_shared and entry.state == CLAIMED and now >= entry.lease_end_s and number not in own:
-                entry.half |= entry.parts
+                entry.parts_before |= entry.parts
                 self.release(number)
 
     def complete_part(self, number: int, name: str, lease_end_s: float) -> bool:
@@ -304,7 +304,7 @@ class Board:
     def reopen(self, number: int) -> None:
         """A report about this task was wrong."""
         self._set(number, OPEN, None)
-        self._entries[number].half = frozenset()
+        self._entries[number].parts_before = frozenset()
 
     def give_up(self, number: int, owner: str) -> None:
         """The task is free for others again, but never again for its owner."""
@@ -326,7 +326,7 @@ class Board:
         if state != CLAIMED:
             entry.parts = frozenset()
         if state == DONE:
-            entry.half = frozenset()
+            entry.parts_before = frozenset()
         if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False

@@ -170,7 +170,7 @@ def go_alone(me: Knowledge, now: float) -> None:
 
 
 def act(me: Knowledge, now: float) -> None:
-    me.board[me.my_task()].half = frozenset()
+    me.board[me.my_task()].parts_before = frozenset()
     me.do(Perform(me.my_task(), _split(me)[1]))
     chatter.tell_beginning(me, now)
 
