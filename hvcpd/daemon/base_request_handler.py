@@ -98,7 +98,7 @@ class BaseRequestHandler:
         self._there = there
         c.reconfigure(robot.now, replace(c.role, unable=self.unable(wiring) | lacking), forgiven=forgiven)
         if there:
-            _log.info("base is there")
+            _log.info("base found")
         else:
             _log.warning("no base", reason=self._base.fault, effect="it leaves tasks that drive to others")
 

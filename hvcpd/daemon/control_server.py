@@ -145,7 +145,7 @@ class ControlServer:
             return False
         most = Counter(client.caller.pid for client in self._clients)
         first = min(idle, key=lambda each: (-most[each.caller.pid], each.asked_s))
-        first.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected, and others ask")))
+        first.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected; more are waiting")))
         if first.writer is not None:
             first.writer.close()
         self._clients.pop(first).cancel()

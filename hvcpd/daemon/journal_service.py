@@ -329,7 +329,7 @@ class JournalService:
         if reason is not None and reason != self.unkept:
             _log.error("stop not kept" if self._is_stopped else "latch not set", reason=reason)
         elif reason is None and self.unkept is not None:
-            _log.info("stop kept now" if self._is_stopped else "latch set again")
+            _log.info("stop saved" if self._is_stopped else "latch set again")
         self.unkept = reason
         self._retry_s = max(self._retry_s, self._now + RETRY_S) if reason is not None else self._retry_s
 

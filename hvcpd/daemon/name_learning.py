@@ -108,7 +108,7 @@ class NameLearning:
             await self._rendered()
             await asyncio.to_thread(self._warm_up.the_rest, self._robot, self._goes_on)
             give_back_memory()
-            _log.info("knows the others' voices sample by sample")
+            _log.info("waveforms of the others' voices ready")
 
     def _goes_on(self) -> bool:
         return not self._closing

@@ -18,7 +18,7 @@ MOST_WAITING = 2
 _log = structlog.get_logger(__name__)
 
 
-def one_thread(name: str = "second-look") -> Executor:
+def one_thread(name: str = "second-pass") -> Executor:
     """A thread of the process's own priority, called so.
 
     With a lower one it is kept from running by other programs while it holds Python's global lock, for which hearing
@@ -91,6 +91,6 @@ class SecondPass(Generic[Job, Found]):
             return self._failed
         error = future.exception()
         if error is not None:
-            _log.error("second look failed", reason=f"{type(error).__name__}: {error}")
+            _log.error("second pass failed", reason=f"{type(error).__name__}: {error}")
             return self._failed
         return future.result()

@@ -204,7 +204,7 @@ class SoundService:
         try:
             await self._let_go()
         except DeviceError as error:
-            _log.error("sound not ended", reason=str(error))
+            _log.error("sound card not closed", reason=str(error))
 
     def tell_losses(self) -> None:
         """One line in the log, if something was lost since the last one."""

@@ -26,8 +26,8 @@ OPEN_S = 20.0
 """Opening takes about 0.1 s, some seconds on a computer with far too much to do; longer, and the sound system hangs."""
 
 FIRST_S = 5.0
-"""The first block may take this long, when nothing moves yet: a sound server fills its buffers first. PulseAudio's do it
-in 1.9 s (measured, the monitor of an idle null sink, whose buffer is 2 s)."""
+"""The first block may take this long, when nothing moves yet: a sound server fills its buffers first. PulseAudio takes
+1.9 s for it (measured, the monitor of an idle null sink, whose buffer is 2 s)."""
 
 
 class AudioStream:

@@ -55,7 +55,7 @@ def _wiring(folder: Path) -> Wiring:
 
 
 class Apart(AtOnce[Any, Any]):
-    """Runs the second look, for which the daemon has threads, in this thread and counts its time."""
+    """Runs the second pass, for which the daemon has threads, in this thread and counts its time."""
 
     def __init__(self) -> None:
         super().__init__()
