@@ -52,7 +52,7 @@ LOOK_S = 0.5
 
 _WELCOME = """\
 {robots} {talk} {where}.
-{page}They prepare their words …
+{page}{prepare} …
 """
 _FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
 _READY = """\
@@ -89,8 +89,10 @@ def run(options: argparse.Namespace) -> int:
         socket = socket_path(wirings[0].settings)
         address = "" if options.no_console else stack.enter_context(page(socket, options.port))
         page_line = f"Watch {robots[0]} at {address}\n" if address else ""
-        talk = "talk" if len(robots) > 1 else "talks"
-        sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=page_line))
+        alone = len(robots) == 1
+        talk, prepare = ("talks", "It prepares its words") if alone else ("talk", "They prepare their words")
+        welcome = _WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=page_line, prepare=prepare)
+        sys.stdout.write(welcome)
         sys.stdout.flush()
         rendered = at_once
         if not all(map(is_rendered, wirings)):
