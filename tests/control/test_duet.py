@@ -165,15 +165,17 @@ def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_onc
     assert len(times) == TIMES
 
 
-@pytest.mark.parametrize("event", ["heard", "held"])
+@pytest.mark.parametrize("event", ["heard", "held", "statechanged"])
 def test_a_visitor_who_is_understood_is_told_nothing_and_says_nothing_more(event: str) -> None:
     out, times = io.StringIO(), list[float]()
     onlooker = Onlooker(["Rob", "Bot"], out)
     onlooker.visited(visit(times), 5.0)
     onlooker.look(5.0)
-    onlooker.tell({"event": event, "speaker": "somebody", "text": "Bot stop", "at_s": 5.1}, "Bot")
+    told = {"event": event, "speaker": "somebody", "text": "Bot stop", "state": "stopped", "at_s": 5.1}
+    onlooker.tell(told, "Bot")
     onlooker.look(6.0 + ANSWER_S)
-    assert "Bot heard you" in out.getvalue() or "Bot stood still" in out.getvalue()
+    shown = out.getvalue()
+    assert event == "statechanged" or "Bot heard you" in shown or "Bot stood still" in shown
     assert UNHEARD not in out.getvalue()
     assert len(times) == 1
 

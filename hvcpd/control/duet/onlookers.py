@@ -13,6 +13,7 @@ from secrets import token_urlsafe
 from threading import Thread
 from typing import Any, TextIO
 
+from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.language.addressees import ToRobot
@@ -99,7 +100,7 @@ class Onlooker:
         """Write a robot's events until its daemon ends."""
         reader, writer = await _connected(socket)
         try:
-            writer.write(b'{"command": "subscribe", "events": ["said", "heard", "held"]}\n')
+            writer.write(b'{"command": "subscribe", "events": ["said", "heard", "held", "statechanged"]}\n')
             async for line in reader:
                 self.tell(json.loads(line), robot)
         finally:
@@ -131,6 +132,10 @@ class Onlooker:
                 self._said[robot, event["text"]] = event["at_s"]
                 who = "you" if event["speaker"] == SOMEBODY else event["speaker"]
                 self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
+            case "statechanged" if (
+                event["state"] == State.STOPPED.name.lower()
+            ):  # it may obey a call without its sentence
+                self._has_reached(robot)
             case "held":
                 self._has_reached(robot)
                 self.write(f"{clock(event['at_s']):>5}  {robot} stood still for what sounded like “stop”")
