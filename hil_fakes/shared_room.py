@@ -76,7 +76,7 @@ class SimulatedAir:
 
 
 PAUSE_S = 0.2
-"""A visitor waits for so much quiet: within a sentence robots pause for less, between two of them for 0.3 s or more."""
+"""Quiet that a visitor waits for: within a sentence robots pause for less, between two of them for 0.3 s or more."""
 PATIENCE_S = 6.0
 """A visitor interrupts after this time; a robot's longest sentence takes about 5 s."""
 

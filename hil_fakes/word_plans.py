@@ -76,7 +76,7 @@ def random_plan(
 
 
 def with_talk(plan: WordPlan, talk: str) -> WordPlan:
-    """The same mission of robots that say so much: `full`, `normal`, `terse`, or `mixed`, in turn."""
+    """The same mission of robots with this setting `talk`: `full`, `normal`, `terse`, or `mixed`, in turn."""
     kinds = tuple(Talk) if talk == "mixed" else (Talk(talk),)
     return replace(plan, talks={name: kinds[n % len(kinds)] for n, name in enumerate(plan.names)})
 

@@ -24,7 +24,7 @@ class Outage:
 
 @dataclass(frozen=True)
 class WordPlan:
-    """One mission. `late` are robots that are switched on only then, `leaving` those that are told to end then;
+    """One mission. `late` are robots that are switched on only then, `leaving` those that end then;
     `earshot_m` is how far a voice carries; from `clear_m` on the chance that it is not understood grows to 1 there."""
 
     names: tuple[str, ...]

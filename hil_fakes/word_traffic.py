@@ -18,7 +18,7 @@ from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import Action, Forward, GoTo, Place, TaskDefinition, Tend
 
 STEP_S = 0.25
-"""Between two looks at where a robot is: it drives 5 cm meanwhile."""
+"""Interval at which a robot's place is computed: it drives 5 cm in it."""
 HULL_M = 0.105
 """From the middle of a burger to its outermost part: nearer to the area, it is in it."""
 MOUTH_M = 1.5

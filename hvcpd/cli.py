@@ -162,14 +162,14 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     output = LibraryOutput()
     output.begin()
 
-    def keep_house() -> None:
+    def clean_up() -> None:
         tell_held_back(limiter)
         output.report()
         if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
             give_back_memory()
 
     try:
-        error = asyncio.run(_serve(daemon, output.drain, keep_house))
+        error = asyncio.run(_serve(daemon, output.drain, clean_up))
     finally:
         output.end()
     if isinstance(error, HvcpdError):

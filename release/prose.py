@@ -105,7 +105,9 @@ def _plain(phrase: str) -> str:
 
 
 def _found(phrase: str, line: str) -> bool:
-    return phrase.split()[0] in line.lower() and re.search(rf"\b{phrase}", line, re.I) is not None
+    start = re.match(r"[a-z]*", phrase)
+    assert start is not None
+    return start[0] in line.lower() and re.search(rf"\b{phrase}", line, re.I) is not None
 
 
 def faults(text: str) -> Iterator[tuple[int, str]]:

@@ -14,7 +14,7 @@ import numpy as np
 from rich.console import Console
 
 from hvcpd import __version__
-from hvcpd.control.live.bid import told
+from hvcpd.control.live.short_commands import result_lines
 from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.states import State
 from hvcpd.reporting.events import Event, Heard, Performed, Said, Started, TaskChanged, Trail
@@ -145,7 +145,7 @@ class ShownMission:
 
     def stop_lines(self) -> tuple[str, ...]:
         """What `hvcpctl stop` would print then."""
-        return tuple(told("stop", self.robot, {"before": False}))
+        return tuple(result_lines("stop", self.robot, {"before": False}))
 
     def live_events(self) -> list[dict[str, Any]]:
         """What the robot's daemon would have told of the past, as docs/control.md has it."""

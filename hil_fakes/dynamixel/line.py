@@ -30,7 +30,7 @@ class Device(Protocol):
         """The speed that it understands; 0 for any (a USB device)."""
 
     def seed(self, seed: int) -> None:
-        """Start its own chance anew."""
+        """Restart its random generator."""
 
     def advance(self, dt_s: float) -> None:
         """Let its time pass."""

@@ -132,7 +132,7 @@ class FakeMotor:
         self._shaft.blocked = value
 
     def seed(self, seed: int) -> None:
-        """Start the motor's own chance (encoder noise) anew."""
+        """Restart the motor's random generator (encoder noise)."""
         self._random = random.Random(seed * 1000 + self.motor_id)
 
     def turn_by_hand(self, angle_rad: float) -> None:

@@ -138,7 +138,7 @@ class FakeOpenCR:
         self._table[item.address : item.address + item.size] = wrapped.to_bytes(item.size, "little")
 
     def seed(self, seed: int) -> None:
-        """Start the motors' chance (encoder noise) anew."""
+        """Restart the motors' random generators (encoder noise)."""
         for motor in (self.left, self.right):
             motor.seed(seed)
 

@@ -23,7 +23,7 @@ class NameRegistry:
         """`settled`: the plan's names that it knows whichever people are enrolled."""
         self._plan = plan
         self._sound = sound
-        self._told = plan.team.names
+        self._given = plan.team.names
         self.people = plan.hearing.people
         self._guests = set(self.people).difference(name.lower() for name in (plan.role.name, *settled))
         """Names that are known only because they are enrolled, in lower case."""
@@ -47,29 +47,29 @@ class NameRegistry:
     def keep(self, name: str) -> None:
         """A learned name is now given, and no longer forgotten."""
         known = next(each for each in self.names if each.lower() == name.lower())
-        if known not in self._told:
-            self._told = (*self._told, known)
+        if known not in self._given:
+            self._given = (*self._given, known)
             self._guests.add(name.lower())
 
     def part(self) -> None:
         """Forget the names of people who are no longer enrolled."""
         gone = self._guests.difference(self.people)
         self._guests -= gone
-        self._told = tuple(name for name in self._told if name.lower() not in gone)
+        self._given = tuple(name for name in self._given if name.lower() not in gone)
         self.names = tuple(name for name in self.names if name.lower() not in gone)
 
-    def learn(self, name: str, told: bool = False) -> tuple[Phrasebook, Ears]:
-        """Everything a robot needs to understand one more name. Takes seconds. A name that it was `told` is not
+    def learn(self, name: str, given: bool = False) -> tuple[Phrasebook, Ears]:
+        """Everything a robot needs to understand one more name. Takes seconds. A name that it was `given` is not
         forgotten. Raises PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
         rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
         if rival is not None:
             raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")
-        always = (*self._told, name) if told else self._told
+        always = (*self._given, name) if given else self._given
         learned = [known for known in (*self.names, name) if known not in always]
-        room = max(MAX_KNOWN_NAMES - len(always), 0 if told else 1)
+        room = max(MAX_KNOWN_NAMES - len(always), 0 if given else 1)
         names = (*always, *learned[len(learned) - min(room, len(learned)) :])
         ready = make_phrasebook_and_ears(self._plan, names, self._sound)
-        self.names, self._told = names, always
-        if told:
+        self.names, self._given = names, always
+        if given:
             self._guests.add(name.lower())
         return ready

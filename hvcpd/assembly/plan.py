@@ -25,7 +25,7 @@ class TeamPlan:
     """The names that it knows in advance. `names`: of all robots and people, its own among them."""
 
     names: tuple[str, ...]
-    told: tuple[str, ...] | None = None
+    given: tuple[str, ...] | None = None
     """The names that all robots were given, if `names` has others that it has learned; None: all."""
     teams: tuple[str, ...] = DEFAULT_TEAMS
     strangers: bool = False
@@ -106,8 +106,8 @@ class RobotPlan:
     @property
     def roster(self) -> tuple[str, ...]:
         """The robots' names that all were given, if its own is one of them."""
-        told = self.team.names if self.team.told is None else self.team.told
-        return self.robots(told) if self.role.listed else ()
+        given = self.team.names if self.team.given is None else self.team.given
+        return self.robots(given) if self.role.listed else ()
 
     def robots(self, names: Iterable[str]) -> tuple[str, ...]:
         """The names without those of enrolled people."""

@@ -21,10 +21,10 @@ from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
     SYNONYMS_PATH,
     example_sentences,
-    instead_of_deed,
     instead_of_name,
+    instead_of_noun,
     instead_of_team,
-    instead_of_thing,
+    instead_of_verb,
     known_names,
 )
 from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
@@ -174,10 +174,10 @@ def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple
         near = [p for p, d in _distances(rough, pairs).items() if float(d.min()) < FAR]
         for pair, distances in _distances(VoiceSounds(rendered), near).items():
             confusion = judge(pair, voice, distances)
-            if pair not in worst or _badness(confusion) > _badness(worst[pair]):
+            if pair not in worst or _severity(confusion) > _severity(worst[pair]):
                 worst[pair] = confusion
     worst |= {pair: _homophones(pair) for pair in pairs if _may_sound_the_same(pair, sound)}
-    return tuple(sorted(worst.values(), key=lambda c: (-_badness(c), c.first, c.second)))
+    return tuple(sorted(worst.values(), key=lambda c: (-_severity(c), c.first, c.second)))
 
 
 def _may_sound_the_same(pair: Pair, sound: Sound) -> bool:
@@ -193,7 +193,7 @@ def _homophones(pair: Pair) -> Confusion:
     return Confusion(pair[0][0], pair[1][0], "any", True, 0.5, 0.5, 0.5, fixed)
 
 
-def _badness(confusion: Confusion) -> float:
+def _severity(confusion: Confusion) -> float:
     return confusion.at_0_db + confusion.quiet
 
 
@@ -266,7 +266,7 @@ def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator
         found = instead_of_team(word)
     else:
         firsts = {spoken_words(task)[0] for task in book.vocabulary.tasks}
-        found = instead_of_deed(word) if word in firsts else instead_of_thing(word)
+        found = instead_of_verb(word) if word in firsts else instead_of_noun(word)
     used = set(book.heard_graph.words) - ({word} if key == "tasks" else set())
     for phrase in found:
         guessed = [each for each in phrase if each != word and sound.lexicon.find(each).origin is Origin.LETTERS]

@@ -22,7 +22,7 @@ SHOWN = 40
 """Missing words that are named; who lacks more has only begun."""
 
 
-def cast(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -> Sound:
+def assign_voices(sound: Sound, settings: Settings, words: Callable[[], Iterable[str]]) -> Sound:
     """`sound` with the voices that the settings choose for the robot and its peers.
 
     `words` tells all that they may say, which a folder of recordings must have; a name that is learned later is said by

@@ -42,7 +42,7 @@ class Place:
 
 
 class Document:
-    """The values of a document, where each of them stands, and the faults found so far."""
+    """The values of a document, the place of each in the file, and the faults found so far."""
 
     def __init__(self, top: Place) -> None:
         self.source = top.source

@@ -131,8 +131,8 @@ def structure(
     faults = list(document.faults())
     if faults or result is None:
         more = len(faults) - MAX_FAULTS_TOLD
-        told = faults[:MAX_FAULTS_TOLD] + ([f"{document.source}: and {more} more"] if more > 0 else [])
-        raise ConfigError("\n".join(told))
+        shown = faults[:MAX_FAULTS_TOLD] + ([f"{document.source}: and {more} more"] if more > 0 else [])
+        raise ConfigError("\n".join(shown))
     return result
 
 

@@ -24,7 +24,7 @@ MAX_WORD_LENGTH = 20
 """Letters of a word; ordinary English words are shorter."""
 
 MAX_ALTERNATIVE_WORDS = 3
-"""Words of a phrase that counts as another word: as many as the check for confusable phrases looks at."""
+"""Most words of a phrase that counts as another word: the number that the check for confusable phrases compares."""
 
 _UNDECOMPOSED = str.maketrans(
     dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’", "oOdDdDlLihHtTeE'", strict=True))

@@ -118,6 +118,6 @@ def valid_recurrence(text: str) -> str | None:
     try:
         Recurrence(text)
     except (ValueError, TypeError, OverflowError) as error:
-        told = f"write for example `6 h`, `1 d` or `FREQ=DAILY;BYHOUR=8`, at most once in {LEAST_S / 60.0:g} min"
-        return f"{text[:60]!r} is not a rule for when a task is due ({str(error)[:60]}); {told}"
+        remedy = f"write for example `6 h`, `1 d` or `FREQ=DAILY;BYHOUR=8`, at most once in {LEAST_S / 60.0:g} min"
+        return f"{text[:60]!r} is not a rule for when a task is due ({str(error)[:60]}); {remedy}"
     return None

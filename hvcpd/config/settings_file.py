@@ -157,10 +157,10 @@ def check_peers(parts: Parts, default_names: tuple[str, ...]) -> None:
     if names is None or not isinstance(peers, dict):
         return
     known = {name.casefold() for name in names}
-    told: list[str] = []
+    checked: list[str] = []
     for peer in (peer for peer in peers if isinstance(peer, str)):
-        told.append(peer)
-        text = repeated_names(tuple(told))
+        checked.append(peer)
+        text = repeated_names(tuple(checked))
         if peer.casefold() == own.casefold():
             text = f"{peer!r} is this robot itself; set its own `voice`, `pitch` and so on instead"
         elif text is None and peer.casefold() not in known:

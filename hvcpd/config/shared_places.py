@@ -23,7 +23,7 @@ MAX_NAME_WORDS = 3
 MAX_M = 50.0
 """Bound of coordinates and of a radius, as of all places of tasks."""
 NEAR_M = 0.01
-"""So near to an edge, a step along a way counts as there."""
+"""Distance from an edge within which a step along a way counts as there."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a skill is called, what it is told, and how it may fail: the part of a task file that a whole team shares.
+"""A skill's name, its parameters, and the reasons for which it may fail: what the task file says for a whole team.
 
 How one robot does it (a program, a pin) stands in that robot's own settings, `hvcpd.config.settings`.
 """
@@ -15,7 +15,7 @@ from hvcpd.config.names import valid_task_name
 from hvcpd.errors import did_you_mean
 
 Value = float | str
-"""What a skill is told for one of its parameters."""
+"""The value of one parameter in a call."""
 
 MAX_SKILLS = 30
 """Of one task file; more than a team of small robots has."""
@@ -43,7 +43,7 @@ def valid_key(name: str) -> str | None:
 
 @dataclass(frozen=True)
 class Parameter:
-    """What one thing that a skill is told may be. `unit` is shown to people. Without a `default` it must be given."""
+    """The bounds of one parameter of a skill. `unit` is shown to people. Without a `default` it must be given."""
 
     type: Literal["number", "text"] = "number"
     least: float | None = None
@@ -53,7 +53,7 @@ class Parameter:
     unit: str = ""
 
     def read(self, value: Any) -> Value:
-        """The value as it is told. Raises FaultError."""
+        """The value as it is passed on. Raises FaultError."""
         if self.type == "text":
             if not isinstance(value, str) or not 0 < len(value) <= MAX_TEXT_LENGTH or not value.isprintable():
                 raise FaultError(f"expected a text of 1 to {MAX_TEXT_LENGTH} characters, found {describe(value)}")
@@ -109,9 +109,9 @@ class SkillEntry:
         """
         if argument is not None and not isinstance(argument, dict):
             if len(self.parameters) != 1:
-                told = ", ".join(f"{name}: …" for name in self.parameters)
+                example = ", ".join(f"{name}: …" for name in self.parameters)
                 found = f"expected a group of keys, found {describe(argument)}"
-                raise FaultError(f"{found}; write {{{told}}}" if told else f"{found}; it takes nothing")
+                raise FaultError(f"{found}; write {{{example}}}" if example else f"{found}; it takes nothing")
             argument = {next(iter(self.parameters)): argument}
         given = argument or {}
         for name in given:

@@ -192,7 +192,7 @@ _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
 """The key of each action, the type of what follows it, a check of that, and what becomes of it."""
 
 _BUILT_IN = (TO_PLACE, DOCK, *(key for key in _ACTIONS if key not in TENDING))
-"""Names that no skill of a team's own may have; to declare one of TENDING says what this team's is told."""
+"""Names that a team may not give to its own skills; those of TENDING it may declare, with parameters."""
 
 Declared = Mapping[str, SkillEntry | None]
 """The skills of a file; None: one that is itself at fault, so that nothing can be said of its uses."""
@@ -313,8 +313,8 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
             numbers[number] = (*at, "number")
         names.append((parts.get((*at, "name"), str) or "", (*at, "name")))
         if robots < (wanted := parts.get((*at, "robots"), int) or 1) <= MAX_ROBOTS:
-            told = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
-            parts.fault((*at, "robots"), told)
+            problem = f"the task takes {wanted} robots, and the team has {robots}; write fewer, or name more robots"
+            parts.fault((*at, "robots"), problem)
         if parts.get((*at, "on_demand"), bool) and parts.has((*at, "every")):
             parts.fault((*at, "on_demand"), "what recurs is due without being asked for; leave one of the two out")
         _check_place(parts, at)

@@ -50,7 +50,7 @@ class Wait:
 
 @dataclass(frozen=True)
 class Tend(Wait):
-    """One of TENDING, for so long: by the skill of that name if the robot has it, else it stands and waits."""
+    """One of TENDING, for this time: by the skill of that name if the robot has it, else it stands and waits."""
 
     skill: str = TENDING[0]
 
@@ -133,7 +133,7 @@ class TaskRepository:
         return tuple(dict.fromkeys(reason for skill in self.skills for reason in skill.entry.failures))
 
     def lacking(self, skills: Iterable[str]) -> frozenset[int]:
-        """The numbers of the tasks that whoever has only these skills cannot do."""
+        """The numbers of the tasks that a robot with only these skills cannot do."""
         return frozenset(task.number for task in self.tasks if not task.skills <= frozenset(skills))
 
     @property

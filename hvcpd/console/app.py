@@ -184,14 +184,14 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
             return {"told": f"task {number} {_FOR_ONE[word]}; the others are not told: do the same for each", **done}
         return {"told": f"task {number} {_FOR_ALL[word]}: {name} tells the others", **done}
     done = await ask(word)
-    told = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
+    text = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
     if wanted.get("all") is True:
         try:
             await ask("say", text=f"Hi all, I am {name}, {word}")
-            told += f", and says “{word}” to all others as soon as nobody else speaks"
+            text += f", and says “{word}” to all others as soon as nobody else speaks"
         except HvcpdError as error:
-            told += f"; but the others could not be told: {error}"
-    return {"told": told, **done}
+            text += f"; but the others could not be told: {error}"
+    return {"told": text, **done}
 
 
 async def _body(request: Request) -> dict[str, Any] | None:

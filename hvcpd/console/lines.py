@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from hvcpd.reporting.palette import robot_slot
-from hvcpd.reporting.text import clean, skill_words
+from hvcpd.reporting.text import clean, over_noise, skill_words
 
 Line = dict[str, Any]
 
@@ -94,7 +94,7 @@ def sealed(seal: str | None) -> list[dict[str, str]]:
 
 def how_sure(confidence: float, snr_db: float | None = None) -> dict[str, str]:
     """The small print about a sentence's confidence."""
-    noise = f", {snr_db:.0f} dB over the noise" if snr_db is not None else ""
+    noise = f", {over_noise(snr_db)}" if snr_db is not None else ""
     return mark("good" if confidence >= SURE else "unsure", f"heard, {100 * confidence:.0f} % sure{noise}")
 
 

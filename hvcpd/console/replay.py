@@ -75,7 +75,7 @@ def _begin(story: Story, record: MissionRecord) -> Message:
 
 def _steps(story: Story, record: MissionRecord) -> list[Step]:
     """All changes in order of time; lines are numbered in this order."""
-    steps = [*_spoken(story), *_boards(story, record), *_occupations(story)]
+    steps = [*_spoken(story), *_boards(story, record), *_activities(story)]
     for trail in record.trails:
         steps += _moves(trail, _slots(story).get(trail.robot, 0))
     steps.sort(key=lambda step: step[0])
@@ -115,9 +115,9 @@ def _marks(line: Line) -> list[dict[str, str]]:
             marks.append({**sure, "text": f"{clean(heard.listener)} {sure['text']}"})
         else:
             marks.append(mark("odd", f"{clean(heard.listener)} understood: “{clean(heard.text)}”"))
-    for told, names in (("garbled at", line.garbled), ("not heard by", line.missed)):
+    for verb, names in (("garbled at", line.garbled), ("not heard by", line.missed)):
         if names:
-            marks.append(mark("bad", f"{told} {clean(listed(names))}"))
+            marks.append(mark("bad", f"{verb} {clean(listed(names))}"))
     return marks
 
 
@@ -150,7 +150,7 @@ def _board(watch: Watch, story: Story) -> Message:
     return {"kind": "board", "tasks": rows}
 
 
-def _occupations(story: Story) -> Iterator[Step]:
+def _activities(story: Story) -> Iterator[Step]:
     for at_s in sorted({at_s for span in story.spans for at_s in (span.from_s, span.to_s)}):
         yield at_s, _robots(story, at_s)
 

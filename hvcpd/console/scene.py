@@ -51,8 +51,8 @@ class Scene:
 
     def snapshot(self) -> Message:
         """All that a page needs to begin with."""
-        told = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
-        return {"kind": "snapshot", "parts": told, "plan": self._plan_message(), **self.newest_lines()}
+        parts = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
+        return {"kind": "snapshot", "parts": parts, "plan": self._plan_message(), **self.newest_lines()}
 
     def newest_lines(self) -> dict[str, Any]:
         """The last page of the conversation, and the number of the oldest line that there is."""
@@ -137,7 +137,7 @@ class Scene:
                 self._draw()
 
     def _draw(self) -> None:
-        """Draw the room anew, with all tasks' places and the whole trail."""
+        """Draw the room again, with all tasks' places and the whole trail."""
         placed = [task for task in self._tasks if task["place"] is not None]
         plants = [Plant(t["number"], t["name"], t["place"]["x_m"], t["place"]["y_m"]) for t in placed]
         points = [(plant.x_m, plant.y_m) for plant in plants] + list(self._trail)

@@ -57,11 +57,11 @@ class Viewer:
         """All messages that wait, as soon as there are some. After an overrun it is a new `snapshot`."""
         await self._wake.wait()
         self._wake.clear()
-        told = [*self._newest.values(), *self._waiting]
+        messages = [*self._newest.values(), *self._waiting]
         overrun, self._overrun = self._overrun, False
         self._newest.clear()
         self._waiting.clear()
-        return [snapshot()] if overrun else told
+        return [snapshot()] if overrun else messages
 
 
 class Viewers:

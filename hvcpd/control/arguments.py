@@ -24,7 +24,7 @@ def task_number(text: str) -> int:
     words = spoken_words(text)
     found = next((number for number in range(1, NUMBER_MAX + 1) if number_words(number) == words), None)
     if found is None:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no task's number; write for example 3")
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a task number; write for example 3")
     return found
 
 

@@ -128,10 +128,9 @@ def _add_say(commands: _Commands) -> None:
         "say",
         help="speak one sentence of the phrasebook",
         epilog=with_examples(
-            "A robot that runs on this computer says what is said in its name itself, when its turn comes, so that "
-            "nobody is interrupted: '… I am Rob, …' is said by Rob. With an option that tells how or where it is to "
-            "sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard), with --local, and where no such robot "
-            "runs, this command plays it at once.",
+            "If the sentence says '… I am Rob, …' and Rob runs on this computer, Rob says it when its turn comes, "
+            "so that it interrupts nobody. Otherwise this command plays the sentence at once; so it does with --local, "
+            "and with options for the sound (-o, --as, --voice, --rate, --gain-db, --natural, --lombard).",
             "hvcpctl say 'Hi Rob, I am Bot, water the yellow rose' -o yellow.wav",
         ),
     )
@@ -193,7 +192,7 @@ def _add_hear(commands: _Commands) -> None:
 
 
 def _add_listen(commands: _Commands) -> None:
-    c = commands.add_parser("listen", help="listen at the microphone and print what robots say, until interrupted")
+    c = commands.add_parser("listen", help="listen to the microphone and print what robots say, until interrupted")
     _add_shared(c)
     _add_key_option(c, "also hear seals; with the team's key, check them and decrypt")
     c.add_argument("--device", metavar="NAME", help="a part of the microphone's name (default: the settings')")
@@ -202,10 +201,10 @@ def _add_listen(commands: _Commands) -> None:
 
 
 def _add_phrases(commands: _Commands) -> None:
-    c = commands.add_parser("phrases", help="print the card of all that can be said")
+    c = commands.add_parser("phrases", help="print the card: every sentence that robots understand")
     _add_shared(c)
-    c.add_argument("--format", choices=("text", "markdown", "html"), default="text")
-    c.add_argument("--key", action="store_true", help="of a team with a key (default: if the settings name one)")
+    c.add_argument("--format", choices=("text", "markdown", "html"), default="text", help="default: text")
+    c.add_argument("--key", action="store_true", help="include seals and codes (default: if the settings name a key)")
     c.add_argument("--json", action="store_true", help="print the card as one JSON object")
     c.set_defaults(run=_lazy("say.phrases"))
 
@@ -278,7 +277,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command = ""
     try:
         try:
-            given = sys.argv[1:] if arguments is None else arguments
+            given = list(sys.argv[1:] if arguments is None else arguments)
+            if given[:1] == ["help"]:  # as git and systemctl take it
+                given = [*given[1:], "--help"]
             options = make_parser(next((each for each in given[:1] if each[:1] != "-"), None)).parse_args(given)
             command, run = options.command, options.run
             status: int = run(options)

@@ -20,7 +20,6 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "report": ("hvcpctl report --since 8h --html shift.html",),
     "audit": ("hvcpctl audit --since 8h",),
     "tasks": ("hvcpctl tasks", "hvcpctl tasks --json"),
-    "follow": ("hvcpctl follow", "hvcpctl follow --json > events.jsonl"),
     "resume": ("hvcpctl resume",),
     "reload": ("hvcpctl reload",),
     "config": ("hvcpctl config", "hvcpctl config --example > hvcpd.yaml"),

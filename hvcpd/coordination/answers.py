@@ -138,14 +138,14 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
 def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
     number = entry.definition.number
     if entry.state == DONE:
-        entry.times_told += 1
+        entry.times_said += 1
         lists = LISTS_OF_ONE if len(me.peers.present(now)) > 1 else LISTS_OF_TWO
-        if entry.told_by != speaker or entry.times_told >= lists:
+        if entry.said_by != speaker or entry.times_said >= lists:
             me.board.complete(number, entry.owner)
     elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, speaker):
         if entry.owner == me.role.name:
             me.board.release(number)  # whichever robot has done it, this one knows that it has not
-        me.board.complete(number, None, hearsay=True, told_by=speaker)
+        me.board.complete(number, None, hearsay=True, said_by=speaker)
 
 
 def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:

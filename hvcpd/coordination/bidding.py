@@ -38,7 +38,7 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, way_m: int | None) -> b
     if way_m is None or here is None or not (was_open and is_free and able and me.role.nearest_first):
         return False
     own_m = here.distance_m(entry.definition.place or here)
-    if own_m > min(CLEARLY * way_m, way_m - NEARER_M) or not routes.is_untold(me):
+    if own_m > min(CLEARLY * way_m, way_m - NEARER_M) or not routes.is_unplaced(me):
         return False
     free = (entry.definition, *me.board.free_for(me.role.name, heard.now, me.role.unable))
     mine = routes.own(me, free, heard.now, without=heard.speaker)

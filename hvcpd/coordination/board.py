@@ -26,10 +26,10 @@ class Entry:
     lease_end_s: float = 0.0
     failed_by: frozenset[str] = frozenset()
     hearsay: bool = False
-    told_by: str | None = None
+    said_by: str | None = None
     """The robot that left this task, done by hearsay, out of its list of remaining tasks; None: its report was
     heard."""
-    times_told: int = 0
+    times_said: int = 0
     """How often it did."""
     firm: bool = False
     """The claim is known to be confirmed, or its owner to be at work: reason enough to deny the task to others."""
@@ -50,7 +50,7 @@ class Entry:
     """The number of the last change that is known; 0: none was made."""
     is_changed: bool = False
     """The last change was made since the task was last due."""
-    told: int = 0
+    rumoured_change: int = 0
     """Of a recurring task: the number of a change that was heard once, and is not believed yet."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
@@ -68,7 +68,7 @@ class Entry:
     """Of a task for several robots: the robots that do it with its owner."""
     parts: frozenset[str] = frozenset()
     """Those of them that have done their part."""
-    half: frozenset[str] = frozenset()
+    parts_before: frozenset[str] = frozenset()
     """Those that did their part before the others were no longer heard."""
     calls: int = 0
     """How often this robot has called others to do it with, without an answer."""
@@ -268,7 +268,7 @@ class Board:
         """Release shared tasks whose robots were not heard until the lease ended, except this robot's `own` tasks."""
         for number, entry in self._entries.items():
             if entry.is_shared and entry.state == CLAIMED and now >= entry.lease_end_s and number not in own:
-                entry.half |= entry.parts
+                entry.parts_before |= entry.parts
                 self.release(number)
 
     def complete_part(self, number: int, name: str, lease_end_s: float) -> bool:
@@ -285,13 +285,13 @@ class Board:
         entry.lease_end_s, entry.firm = lease_end_s, True
         return False
 
-    def complete(self, number: int, owner: str | None, hearsay: bool = False, told_by: str | None = None) -> None:
+    def complete(self, number: int, owner: str | None, hearsay: bool = False, said_by: str | None = None) -> None:
         """A task known to be done stays done; the first robot that did it stays its owner."""
         entry = self._entries[number]
         if not entry.known_done:
             self._set(number, DONE, owner or entry.owner, hearsay)
-            entry.told_by = told_by if hearsay else None
-            entry.times_told = int(hearsay)
+            entry.said_by = said_by if hearsay else None
+            entry.times_said = int(hearsay)
 
     def change(self, number: int, count: int, skip: bool) -> None:
         """The `count`-th change of the task: it is to be left out, or to be done."""
@@ -304,7 +304,7 @@ class Board:
     def reopen(self, number: int) -> None:
         """A report about this task was wrong."""
         self._set(number, OPEN, None)
-        self._entries[number].half = frozenset()
+        self._entries[number].parts_before = frozenset()
 
     def give_up(self, number: int, owner: str) -> None:
         """The task is free for others again, but never again for its owner."""
@@ -326,11 +326,11 @@ class Board:
         if state != CLAIMED:
             entry.parts = frozenset()
         if state == DONE:
-            entry.half = frozenset()
+            entry.parts_before = frozenset()
         if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
-        entry.told_by = entry.way_m = None
+        entry.said_by = entry.way_m = None
         entry.skipped = entry.skipped and state == DONE
 
 

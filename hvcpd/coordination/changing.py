@@ -32,7 +32,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
     if entry is None:
         known = ", ".join(str(each.definition.number) for each in me.board.entries())
         return f"there is no task {number}; the tasks are {known}"
-    if _is_so(entry, skip):
+    if _is_applied(entry, skip):
         return f"task {number} is {entry.state} already" if skip else f"task {number} is still to be done"
     if skip and _is_acted(me, number):
         return f"task {number} is just being done"
@@ -55,7 +55,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     elif s.skip and _is_acted(me, entry.definition.number):
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
-        if not entry.change or not _is_so(entry, s.skip):
+        if not entry.change or not _is_applied(entry, s.skip):
             _take(me, entry, _next(entry), s.skip, now)
         _answer(me, speaker, entry, now)
 
@@ -69,7 +69,7 @@ def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
         changed(me, heard, m.Change(m.TaskByNumber(entry.definition.number)))
 
 
-def _is_so(entry: Entry, skip: bool) -> bool:
+def _is_applied(entry: Entry, skip: bool) -> bool:
     return entry.known_done if skip else entry.state != DONE and not entry.failed_by
 
 
@@ -93,8 +93,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         entry.change = count
     by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be misheard
     if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
-        if entry.recurs and entry.told != count and not _is_believed(me, heard, entry, count):
-            entry.told = count
+        if entry.recurs and entry.rumoured_change != count and not _is_believed(me, heard, entry, count):
+            entry.rumoured_change = count
         else:
             _take(me, entry, count, skip, now)
         return
@@ -184,7 +184,7 @@ def spread(me: Knowledge, now: float) -> None:
 
 
 def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
-    """The sentence, without the part about a task whose last change its speaker does not know; the speaker is told."""
+    """The sentence, without the part about a task whose last change its speaker does not know; corrects the speaker."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
     match said:
         case m.Completed(ref, count=count):

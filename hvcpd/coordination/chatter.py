@@ -27,13 +27,13 @@ NEVER_SOFT = (m.Stop, m.Stopped, m.Resume, m.Leaving)
 
 
 def tell_beginning(me: Knowledge, now: float) -> None:
-    """Say that the robot begins its task, if it is to say so much."""
+    """Say that the robot begins its task, if its setting `talk` is full."""
     if me.role.talk is Talk.FULL and not choosing.air_is_scarce(me, me.board[me.my_task()].definition, now):
         _want(me, lambda: composing.working(me) if me.state is State.ACTING else None, now)
 
 
 def tell_free(me: Knowledge, now: float) -> None:
-    """Say once that nothing is left to do, if the robot is to say so much."""
+    """Say once that nothing is left to do, if its setting `talk` is full."""
     was_busy, me.acquaintance.was_busy = me.acquaintance.was_busy, False
     if me.role.talk is Talk.FULL and was_busy and me.expected(now):
         free, after_s = composing.to_all(me, m.Free()), me.timing.back_off_s * me.rng.random()  # all notice at once

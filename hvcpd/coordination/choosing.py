@@ -95,7 +95,7 @@ def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
     second = next((t for t in route[1:] if t in others), None)
     if second is None or len(others) <= _free_others(me, now):
         return (route[0].number,)
-    both = air_is_scarce(me, route[0], now) or _spares_talk(me, route[0], second)
+    both = air_is_scarce(me, route[0], now) or _saves_a_renewal(me, route[0], second)
     return (route[0].number, second.number) if both else (route[0].number,)
 
 
@@ -115,7 +115,7 @@ def task_ahead(me: Knowledge, now: float) -> int | None:
     return route[0].number if route else None
 
 
-def _spares_talk(me: Knowledge, first: TaskDefinition, second: TaskDefinition) -> bool:
+def _saves_a_renewal(me: Knowledge, first: TaskDefinition, second: TaskDefinition) -> bool:
     """Whether a terse robot claims both at once: it does them before it would have to say that it is still at work."""
     both_s = _cost_s(me, first) + routes.cost_s(second, first.place) + MARGIN_S
     return me.role.talk is Talk.TERSE and not me.role.speech.encrypted and both_s < me.timing.renewal_s

@@ -95,7 +95,7 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
     if entry.known_done and (entry.owner != other or entry.is_shared):
         tell_done(me, other, entry, now)
         return False
-    if entry.hearsay and entry.told_by is None and entry.owner != other:
+    if entry.hearsay and entry.said_by is None and entry.owner != other:
         slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, number, now)
         _deny(me, other, number, entry.owner, slot, now)
         return False

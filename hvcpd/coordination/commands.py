@@ -141,7 +141,7 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
         fire(me, Trigger.MOTION, now)
 
 
-def _telling(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], one: bool = False) -> Reaction:
+def _answering(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], one: bool = False) -> Reaction:
     """A reaction in which all robots that are asked answer, or `one` for all: at once if asked alone, else in turn."""
 
     def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
@@ -167,7 +167,7 @@ REACTIONS: Reactions = {
     m.ComeBack: _move,
     m.MoveBy: _move,
     m.TurnBy: _move,
-    m.WhatDoing: _telling("doing", composing.occupation),
-    m.ReportWanted: _telling("report", composing.shift_report),
-    m.WhatLeft: _telling("left", composing.left, one=True),
+    m.WhatDoing: _answering("doing", composing.occupation),
+    m.ReportWanted: _answering("report", composing.shift_report),
+    m.WhatLeft: _answering("left", composing.left, one=True),
 }

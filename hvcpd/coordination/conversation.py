@@ -124,7 +124,7 @@ class Doubts:
 
     asked: dict[str, tuple[float, int]] = field(default_factory=dict)
     """When it was first asked to say its sentence again, and how often."""
-    told: dict[str, tuple[float, float]] = field(default_factory=dict)
+    answered: dict[str, tuple[float, float]] = field(default_factory=dict)
     """When it was last told that it is not trusted, and for how long this is not repeated, s."""
 
 

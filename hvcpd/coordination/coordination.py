@@ -89,7 +89,7 @@ class Coordination:
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
             me.state = State.STOPPED
-            halting.want_release_told(me, now)
+            halting.want_release_hint(me, now)
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
 

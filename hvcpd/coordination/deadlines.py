@@ -110,7 +110,7 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
     unsure = not me.board.not_done() and me.board.hearsay() and now >= me.missed.ask_again_s
     if me.report.task is not None:
         fire(me, Trigger.CHOSE_REPORT, now)
-    elif _wonders(me, now) and me.peers.present(now):
+    elif _asks_what_is_left(me, now) and me.peers.present(now):
         me.missed.left_out_asks += 1
         me.missed.left_out_s = now + me.timing.lease_s * 2.0**me.missed.left_out_asks
         _ask(me, now)
@@ -131,7 +131,7 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
         _wait(me, now)
 
 
-def _wonders(me: Knowledge, now: float) -> bool:
+def _asks_what_is_left(me: Knowledge, now: float) -> bool:
     """Whether the robot has been left out for so long that it asks what is left; notes since when it is."""
     if not _is_left_out(me, now):
         me.missed.left_out_s, me.missed.left_out_asks = math.inf, 0

@@ -56,16 +56,16 @@ def note(me: Knowledge, heard: Heard) -> None:
 def way_back(me: Knowledge, now: float) -> Place | None:
     """The place where this robot was last answered by its partner, or by any robot if it speaks to all; None if it is
     there, or has gone there without success."""
-    return next((peer.met for peer in _whom_to_seek(me, now)), None)
+    return next((peer.met for peer in _peers_to_seek(me, now)), None)
 
 
 def note_sought(me: Knowledge, now: float) -> None:
     """The robot goes back: once for each robot that it seeks."""
-    for peer in _whom_to_seek(me, now):
+    for peer in _peers_to_seek(me, now):
         peer.sought = True
 
 
-def _whom_to_seek(me: Knowledge, now: float) -> list[Peer]:
+def _peers_to_seek(me: Knowledge, now: float) -> list[Peer]:
     """The robots that may hear this one elsewhere; the last heard comes first."""
     wanted = me.current.partner or (me.waiting.giver if _follows(me) else None)
     peers = [me.peers.get(wanted)] if wanted is not None else me.peers.all()

@@ -114,10 +114,10 @@ def claim_task(me: Knowledge, now: float) -> None:
             return  # a robot that joins it confirms that, and not the report
         me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
-        me.current.told = me.current.promised = me.current.agreed = frozenset()
+        me.current.confirmed_to = me.current.promised = me.current.agreed = frozenset()
     else:
         tasks = me.my_tasks()
-    me.current.way_m = routes.way_to_tell_m(me, me.board[tasks[0]].definition, now)
+    me.current.way_m = routes.way_to_state_m(me, me.board[tasks[0]].definition, now)
     schedule.begin(me, tasks[0], now)
     _hold(me, tasks, now)
 
@@ -130,7 +130,10 @@ def _hold(me: Knowledge, tasks: Iterable[int], now: float) -> None:
 def wait_for_objections(me: Knowledge, now: float) -> None:
     """Time for everybody's slot; the last statement of this kind tells until when a confirmation holds."""
     if me.state is State.CHECKING and me.board[me.my_task()].is_shared:
-        me.current.there, me.current.told = True, frozenset()  # this robot must tell those that confirm this sentence
+        me.current.there, me.current.confirmed_to = (
+            True,
+            frozenset(),
+        )  # this robot must tell those that confirm this sentence
         me.arm(now, me.timing.others_s)
         return
     if me.current.repeats == 0:
@@ -149,7 +152,7 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 def go(me: Knowledge, now: float) -> None:
     forget_report(me, Urgency.TURN, now)
     me.current.repeats, me.board[me.my_task()].calls = 0, 0
-    me.current.there, me.current.told = False, frozenset()
+    me.current.there, me.current.confirmed_to = False, frozenset()
     me.current.promised = me.current.agreed = frozenset()
     _hold(me, me.my_tasks(), now)
     me.current.ahead_sure = me.current.ahead is not None
@@ -167,7 +170,7 @@ def go_alone(me: Knowledge, now: float) -> None:
 
 
 def act(me: Knowledge, now: float) -> None:
-    me.board[me.my_task()].half = frozenset()
+    me.board[me.my_task()].parts_before = frozenset()
     me.do(Perform(me.my_task(), _split(me)[1]))
     chatter.tell_beginning(me, now)
 

@@ -60,10 +60,10 @@ def halt(me: Knowledge, now: float) -> None:
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
     after_s = now + 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
     me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
-    want_release_told(me, now)
+    want_release_hint(me, now)
 
 
-def want_release_told(me: Knowledge, now: float) -> None:
+def want_release_hint(me: Knowledge, now: float) -> None:
     """Tell people who come by why the robot stands, and what to say; nothing else ends a stop."""
-    told = composing.to_all(me, m.Stopped(waits=True))
-    me.floor.want(Intent(Urgency.TURN, "released how", lambda: told, not_before_s=now + me.timing.standing_s), now)
+    released = composing.to_all(me, m.Stopped(waits=True))
+    me.floor.want(Intent(Urgency.TURN, "released how", lambda: released, not_before_s=now + me.timing.standing_s), now)

@@ -69,7 +69,7 @@ class Current:
     """When that sentence was first said."""
     there: bool = False
     """Of a task for several robots: it has said that it is at its place."""
-    told: frozenset[str] = frozenset()
+    confirmed_to: frozenset[str] = frozenset()
     """The robots that it has told since then that it does the task with them."""
     promised: frozenset[str] = frozenset()
     """All robots that it has told so there."""

@@ -16,7 +16,7 @@ TELL_S, TELL_MAX_S = 20.0, 300.0
 """Between two statements of a robot that it is inside: at first, and doubled after each up to the longest. A robot that
 passes through says it once or twice; one that stays in a dock does not keep people awake."""
 LEASE_TELLS = 2.25
-"""A keeper that says nothing of the place for this many of those pauses has left it: one statement may be lost."""
+"""A keeper that does not mention the place for this many of those pauses has left it: one statement may be lost."""
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Pass:
     """This robot does not ask the keeper before then."""
     given_s: float = -math.inf
     """When it last gave the place to the keeper, or heard that the keeper still waits for it."""
-    told: bool = False
+    announced: bool = False
     """This robot has said that it has the place, and says so when it leaves."""
     tell_s: float = math.inf
     """When this robot next says that it is inside: a robot that is not heard, and so gets no answer, then stays out."""
@@ -86,7 +86,7 @@ class Pass:
         """This robot says that it is inside."""
         self.tells += 1
         self.tell_s = now + min(TELL_S * 2.0 ** (self.tells - 1), TELL_MAX_S)
-        self.told = self.told or self.tells > 1  # it stays, and the others expect to hear when it leaves
+        self.announced = self.announced or self.tells > 1  # it stays, and the others expect to hear when it leaves
 
     def is_taken_by(self, keeper: str, now: float) -> None:
         """The keeper was heard to be inside. The longer it stays, the longer the pauses that it makes."""

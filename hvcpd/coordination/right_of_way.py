@@ -65,7 +65,7 @@ ALL_HEARD_S = 150.0
 ASKS_ALONE = 2
 """The same if no other robot was ever heard of."""
 LEASE_S = 45.0
-"""A robot that was given the place and says nothing of it has left it by then: 4 m of it take 20 s. Each request that
+"""A robot that was given the place and does not mention it has left it by then: 4 m of it take 20 s. Each request that
 it hears renews the lease, because it answers."""
 REPEATED_S = 25.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
@@ -142,11 +142,11 @@ def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
 
 def _leave(me: Knowledge, p: Pass, now: float) -> None:
     """This robot is outside, and gives the place to the robot that has waited longest."""
-    p.using, told, p.told, p.tell_s = False, p.told, False, math.inf
+    p.using, announced, p.announced, p.tell_s = False, p.announced, False, math.inf
     p.waiting = {name: (first_s, last_s) for name, (first_s, last_s) in p.waiting.items() if now - last_s < WAITS_S}
     if p.waiting:
         _give(me, p, min(p.waiting, key=lambda name: p.waiting[name]), now)
-    elif told:
+    elif announced:
         free = composing.to_all(me, m.PlaceFree(p.place.name))
         mine = partial(_is_idle, me, p)
         me.floor.want(Intent(Urgency.ANSWER, f"free {p.place.name}", lambda: free if mine() else None, slot=0), now)
@@ -274,7 +274,7 @@ def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
     """The place belongs to this robot, which keeps it, says so, and leaves if it has nothing to do inside."""
     if not p.inside:
         _have(me, p, now)
-    p.told, p.tell_s = True, max(p.tell_s, now + TELL_S)
+    p.announced, p.tell_s = True, max(p.tell_s, now + TELL_S)
     stands = me.state is State.STOPPED
     taken = m.PlaceTaken(p.place.name, stands)
     composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
@@ -296,7 +296,7 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
             if p.waiting:
                 _leave(me, p, now)
     elif p.using:  # another robot believes that it has it
-        p.told = True
+        p.announced = True
         _say_taken(me, p, now)
     else:
         p.waiting.pop(heard.to.name, None)

@@ -128,19 +128,19 @@ def stand_of(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
     done = max((e for e in entries if e.state == DONE), key=_since, default=None)
     place, free_s = (done.definition.place, done.since_s) if done is not None else (None, -math.inf)
     for entry in sorted((e for e in entries if e.state == CLAIMED), key=_since):
-        told_s = entry.way_m / DRIVE_M_S + work_s(entry.definition) if entry.way_m is not None else None
-        free_s = max(free_s, entry.since_s) + (told_s or cost_s(entry.definition, place))
+        stated_s = entry.way_m / DRIVE_M_S + work_s(entry.definition) if entry.way_m is not None else None
+        free_s = max(free_s, entry.since_s) + (stated_s or cost_s(entry.definition, place))
         place = entry.definition.place or place
     return (place, free_s) if place is not None else None
 
 
-def is_untold(me: Knowledge) -> bool:
+def is_unplaced(me: Knowledge) -> bool:
     """Whether no other robot can know where this robot is: it has not claimed anything before its present claim."""
     claiming = me.my_tasks()
     return all(e.owner != me.role.name or e.definition.number in claiming for e in me.board.entries())
 
 
-def way_to_tell_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
+def way_to_state_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
     """The way to a task, in metres, if the claim should state it: robots that do not know where this one is may be
     nearer, or it is to tell all that it can."""
     if not me.role.nearest_first or me.role.speech.encrypted or task.place is None:
@@ -148,7 +148,7 @@ def way_to_tell_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None
     if me.role.talk is Talk.FULL:
         return spoken_way_m(me, task)
     peers = [me.peers.get(name) for name in me.expected(now)]
-    unknown = is_untold(me) and any(peer is None or stand_of(me, peer) is None for peer in peers)
+    unknown = is_unplaced(me) and any(peer is None or stand_of(me, peer) is None for peer in peers)
     return spoken_way_m(me, task) if unknown else None
 
 

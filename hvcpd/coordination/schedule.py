@@ -67,14 +67,14 @@ def begin(me: Knowledge, number: int, now: float) -> bool:
 
 def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
     """A robot speaks of tasks as open, or just done: a task that was done here may be due again."""
-    told = m.own_words(statement)
-    for ref in _spoken_of(told):
+    own = m.own_words(statement)
+    for ref in _spoken_of(own):
         entry = me.board.find(ref)
         if entry is None or not _may_be_due(me, entry, now) or not entry.known_done:
             continue
         if me.clock_s is None:
-            if isinstance(told, m.Completed) and ref in told.tasks:
-                if told is statement:  # not another robot's older report
+            if isinstance(own, m.Completed) and ref in own.tasks:
+                if own is statement:  # not another robot's older report
                     entry.done_s = now  # this occurrence or the last one: it is done
                 continue
             me.missed.heard_work = True  # other tasks may be due as well

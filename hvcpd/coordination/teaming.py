@@ -32,9 +32,8 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     """Another robot claims a task for several robots, or is at its place."""
     number, now = entry.definition.number, heard.now
     me.board.expire(now, me.my_tasks())
-    if me.role.name in entry.half and not _is_in(
-        me, number
-    ):  # perhaps the others have done theirs, and nobody has heard that from all
+    if me.role.name in entry.parts_before and not _is_in(me, number):
+        # perhaps the others have done their parts, and no robot has heard that from all
         composing.answer(me, None, f"done {number}", composing.done(me, number), now, call=other)
     if not _is_in(me, number):
         lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
@@ -53,8 +52,9 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     _note_answer(me, other)
     is_coming = is_member and me.state in AT_PLACE and is_for_me_alone(me, heard.to)
     if not other_at_work:
-        for words in ("told", "promised", "agreed"):
-            setattr(me.current, words, getattr(me.current, words) - {other})
+        me.current.confirmed_to -= {other}
+        me.current.promised -= {other}
+        me.current.agreed -= {other}
     if other_at_work:
         me.board.claim(number, other, me.lease_end_s(now))
         if me.state in AT_PLACE or me.state is State.ACTING:
@@ -102,7 +102,7 @@ def _agree(me: Knowledge, other: str, number: int, now: float, begins: bool = Fa
     begins."""
 
     def note() -> None:
-        me.current.told |= {other}
+        me.current.confirmed_to |= {other}
         if begins:
             me.current.there, me.current.promised = True, me.current.promised | {other}
 
@@ -128,7 +128,7 @@ def settle(me: Knowledge, now: float) -> None:
         return
     entry = me.board[me.current.task]
     others = entry.team - {me.role.name}
-    if len(others) + 1 < entry.definition.robots or not others <= me.current.told:
+    if len(others) + 1 < entry.definition.robots or not others <= me.current.confirmed_to:
         return
     if me.state in (State.CLAIMING, State.PROPOSED) or (me.state in AT_PLACE and others <= me.current.agreed):
         fire(me, Trigger.CONFIRMED, now)
@@ -152,7 +152,7 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
             fire(me, Trigger.CONFIRMED, now)
     elif me.state in AT_PLACE and me.current.there:
         me.current.agreed |= {other}
-        if other not in me.current.told:
+        if other not in me.current.confirmed_to:
             _agree(me, other, number, now, begins=True)
         settle(me, now)
     return True
@@ -208,9 +208,9 @@ def done(me: Knowledge, doer: str, number: int, whole: bool, now: float) -> bool
     is_in = _is_in(me, number)
     if not entry.is_shared or entry.known_done or (whole and not (is_in and me.state in AT_WORK)):
         return False
-    if entry.half and doer not in entry.team:
-        entry.half |= {doer}
-        if len(entry.half) >= entry.definition.robots:
+    if entry.parts_before and doer not in entry.team:
+        entry.parts_before |= {doer}
+        if len(entry.parts_before) >= entry.definition.robots:
             me.board.complete(number, doer)
             if is_in:
                 fire(me, Trigger.DONE_BEFORE, now)

@@ -103,9 +103,9 @@ def _may_ask(me: Knowledge, name: str, now: float) -> bool:
 
 def _may_tell(me: Knowledge, name: str | None, now: float) -> bool:
     key = (name or "").lower()
-    last_s, pause_s = me.doubts.told.get(key, (float("-inf"), 0.0))
+    last_s, pause_s = me.doubts.answered.get(key, (float("-inf"), 0.0))
     if now - last_s < pause_s:
         return False
     forgotten = now - last_s > 4.0 * TELL_MOST_S
-    me.doubts.told[key] = (now, TELL_S if forgotten or not pause_s else min(2.0 * pause_s, TELL_MOST_S))
+    me.doubts.answered[key] = (now, TELL_S if forgotten or not pause_s else min(2.0 * pause_s, TELL_MOST_S))
     return True

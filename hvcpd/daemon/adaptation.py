@@ -69,7 +69,7 @@ class Adaptation:
         state_dir: Path,
         second: SecondPass[Segment, Recognised | None],
     ) -> None:
-        """`people` as in CurrentPeople; `learned` is told of whom there are more sentences."""
+        """`people` as in CurrentPeople; `learned` is called with the people of whom there are more sentences."""
         self._learning = ConfirmedSentences(own_name)
         self._people = people
         self._learned = learned

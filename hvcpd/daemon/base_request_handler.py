@@ -1,4 +1,4 @@
-"""A base that ROS has, in a daemon's life: what the bridge tells of it, and what the bridge is told to do.
+"""A base under ROS, seen from the daemon: reports of the bridge, and commands to it.
 
 While there is no base the robot claims no task that drives and takes no order for one; what it gave up for that reason
 it may try again when the base is back.
@@ -98,7 +98,7 @@ class BaseRequestHandler:
         self._there = there
         c.reconfigure(robot.now, replace(c.role, unable=self.unable(wiring) | lacking), forgiven=forgiven)
         if there:
-            _log.info("base is there")
+            _log.info("base found")
         else:
             _log.warning("no base", reason=self._base.fault, effect="it leaves tasks that drive to others")
 

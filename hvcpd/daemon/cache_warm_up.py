@@ -104,7 +104,7 @@ class Preparation:
             self._report(self.text)
         if now_s - self._logged_s >= self._logged_every_s:
             self._logged_s = now_s
-            _log.info("making words ready", what=what, done=self.done, of=self.total)
+            _log.info("rendering words", what=what, done=self.done, of=self.total)
 
 
 class CacheWarmUp:

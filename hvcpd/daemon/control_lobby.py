@@ -1,4 +1,4 @@
-"""The lobby of the control socket: whoever connects waits here, at little cost, until it has said its first line.
+"""The lobby of the control socket: a client waits here, at little cost, until it has sent its first line.
 
 A client that connects in a storm and sends nothing takes no place among the served clients. And "stop" goes before all
 others: it is passed on as soon as it is read. A client that does not wait for the first line has sent its own when it
@@ -35,7 +35,7 @@ _log = structlog.get_logger(__name__)
 
 @dataclass(eq=False)
 class Visitor:
-    """One connection, and what it has said so far."""
+    """One connection, and what it has sent so far."""
 
     connection: socket.socket
     caller: Caller

@@ -77,7 +77,7 @@ Serve = Callable[[Request, Client], Awaitable[Mapping[str, Any]]]
 
 
 class ControlServer:
-    """Serves the clients of a listening socket with `serve`; `hello` is what each is told first."""
+    """Serves the clients of a listening socket with `serve`; `hello` is the first line to each."""
 
     def __init__(self, serve: Serve, hello: Callable[[], Mapping[str, Any]]) -> None:
         self._serve = serve
@@ -145,7 +145,7 @@ class ControlServer:
             return False
         most = Counter(client.caller.pid for client in self._clients)
         first = min(idle, key=lambda each: (-most[each.caller.pid], each.asked_s))
-        first.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected, and others ask")))
+        first.send(refusal_line(None, RefusalError("busy", f"{MAX_CLIENTS} programs are connected; more are waiting")))
         if first.writer is not None:
             first.writer.close()
         self._clients.pop(first).cancel()

@@ -1,4 +1,4 @@
-"""The control socket in a daemon's life: opened first, closed last, told of every step."""
+"""The control socket of a daemon: opened first, closed last, and notified of every step."""
 
 from __future__ import annotations
 

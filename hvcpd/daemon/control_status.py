@@ -31,7 +31,7 @@ from hvcpd.robot.robot import Robot
 
 @dataclass
 class Body:
-    """The parts of a daemon that there are so far; what is still None is being started."""
+    """The parts of a daemon that have been started; None: not yet."""
 
     wiring: Wiring
     journal: JournalService
@@ -68,7 +68,7 @@ class Body:
         return self.lacking | (self.wiring.unable if self.base is None else self.base.unable(self.wiring))
 
     def tell_unable(self) -> None:
-        """Have the robot know what it cannot do now. What it gave up it may try again once it has the means anew."""
+        """Update the tasks that the robot cannot do now. It may retry one that it gave up if it can do it again."""
         if self.robot is None:
             return
         c = self.robot.coordination

@@ -47,14 +47,14 @@ LATCH_S = 5.0
 `hvcpctl`."""
 
 Remembered = dict[int, tuple[str, str | None]]
-Told = tuple[Record, float]
+TimedRecord = tuple[Record, float]
 """A record, and when it was handed over, s of the sample clock."""
 
 _log = structlog.get_logger(__name__)
 
 
 class JournalService:
-    """Writes records in order. A failing disk costs memory, not the mission: it is told once and counted.
+    """Writes records in order. A failing disk costs memory, not the mission: it is logged once and counted.
 
     What the robot must know after a restart is written at once and not given up: it is tried again until the disk
     works. Until then the latch does not let the next start go on by itself. All else is written each LATER_S.
@@ -73,7 +73,7 @@ class JournalService:
         self._flights: set[asyncio.Future[None]] = set()
         self._latch_flight: asyncio.Future[None] | None = None
         self._unwritten: dict[tuple[object, ...], Record] = {}
-        self._later: list[Told] = []
+        self._later: list[TimedRecord] = []
         """What waits for LATER_S."""
         self._peers: set[str] = set()
         """Of whom the memory knows: a name is kept at once when it is new."""
@@ -168,9 +168,9 @@ class JournalService:
 
     def _send_later(self) -> None:
         """Have all that waits for LATER_S written."""
-        told, self._later = tuple(self._later), []
-        if told:
-            self._send([record for record, _ in told], partial(self._write_together, told, self._now))
+        timed, self._later = tuple(self._later), []
+        if timed:
+            self._send([record for record, _ in timed], partial(self._write_together, timed, self._now))
 
     def _send(self, records: Sequence[Record], write: Callable[[], None]) -> None:
         """Have the thread write the records."""
@@ -265,10 +265,10 @@ class JournalService:
             raise RuntimeError("the memory is not open")
         self._journal.write(records, now)
 
-    def _write_together(self, told: Sequence[Told], now: float) -> None:
+    def _write_together(self, timed: Sequence[TimedRecord], now: float) -> None:
         if self._journal is None:
             raise RuntimeError("the memory is not open")
-        self._journal.write_together(told, now)
+        self._journal.write_together(timed, now)
 
     def _again(self, records: Sequence[Record]) -> Sequence[Record]:
         """The records to try to write while the disk fails: none yet, or all that are due."""
@@ -329,7 +329,7 @@ class JournalService:
         if reason is not None and reason != self.unkept:
             _log.error("stop not kept" if self._is_stopped else "latch not set", reason=reason)
         elif reason is None and self.unkept is not None:
-            _log.info("stop kept now" if self._is_stopped else "latch set again")
+            _log.info("stop saved" if self._is_stopped else "latch set again")
         self.unkept = reason
         self._retry_s = max(self._retry_s, self._now + RETRY_S) if reason is not None else self._retry_s
 

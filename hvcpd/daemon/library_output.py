@@ -21,7 +21,7 @@ from hvcpd.reporting.text import clean
 STDERR = 2
 """The file descriptor; unistd.h."""
 MAX_KINDS = 100
-"""Different lines that are told apart for the example."""
+"""Number of different lines that are counted to choose the example."""
 MAX_LINE_LENGTH = 300
 """Characters of the example."""
 READ_BYTES = 1 << 16

@@ -105,7 +105,7 @@ class RateLimiter:
         return event
 
     def take_held_back(self) -> dict[str, int]:
-        """How many lines of each event were held back and not told of yet; they then are."""
+        """Number of lines of each event that were held back since the last call."""
         found: dict[str, int] = {}
         for (_, event), bucket in self._buckets.items():
             if bucket.held_back:

@@ -108,7 +108,7 @@ class Daemon:
             self.robot.coordination.leave(self.robot.now)
 
     async def reload(self) -> None:
-        """Read the settings and tasks again; faults in them are told in the log and change nothing."""
+        """Read the settings and tasks again; errors in them are logged, and then nothing changes."""
         with suppress(HvcpdError):
             await self._control.reloader.reload()
 
@@ -152,8 +152,8 @@ class Daemon:
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
             self._control.begin(robot)
             give_back_memory()
-            roster = NameRegistry(plan, self.wiring.sound, settings.names)
-            self._name_learning = NameLearning(robot, roster, self.wiring.sound, warm_up, self._rendered)
+            registry = NameRegistry(plan, self.wiring.sound, settings.names)
+            self._name_learning = NameLearning(robot, registry, self.wiring.sound, warm_up, self._rendered)
             stack.push_async_callback(self._name_learning.close)
             body.join, body.retask = self._name_learning.join, self._name_learning.retask
             if settings.learn_voices:

@@ -38,14 +38,14 @@ class NameLearning:
     def __init__(
         self,
         robot: Robot,
-        roster: NameRegistry,
+        registry: NameRegistry,
         sound: Sound,
         warm_up: CacheWarmUp,
         rendered: Rendered = at_once,
     ) -> None:
         """`rendered` waits until another process has rendered the words that the robot does not need at once."""
         self._robot = robot
-        self._roster = roster
+        self._registry = registry
         self._sound = sound
         self._warm_up = warm_up
         self._rendered = rendered
@@ -90,7 +90,7 @@ class NameLearning:
 
     def _make_tasks_ready(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
         known = frozenset(self._robot.phrasebook.marked_graph.words)
-        book, ears = self._roster.retask(tasks)
+        book, ears = self._registry.retask(tasks)
         self._warm_up.say(frozenset(book.marked_graph.words) - known, self._goes_on)
         ears.prepare(self._goes_on)
         return book, ears
@@ -108,7 +108,7 @@ class NameLearning:
             await self._rendered()
             await asyncio.to_thread(self._warm_up.the_rest, self._robot, self._goes_on)
             give_back_memory()
-            _log.info("knows the others' voices sample by sample")
+            _log.info("waveforms of the others' voices ready")
 
     def _goes_on(self) -> bool:
         return not self._closing
@@ -119,9 +119,9 @@ class NameLearning:
 
     async def _join(self, names: Sequence[str]) -> None:
         async with self._turn:
-            self._roster.part()
+            self._registry.part()
             self._expect_voices()
-        learned = [await self._learn(name, told=True) for name in names]
+        learned = [await self._learn(name, given=True) for name in names]
         if not any(learned):  # else the new ears know everything
             async with self._turn:
                 await self._make_known()
@@ -138,31 +138,31 @@ class NameLearning:
             lesson.cancel()
         await self.settled()
 
-    async def _learn(self, name: str, told: bool = False) -> bool:
+    async def _learn(self, name: str, given: bool = False) -> bool:
         """Whether it was learned."""
         async with self._turn:
-            if told and name.lower() not in self._roster.people:
+            if given and name.lower() not in self._registry.people:
                 return False  # removed again meanwhile
-            if self._roster.knows(name):  # it was spelled twice, or is enrolled now
-                if told:
-                    self._roster.keep(name)
+            if self._registry.knows(name):  # it was spelled twice, or is enrolled now
+                if given:
+                    self._registry.keep(name)
                     self._expect_voices()
                 return False
             try:
-                self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, told))
+                self._robot.adopt(*await asyncio.to_thread(self._make_ready, name, given))
             except PhraseError as error:
                 _log.warning("name not learned", name=name, reason=str(error))
                 return False
             self._expect_voices()
             self._tidy_s = self._robot.now + ADOPTED_S
-            _log.info("name learned", name=name, names=", ".join(self._roster.names))
+            _log.info("name learned", name=name, names=", ".join(self._registry.names))
             return True
 
     def _expect_voices(self) -> None:
-        self._robot.expect(voices_of(self._roster.names, self._sound, self._roster.people))
+        self._robot.expect(voices_of(self._registry.names, self._sound, self._registry.people))
 
-    def _make_ready(self, name: str, told: bool) -> tuple[Phrasebook, Ears]:
-        ready = self._roster.learn(name, told)
+    def _make_ready(self, name: str, given: bool) -> tuple[Phrasebook, Ears]:
+        ready = self._registry.learn(name, given)
         self._warm_up.learn(name)
         ready[1].prepare(self._goes_on)
         return ready

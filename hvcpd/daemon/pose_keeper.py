@@ -44,7 +44,7 @@ class KeptPose:
 
 
 class PoseKeeper:
-    """Keeps the pose in `path`, in a thread; a disk that fails costs the pose only, and is told once."""
+    """Keeps the pose in `path`, in a thread; a disk that fails costs the pose only, and is logged once."""
 
     def __init__(self, path: Path, boot_id: Path = BOOT_ID) -> None:
         self._path = path

@@ -1,4 +1,4 @@
-"""Has pieces of sound looked at again in one thread."""
+"""Runs second passes over segments of sound in one thread."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_WAITING = 2
 _log = structlog.get_logger(__name__)
 
 
-def one_thread(name: str = "second-look") -> Executor:
+def one_thread(name: str = "second-pass") -> Executor:
     """A thread of the process's own priority, called so.
 
     With a lower one it is kept from running by other programs while it holds Python's global lock, for which hearing
@@ -32,7 +32,7 @@ class SecondPass(Generic[Job, Found]):
     """A `recognition.second_pass.Worker` with a thread of its own."""
 
     def __init__(self, failed: Found, make_pool: Callable[[], Executor] = one_thread) -> None:
-        """`failed` is what is found where a look fails. `make_pool` makes what runs one call after the other; one that
+        """`failed` is the result of a pass that fails. `make_pool` makes what runs one call after the other; one that
         is broken is replaced."""
         self._failed = failed
         self._make_pool = make_pool
@@ -91,6 +91,6 @@ class SecondPass(Generic[Job, Found]):
             return self._failed
         error = future.exception()
         if error is not None:
-            _log.error("second look failed", reason=f"{type(error).__name__}: {error}")
+            _log.error("second pass failed", reason=f"{type(error).__name__}: {error}")
             return self._failed
         return future.result()

@@ -22,8 +22,8 @@ from hvcpd.robot.robot import Robot
 from hvcpd.skills.life import OVER, Begin, Call, Order, Report, SkillState
 
 BEAT_S = 0.1
-"""Whoever carries a call out is told so often (sample clock) that the robot lives: silence stops a pump as it stops
-the wheels, after BEATS_MISSED_S in `hvcpd.skills.host`."""
+"""Interval (sample clock) of the beats by which the client of a call knows that the robot lives: silence stops a pump
+as it stops the wheels, after BEATS_MISSED_S in `hvcpd.skills.host`."""
 MAX_TEXT_LENGTH = 200
 MAX_RESULTS = 12
 
@@ -65,7 +65,7 @@ class SkillService:
 
     @property
     def under_way(self) -> SkillRecord | None:
-        """The call that is being carried out, and what was told of it last."""
+        """The call under way, and its last report."""
         return self._use.last if self._use is not None else None
 
     def begin(self, robot: Robot) -> None:
@@ -144,8 +144,8 @@ class SkillService:
             self._tell_robot(Report(call.number, SkillState.FAILED, text="nobody offers it"))
             return
         self._use = _Use(SkillRecord(now, call, Report(call.number, SkillState.WAITING)), client)
-        told = {"call": call.number, "task": call.task, "skill": call.skill, "arguments": dict(call.arguments)}
-        client.send(event_line({"event": "perform", **told, "limit_s": call.limit_s}))
+        fields = {"call": call.number, "task": call.task, "skill": call.skill, "arguments": dict(call.arguments)}
+        client.send(event_line({"event": "perform", **fields, "limit_s": call.limit_s}))
 
     def _tell(self, client: Client, arguments: dict[str, Any], report: Report) -> None:
         number, use = arguments.get("call"), self._use

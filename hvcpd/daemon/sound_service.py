@@ -20,11 +20,12 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 RAISED_BY = 5
 RAISED_WITHIN_S = 10
-"""Seconds with a disturbed block, of the last so many: one stall, however long, is one or two. At a load of 5 to 13 two
-robots had one such second in ten (docs/daemon.md), and understood each other."""
+"""Number of seconds with a disturbed block, within RAISED_WITHIN_S, that raise the alarm: one stall, however long, is
+one or two. At a load of 5 to 13 two robots had one such second in ten (docs/daemon.md), and understood each other."""
 CLEARED_BY = 2
 CLEARED_WITHIN_S = 30
-"""No more than so many seconds: hardly one in three of the longest sentences."""
+"""Most seconds with a disturbed block, within CLEARED_WITHIN_S, that end the alarm: hardly one in three of the longest
+sentences."""
 
 TOO_BUSY = "the computer is too busy"
 
@@ -127,13 +128,13 @@ class SoundService:
         self._stream = make_stream()
         self._before = self._counted = StreamCounters()
         self._seen: StreamCounters | None = None
-        self._all = self._told = StreamCounters()
+        self._all = self._reported = StreamCounters()
         self._quiet_s = 0.0
         self.mute = False
         """The microphone has given nothing but zeros for MUTE_S."""
         self.overload = Overload()
         self._sampled_s = 0.0
-        self._told_s = self._heard_s = self._since_s = self._failed_s = 0.0
+        self._reported_s = self._heard_s = self._since_s = self._failed_s = 0.0
         self._pause_s = RETRY_FIRST_S
         self._recovery: asyncio.Task[Samples] | None = None
 
@@ -144,7 +145,7 @@ class SoundService:
     async def start(self) -> None:
         """Begin to hear and to play. Raises DeviceError."""
         await self._stream.start()
-        self._heard_s = self._since_s = self._told_s = self._clock()
+        self._heard_s = self._since_s = self._reported_s = self._clock()
 
     @property
     def latency_s(self) -> float:
@@ -181,7 +182,7 @@ class SoundService:
         before, self._counted = self._counted, self.counters
         self._sampled_s += samples.size / SAMPLE_RATE_HZ
         self.overload.note(self._sampled_s, before, self._counted)
-        if self._heard_s - self._told_s >= LOSSES_EVERY_S and not self.overload.standing:  # one alarm says it
+        if self._heard_s - self._reported_s >= LOSSES_EVERY_S and not self.overload.standing:  # one alarm says it
             self.tell_losses()
         self._notice_zeros(samples)
         if self._counted is before:
@@ -203,14 +204,14 @@ class SoundService:
         try:
             await self._let_go()
         except DeviceError as error:
-            _log.error("sound not ended", reason=str(error))
+            _log.error("sound card not closed", reason=str(error))
 
     def tell_losses(self) -> None:
         """One line in the log, if something was lost since the last one."""
-        self._told_s = self._clock()
+        self._reported_s = self._clock()
         counters = self.counters
-        if counters != self._told:
-            self._told = counters
+        if counters != self._reported:
+            self._reported = counters
             _log.warning("sound lost", **{name: count for name, count in asdict(counters).items() if count})
 
     def _notice_zeros(self, samples: Samples) -> None:

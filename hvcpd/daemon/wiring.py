@@ -14,7 +14,7 @@ import structlog
 
 from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
-from hvcpd.assembly.voice_assignment import cast
+from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
@@ -237,7 +237,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:
         raise ConfigError(error.at(settings.tasks)) from error
-    return replace(wiring, sound=cast(sound, settings, lambda: phrasebook.marked_graph.words))
+    return replace(wiring, sound=assign_voices(sound, settings, lambda: phrasebook.marked_graph.words))
 
 
 def _people(settings: Settings) -> dict[str, Person]:

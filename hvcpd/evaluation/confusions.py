@@ -17,7 +17,7 @@ from hvcpd.evaluation.calls import hear, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
 from hvcpd.evaluation.scene import Bench
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.language.messages import Order, TaskByName, TaskByNumber
 from hvcpd.language.phrasebook import Phrasebook
 
@@ -109,7 +109,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         Bench().assumptions(),
         (2.2 + 2.4 * len(groups), 4.4),
         beside=(
-            Beside(
+            Comparison(
                 f"objectives taken for something else at {DISTANCE_M * 100:.0f} cm",
                 f"{sum(n for phrases in PAPER_TABLE.values() for n in phrases.values())}, of how many is not told",
                 "; ".join(_beside(counts, *group) for group in groups),

@@ -10,7 +10,7 @@ from hvcpd.evaluation.listeners import CALLED, CALLER, OURS
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
 from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import PAPER_PIVOT_M, reached
 
 PLANT = 5
@@ -63,7 +63,9 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         table_of(series),
         lambda figure: plots.against_distance(figure, series, "success, %", PAPER_PIVOT_M),
         Bench().assumptions(),
-        beside=(Beside("half of the orders succeed at", f"{PAPER_PIVOT_M * 100:.0f} cm", "; ".join(reached(series))),),
+        beside=(
+            Comparison("half of the orders succeed at", f"{PAPER_PIVOT_M * 100:.0f} cm", "; ".join(reached(series))),
+        ),
     )
 
 

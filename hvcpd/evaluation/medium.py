@@ -17,7 +17,7 @@ from hvcpd.evaluation import listeners, plots, scene
 from hvcpd.evaluation.listeners import OURS
 from hvcpd.evaluation.missions import Plot, doers, knows, repository, spoken_dbfs
 from hvcpd.evaluation.modes import missions, series_of, table_of
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.ports import Pose
 
 NEAR, FAR, BETWEEN = "Rob", "Zoe", "Max"
@@ -162,7 +162,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         ),
         (8.4, 5.0),
         beside=tuple(
-            Beside(f"how far across {medium.name}", f"{medium.paper_m:,.0f} m, from books", text)
+            Comparison(f"how far across {medium.name}", f"{medium.paper_m:,.0f} m, from books", text)
             for medium, text in zip(media, reached, strict=True)
         ),
     )

@@ -16,7 +16,7 @@ from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.porcupine import NAMES, PORCUPINE
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench, heard_at, stream
 from hvcpd.evaluation.statistics import Step, pivot, wilson
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 
 NOISES_DB_SPL = (None, 40.0, 50.0, FITTED_ROBOT_NOISE_DB_SPL)
 QUICK_NOISES_DB_SPL = (None, FITTED_ROBOT_NOISE_DB_SPL)
@@ -114,7 +114,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         Bench().assumptions("as titled"),
         (3.6 * len({s.condition for s in series}), 4.6),
         beside=(
-            Beside(
+            Comparison(
                 "recogniser",
                 "Picovoice, with a key from its vendor",
                 "; ".join(f"{name}: {100 * row['share']:.1f} % of a core" for name, row in costs.items()),

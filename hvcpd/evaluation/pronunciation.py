@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.evaluation.listeners import sound
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.synthesis.explain import PAPER_TABLE, paper_row
 from hvcpd.synthesis.homographs import Place
 
@@ -34,7 +34,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         ),
         Table(columns, cells),
         beside=(
-            Beside(
+            Comparison(
                 f"of {len(rows)} words, said as the words around ask for",
                 "0",
                 f"{placed}; of {several} several pronunciations are known",

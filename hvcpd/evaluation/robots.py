@@ -12,7 +12,7 @@ import numpy as np
 from hil_fakes.word_mission import WordMission, WordPlan
 from hil_fakes.word_plans import NAMES, omniscient_airtime_s, random_tasks
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 
 TEAMS = (2, 3, 4, 6, 8, 10, 12)
 TASKS_EACH = 3
@@ -62,7 +62,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         lambda figure: _draw(figure, table),
         ASSUMPTIONS,
         beside=(
-            Beside(
+            Comparison(
                 "robots in a team",
                 "2; more is future work",
                 f"{first[0]} to {last[0]}: {good} of {of} missions with every task done exactly once",

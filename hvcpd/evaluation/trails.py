@@ -9,7 +9,7 @@ from typing import Any
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.room import Air
 from hvcpd.evaluation import listeners
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 from hvcpd.reporting.events import Performed, Summary
 from hvcpd.reporting.palette import ROBOT_LIGHT, task_colour
 
@@ -74,7 +74,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         ),
         (7.2, 4.2),
         beside=(
-            Beside(
+            Comparison(
                 f"plants watered by {' and '.join(ROBOTS)}",
                 " and ".join(map(str, PAPER_SHARES)),
                 f"{' and '.join(shares)}, {end}",

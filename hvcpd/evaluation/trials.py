@@ -58,7 +58,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Beside:
+class Comparison:
     """A figure of the paper's, and the same of this run."""
 
     what: str
@@ -77,7 +77,7 @@ class Findings:
     draw: Callable[[Any], None] | None = None
     assumptions: tuple[str, ...] = ()
     size_in: tuple[float, float] = (7.2, 4.6)
-    beside: tuple[Beside, ...] = ()
+    beside: tuple[Comparison, ...] = ()
     """What stands at the head of the report."""
 
 

@@ -12,7 +12,7 @@ from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
 from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import reached
 from hvcpd.ports import SAMPLE_RATE_HZ
 
@@ -102,7 +102,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         ),
         (*Bench().assumptions(), f"robots drive at {SPEED_M_S:g} m/s, plants {AWAY_M:g} m behind them"),
         beside=(
-            Beside(
+            Comparison(
                 "half of the volunteers' missions succeed at",
                 f"falls from {PAPER_DROP_M * 100:.0f} cm on",
                 "; ".join(reached(series)),

@@ -10,7 +10,7 @@ from hvcpd.evaluation.calls import WAKE, blocks, call, distances, summed, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS, PEER
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
 from hvcpd.evaluation.statistics import Pivot, Step, pivot, wilson
-from hvcpd.evaluation.trials import Beside, Experiment, Findings, Row, Scale, Table, Trial
+from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 
 PAPER_PIVOT_M = 1.2
 """The paper's section IV-A: success falls sharply after 120 cm (20 trials a step; its source gives no points)."""
@@ -57,7 +57,9 @@ def _summarise(rows: Sequence[Row]) -> Findings:
         lambda figure: plots.against_distance(figure, series, "calls understood, %", PAPER_PIVOT_M),
         Bench().assumptions(),
         beside=(
-            Beside("half of the calls are understood at", f"{PAPER_PIVOT_M * 100:.0f} cm", "; ".join(reached(series))),
+            Comparison(
+                "half of the calls are understood at", f"{PAPER_PIVOT_M * 100:.0f} cm", "; ".join(reached(series))
+            ),
         ),
     )
 

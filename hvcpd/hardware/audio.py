@@ -75,7 +75,7 @@ def list_devices(backend: Any) -> tuple[SoundDevice, ...]:
 
 
 def list_afresh(backend: Any) -> None:
-    """Have PortAudio look for the devices anew: it keeps its list from when it was begun. No stream may be open.
+    """Have PortAudio list the devices again: it keeps the list from its start. No stream may be open.
 
     Raises DeviceError.
     """

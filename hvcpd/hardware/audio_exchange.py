@@ -16,7 +16,7 @@ import numpy as np
 from hvcpd.ports import Samples
 
 LEAD_BLOCKS = 2
-"""Blocks of silence that are played before the first that is written: so late may the robot be without a gap. One is
+"""Blocks of silence that are played before the first that is written: the robot may be this late without a gap. One is
 the block that it is thinking about, one is for the delays of a busy processor."""
 
 

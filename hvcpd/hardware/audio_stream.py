@@ -25,6 +25,10 @@ END_S = 0.5
 OPEN_S = 20.0
 """Opening takes about 0.1 s, some seconds on a computer with far too much to do; longer, and the sound system hangs."""
 
+FIRST_S = 5.0
+"""The first block may take this long, when nothing moves yet: a sound server fills its buffers first. PulseAudio takes
+1.9 s for it (measured, the monitor of an idle null sink, whose buffer is 2 s)."""
+
 
 class AudioStream:
     """Microphone and loudspeaker at 16 kHz, mono, in blocks of `settings.block_ms`.
@@ -48,6 +52,7 @@ class AudioStream:
         self._thread: threading.Thread | None = None
         self._microphone: Microphone | None = None
         self._loudspeaker: Loudspeaker | None = None
+        self._patience_s = max(FIRST_S, settings.watchdog_s)
         self._end: str | None = None
         self._name = ""
         self._card_s = 0.0
@@ -77,7 +82,8 @@ class AudioStream:
         return LEAD_BLOCKS * self._block / SAMPLE_RATE_HZ + self._card_s
 
     async def read(self) -> Samples:
-        """The next block heard, shape (n,), float32. Raises DeviceError if none comes for `settings.watchdog_s`."""
+        """The next block heard, shape (n,), float32. Raises DeviceError if none comes for `settings.watchdog_s`, or
+        FIRST_S at the beginning."""
         loop = asyncio.get_running_loop()
         waited = False
         while True:
@@ -86,16 +92,17 @@ class AudioStream:
             end = self._end
             block = self._exchange.take()
             if block.size > 0:
+                self._patience_s = self._settings.watchdog_s
                 return block
             if end is not None:
                 raise DeviceError(end)
             if waited:
                 raise DeviceError(
-                    f"no sound came from {self._name!r} for {self._settings.watchdog_s:g} s; is it still connected, "
+                    f"no sound came from {self._name!r} for {self._patience_s:g} s; is it still connected, "
                     "and does the sound server run?"
                 )
             # Not wait_for, which makes a task each time: at forty blocks a second that is felt.
-            watchdog = loop.call_later(self._settings.watchdog_s, self._ready.set)
+            watchdog = loop.call_later(self._patience_s, self._ready.set)
             try:
                 await self._ready.wait()
             finally:

@@ -53,7 +53,7 @@ class GoalNavigator(Navigator):
         self._place, self._goal = None, None
 
     def rest(self) -> None:
-        """The goal is withdrawn, and asked for anew with the next `step`."""
+        """Withdraw the goal; the next `step` sends it again."""
         self._goal = None
         super().rest()
 

@@ -19,12 +19,12 @@ from hvcpd.hardware import motors, registers
 from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, twice
 
 TOLERANCE_DEG = 2.0
-"""So near to its goal it is there: position mode has no integral gain as it leaves the factory (e-Manual), and a load
-keeps it off its goal."""
+"""Distance from its goal within which it has arrived: position mode has no integral gain as it leaves the factory
+(e-Manual), and a load keeps it off its goal."""
 STILL_DEG = 0.5
-"""Less than this between two looks is no motion: six ticks of the encoder."""
+"""Less than this between two readings is no motion: six ticks of the encoder."""
 STILL_S = 0.5
-"""Without motion for so long, short of its goal, it is blocked; several times the motor's lag."""
+"""Time without motion, short of its goal, after which it counts as blocked; several times the motor's lag."""
 AGAIN_S = 1.0
 """Between two attempts at a joint that does not answer: each costs the wheels' cycle a time-out of about 50 ms."""
 TRIES = 3

@@ -159,9 +159,9 @@ class Odometry:
         self._last = reading
         return self._pose
 
-    def _follow(self, told: Pose) -> None:
-        """Take the word of a base that keeps account itself; what it says first, or anew, is where the robot is now."""
+    def _follow(self, given: Pose) -> None:
+        """Follow a base with its own odometry; its first pose, also after a restart, is where the robot is now."""
         last = self._last.pose if self._last is not None else None
-        if last is None or self._frame is None or math.hypot(told.x_m - last.x_m, told.y_m - last.y_m) > RESTARTED_M:
-            self._frame = frame_between(self._pose, told)
-        self._pose = compose(self._frame, told)
+        if last is None or self._frame is None or math.hypot(given.x_m - last.x_m, given.y_m - last.y_m) > RESTARTED_M:
+            self._frame = frame_between(self._pose, given)
+        self._pose = compose(self._frame, given)

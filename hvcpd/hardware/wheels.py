@@ -40,7 +40,7 @@ class DynamixelSettings:
     search_s: float = SEARCH_S
     """Time to listen for motors with other IDs when one does not answer at `open`."""
     look_every: int = 4
-    """Exchanges between two looks at torque, watchdog and hardware errors: every 200 ms in motion."""
+    """Exchanges between two readings of torque, watchdog and hardware errors: every 200 ms in motion."""
 
     @property
     def watchdog_units(self) -> int:

@@ -159,11 +159,11 @@ class BusWheels(ABC):
     @property
     @abstractmethod
     def _look_every(self) -> int:
-        """Exchanges from one look at torque and errors to the next."""
+        """Exchanges from one reading of torque and errors to the next."""
 
     @property
     def _stop_before(self) -> int:
-        """The try before which the wheels are told to stop, if those before have failed."""
+        """The try before which the wheels get the command to stop, if those before have failed."""
         return TRIES - 1
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""The first words with the motors: look at everything, tell every fault at once, then make them ready to drive."""
+"""The handshake with the motors: checks everything, reports every fault at once, then makes them ready to drive."""
 
 from __future__ import annotations
 

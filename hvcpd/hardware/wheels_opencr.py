@@ -37,7 +37,7 @@ TORQUE_DELAY_S = 0.04
 """The controller's table shows the torque up to one of its 20 ms periods after it was switched on; twice that."""
 
 CLOCKS_APART_S = 0.5
-"""Between two looks the controller's clock and ours count the same; if not, it has started anew. More than any reply's
+"""Between two readings the controller's clock and ours count the same; if not, it has restarted. More than any reply's
 delay, less than it takes to start. A false alarm costs nothing but torque switched on that is on."""
 
 
@@ -51,7 +51,7 @@ class OpenCRSettings:
     """The controller's own, which cannot be set."""
     lowest_voltage_v: float = LOWEST_VOLTAGE_V
     look_every: int = 4
-    """Exchanges between two looks at debug mode, status and battery: every 200 ms in motion."""
+    """Exchanges between two readings of debug mode, status and battery: every 200 ms in motion."""
 
 
 class OpenCRWheels(BusWheels):
@@ -120,7 +120,7 @@ class OpenCRWheels(BusWheels):
             )
 
     def _take(self, state: ControllerState) -> bool:
-        """Note the controller's state; True (and the angles rejoined) if it has started anew since the last one."""
+        """Note the controller's state; True (and the angles rejoined) if it has restarted since the last one."""
         now_s = self._clock()
         rebooted = False
         if self._state is not None:
@@ -132,7 +132,7 @@ class OpenCRWheels(BusWheels):
         return rebooted
 
     def _rejoin(self, window: bytes, dt_s: float) -> None:
-        """A motor without torque may have started anew, and then its turns are forgotten."""
+        """A motor without torque may have restarted, and then has forgotten its turns."""
         for encoder, position in zip(self._encoders, _positions(window), strict=True):
             encoder.rejoin(position, dt_s)
 

@@ -1,4 +1,4 @@
-"""The first words with an OpenCR controller: look at everything, tell every fault at once. Changes nothing."""
+"""The handshake with an OpenCR controller: checks everything, reports every fault at once, and changes nothing."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def build(form: Form, bindings: Bindings) -> m.Utterance:
     return m.Utterance(speaker=outer.pop("speaker", None), statement=statement, **outer)
 
 
-def unbuild(compiled: CompiledForm, utterance: m.Utterance) -> Bindings | None:
+def bindings_of(compiled: CompiledForm, utterance: m.Utterance) -> Bindings | None:
     """The values that the slots of a form must bind to make the utterance; None if the form cannot make it."""
     form, statement = compiled.form, utterance.statement
     wanted: dict[str, object] = {}

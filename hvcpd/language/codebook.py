@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from hvcpd.language import messages as m
-from hvcpd.language.binding import CompiledForm, build, unbuild
+from hvcpd.language.binding import CompiledForm, bindings_of, build
 from hvcpd.language.forms import OPENING
 from hvcpd.language.marks import NEVER_HIDDEN
 from hvcpd.language.pattern import Bindings, SlotValues, slot_sets
@@ -87,7 +87,7 @@ class Codebook:
         if statement is None or isinstance(statement, NEVER_HIDDEN):
             return None
         for entry in self._entries:
-            bound = unbuild(entry.compiled, m.Utterance(None, statement=statement))
+            bound = bindings_of(entry.compiled, m.Utterance(None, statement=statement))
             number = entry.number_of(bound) if bound is not None else None
             if number is not None:
                 return number

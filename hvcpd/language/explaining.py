@@ -24,8 +24,8 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
     known_names = [name.lower() for name in names]
     if not close and known and expected.issuperset(known_names) and words[known] not in graph.words:
-        told = ",".join((*names, words[known].capitalize()))
-        hint = f"known names are {', '.join(names)}; for a new one give all with --names {told}"
+        all_names = ",".join((*names, words[known].capitalize()))
+        hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
     if "i" in expected and words[known] in graph.words:
         hint = f"the speaker comes first: '{written} i am …'"
     return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"

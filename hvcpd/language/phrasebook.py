@@ -11,7 +11,7 @@ from typing import Protocol, TypeVar
 from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph
-from hvcpd.language.binding import CompiledForm, build, compile_form, unbuild
+from hvcpd.language.binding import CompiledForm, bindings_of, build, compile_form
 from hvcpd.language.codebook import Codebook
 from hvcpd.language.explaining import why_not
 from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Kind
@@ -214,7 +214,7 @@ class Phrasebook:
     def _tokens(self, utterance: m.Utterance) -> list[str]:
         audible = hidden(utterance)
         for compiled in self._forms:
-            bindings = unbuild(compiled, audible)
+            bindings = bindings_of(compiled, audible)
             if bindings is None:
                 continue
             spoken = {slot: self._words_of(slot, value) for slot, value in bindings.items()}

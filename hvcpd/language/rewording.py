@@ -106,13 +106,13 @@ def known_names() -> tuple[str, ...]:
     return _lists()[1]
 
 
-def instead_of_deed(word: str) -> Iterator[Words]:
+def instead_of_verb(word: str) -> Iterator[Words]:
     """For the first word of a task's name."""
     yield from ((other,) for other in _lists()[0].get(word, ()))
     yield from ((*before, word) for before in BEFORE_DEEDS)
 
 
-def instead_of_thing(word: str) -> Iterator[Words]:
+def instead_of_noun(word: str) -> Iterator[Words]:
     """For any other word of a task's name."""
     yield from ((other,) for other in _lists()[0].get(word, ()))
     yield from ((before, word) for before in BEFORE_THINGS)

@@ -95,11 +95,11 @@ class Journal:
         """Raises StoreError if the file was replaced, cut short or deleted since it was opened."""
         self._store.check()
 
-    def write_together(self, told: Iterable[tuple[Record, float]], now: float) -> None:
+    def write_together(self, timed: Iterable[tuple[Record, float]], now: float) -> None:
         """Keep the records of those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
         with self._store.together():
-            for record, told_s in told:
-                self.write((record,), told_s, now - told_s)
+            for record, at_s in timed:
+                self.write((record,), at_s, now - at_s)
 
     def write(self, records: Iterable[Record], now: float, ago_s: float = 0.0) -> None:
         """Keep the records of one step, `ago_s` after it. Raises StoreError."""

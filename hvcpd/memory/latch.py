@@ -112,7 +112,7 @@ class StopLatch:
         Raises StoreError if the next start may do more than this permits, or less.
         """
         if latched.permit in (Permit.FREE, Permit.NEW):
-            with _told(self.path):
+            with _naming_the_consequence(self.path):
                 self._replace(latched.line)
                 for path in self._spares:
                     if _is_own_file(path):
@@ -232,7 +232,7 @@ def _sync_folder(folder: Path) -> None:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _naming_the_consequence(path: Path) -> Iterator[None]:
     """An OSError as a StoreError that names its consequence."""
     try:
         yield

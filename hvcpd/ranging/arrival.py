@@ -67,7 +67,7 @@ class Arrival:
     forerun: float = 0.0
 
     def later(self, samples: int) -> Arrival:
-        """The same, by a clock that began so many samples earlier."""
+        """The same, by a clock that began this number of samples earlier."""
         return replace(self, at=self.at + samples)
 
 

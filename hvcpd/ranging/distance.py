@@ -17,7 +17,7 @@ SOUND_SPEED_M_S = 343.0
 WARMTH = 0.006
 """Relative standard deviation of it where nobody knows the temperature: 3.5 °C, 0.6 m/s for each."""
 TICKS = 10_000
-"""The interval is told modulo so many samples, 0.625 s: one distance of each 107 m."""
+"""The interval is stated modulo this number of samples, 0.625 s: distances are known modulo 107 m."""
 NEAREST_M, FARTHEST_M = -0.2, 50.0
 """What else comes out is a misheard number; a little below 0 is an error."""
 STILL = 250e-6
@@ -60,9 +60,9 @@ def distance(own: Arrival, answer: Arrival, ticks: int, own_way_m: float) -> Dis
     """How far B is, from A's own sentence and B's answer at A's microphone, and B's interval; None if they fit no
     distance. `own_way_m`: from A's loudspeaker to its microphone."""
     interval = answer.at - own.at
-    told = ticks + TICKS * round((interval / (1.0 + answer.stretch) - ticks) / TICKS - 0.25)
+    stated = ticks + TICKS * round((interval / (1.0 + answer.stretch) - ticks) / TICKS - 0.25)
     metre = SOUND_SPEED_M_S / SAMPLE_RATE_HZ
-    distance_m = 0.5 * (metre * (interval - told * (1.0 + answer.stretch)) + own_way_m)
+    distance_m = 0.5 * (metre * (interval - stated * (1.0 + answer.stretch)) + own_way_m)
     if not NEAREST_M <= distance_m <= FARTHEST_M:
         return None
     deviation_m = math.hypot(ERROR_M, WARMTH * distance_m)

@@ -121,7 +121,7 @@ def _section(topic: Topic, lines: Iterable[Line], *before: Markup) -> Markup | N
 def _tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
     if not tasks:
         return None
-    if not _fit_the_wall(tasks):
+    if not _fit_on_wall_card(tasks):
         listed_there = tag("p", f"{len(tasks)} tasks, on the next sheet.", class_="example")
         return tag("section", _tasks_heading(), listed_there)
     return tag("section", _tasks_heading(), _task_list(tasks))
@@ -131,7 +131,7 @@ def _is_long(card: Card) -> bool:
     return sum(map(len, (*dict(card.words).get("NAME", ()), card.example))) > _MANY_LETTERS
 
 
-def _fit_the_wall(tasks: Sequence[TaskDefinition]) -> bool:
+def _fit_on_wall_card(tasks: Sequence[TaskDefinition]) -> bool:
     return sum(math.ceil(len(_numbered(task)) / _WALL_LINE) for task in tasks) <= _WALL_LINES
 
 
@@ -149,8 +149,8 @@ def _task_list(tasks: Sequence[TaskDefinition]) -> Markup:
 
 
 def _more_tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
-    """A sheet of its own for so many tasks that the wall's has no room for them."""
-    if _fit_the_wall(tasks):
+    """A separate sheet, for tasks that do not fit on the one for the wall."""
+    if _fit_on_wall_card(tasks):
         return None
     return tag("article", _tasks_heading(), _task_list(tasks), class_="sheet all-tasks")
 
@@ -165,7 +165,7 @@ def _words(card: Card) -> Markup:
 
 
 def _enumerated(words: Sequence[str]) -> str:
-    """The words; of so many that they need several lines, the first and the last."""
+    """The words; if they need several lines, only the first and the last."""
     return ", ".join(words if len(words) <= _MAX_WORDS else (*words[:3], "…", words[-1]))
 
 

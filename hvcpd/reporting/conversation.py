@@ -76,16 +76,16 @@ def _marks(line: Line, others: int) -> list[Markup]:
 
 def _heard(heard: Heard) -> Markup:
     title = f"signal-to-noise ratio {heard.snr_db:.0f} dB"
-    told = f"heard by {heard.listener}, confidence {percent(heard.confidence)}"
+    text = f"heard by {heard.listener}, confidence {percent(heard.confidence)}"
     seal = f", {seal_words(heard.seal)}" if heard.seal and heard.seal != "not trusted" else ""
-    return tag("li", told + seal, class_="good", title=title)
+    return tag("li", text + seal, class_="good", title=title)
 
 
 def _carried_out(act: Performed, story: Story) -> Markup:
     task = next(task for task in story.tasks if task.number == act.task)
     mark = badge(task.icon, task.name)
-    told = joined([tag("time", clock(act.at_s)), mark, tag("b", act.robot), f" has done task {act.task}: {task.name}"])
-    return tag("li", told, class_="act", data_at=f"{act.at_s:.3f}")
+    text = joined([tag("time", clock(act.at_s)), mark, tag("b", act.robot), f" has done task {act.task}: {task.name}"])
+    return tag("li", text, class_="act", data_at=f"{act.at_s:.3f}")
 
 
 def _stray(event: Garbled | Heard) -> Markup:

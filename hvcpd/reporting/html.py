@@ -66,6 +66,7 @@ def page(record: MissionRecord) -> str:
         switched=SWITCHED if story.switched else "",
         spectrograms=_spectrograms(story, record.sound),
         tasks=_task_table(story),
+        skip=tag("a", "To the player", href="#whole", class_="skip") if clip is not None else "",
         player=_player(clip),
         notes=_notes(clip),
     )

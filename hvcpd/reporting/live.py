@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.reporting.events import Event, Moved, Started
-from hvcpd.reporting.live_parts import Artist, conclusion, draw_map, overhead, task_board, told, under_way
+from hvcpd.reporting.live_parts import Artist, conclusion, draw_map, note_lines, overhead, task_board, under_way
 from hvcpd.reporting.story import Line
 from hvcpd.reporting.text import clock
 from hvcpd.reporting.watching import Note, Watch
@@ -84,15 +84,15 @@ class LiveView:
 
     def lines(self, event: Event) -> list[Text]:
         """Take one event in; the lines that it adds to the conversation, for whoever shows them elsewhere."""
-        return self._wrapped(line for note in self._take(event) for line in told(self._artist, self._watch, note))
+        return self._wrapped(line for note in self._take(event) for line in note_lines(self._artist, self._watch, note))
 
     def _take(self, event: Event) -> list[Note]:
         if isinstance(event, Moved):
-            self._leave_traces(event)
+            self._draw_trail(event)
         return self._watch.handle(event)
 
     def _tell(self, note: Note) -> None:
-        lines = told(self._artist, self._watch, note)
+        lines = note_lines(self._artist, self._watch, note)
         if self._live is None and isinstance(note, Line):  # one line an event, so that grep finds all of it
             first, second = lines
             lines = [Text.assemble(first, "  [", second.plain.strip(), "]")]
@@ -119,7 +119,7 @@ class LiveView:
             parts += [Text(" " * indent * (k > 0)).append_text(part) for k, part in enumerate(wrapped)]
         return parts
 
-    def _leave_traces(self, event: Moved) -> None:
+    def _draw_trail(self, event: Moved) -> None:
         if self._plan is None:
             return
         for robot, pose in zip(self._watch.started.robots, event.poses, strict=False):

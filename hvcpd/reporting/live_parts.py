@@ -63,7 +63,7 @@ class Artist:
         return text
 
     def task(self, watch: Watch, number: int) -> str:
-        """A task as it is told: its name and number."""
+        """A task in words: its name and number."""
         name = watch.names.get(number, "")
         return f"task {number}, {name}" if name and name != f"task {number}" else f"task {number}"
 
@@ -103,7 +103,7 @@ def _joined(parts: list[tuple[str, str]]) -> list[str | tuple[str, str]]:
     return out
 
 
-def told(artist: Artist, watch: Watch, note: Note) -> list[Text]:
+def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
     """A note as one line and, for an utterance, a second with its hearers. Its time is when it was over."""
     match note:
         case Line(said=said):

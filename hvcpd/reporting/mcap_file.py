@@ -72,7 +72,7 @@ def write_mcap(messages: Iterable[Message]) -> bytes:
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        raise ConfigError("the library of MCAP is missing: `pipx inject hvcpd mcap`, or `pip install mcap`") from None
+        raise ConfigError("the MCAP library is missing: `pipx inject hvcpd mcap`, or `pip install mcap`") from None
     file = io.BytesIO()
     writer: Any = Writer(file, compression=CompressionType.ZSTD)
     writer.start(profile="", library="hvcpd")

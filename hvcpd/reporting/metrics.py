@@ -13,7 +13,7 @@ Family = tuple[str, str, str, Iterable[Sample]]
 """Name, type, what it is, and its samples with their own labels."""
 
 TASK_STATES = ("open", "claimed", "done")
-"""Each is told even where no task is in it, so that a graph has no gaps."""
+"""Each is written even if no task is in it, so that a graph has no gaps."""
 
 
 def metrics_of(status: Mapping[str, Any], heat_c: float | None = None) -> str:

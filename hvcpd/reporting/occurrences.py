@@ -11,7 +11,7 @@ from hvcpd.coordination.schedule import SKEW_S
 JUST_DUE_S = 1800.0
 """What became due so shortly before the end may still be done: it is not lost."""
 
-Deed = tuple[float, int, str]
+Completion = tuple[float, int, str]
 """What was carried out: when (s since 1970), which task, and by whom."""
 
 
@@ -41,7 +41,7 @@ class Occurrence:
 
 
 def occurrences(
-    tasks: Iterable[TaskDefinition], deeds: Sequence[Deed], begin_s: float, end_s: float
+    tasks: Iterable[TaskDefinition], deeds: Sequence[Completion], begin_s: float, end_s: float
 ) -> tuple[Occurrence, ...]:
     """All that became due from `begin_s` to `end_s` (s since 1970), in the order of time.
 

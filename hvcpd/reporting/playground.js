@@ -170,7 +170,7 @@
     const sentence = parse(input.value);
     const node = sentence.nodes[sentence.nodes.length - 1];
     verdict.className = sentence.wrong ? "bad" : sentence.whole ? "good" : "";
-    verdict.textContent = sentence.wrong ? `“${sentence.wrong}” cannot come here. Choose a word below, or start anew.`
+    verdict.textContent = sentence.wrong ? `“${sentence.wrong}” cannot come here. Choose a word below, or start again.`
       : sentence.whole ? "Robots understand this. Press Enter, or play it below." : "Go on: choose a word, or type one.";
     next.replaceChildren(...follow(node).map((word) => {
       const button = document.createElement("button");

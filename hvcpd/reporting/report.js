@@ -15,6 +15,7 @@
   const speed = document.getElementById("speed");
   const places = [...document.querySelectorAll(".place[data-done]")];
   const caption = document.getElementById("caption");
+  const room = document.querySelector(".room");
   const chat = document.getElementById("chat");
   const timeline = document.getElementById("timeline");
   const cursor = document.getElementById("cursor");
@@ -77,8 +78,14 @@
       .map((s) => `${s.item.querySelector("b").textContent}: ${s.item.querySelector("p").textContent}`).join(" + ");
     const all = playing && !chosen;
     whole.setAttribute("aria-pressed", String(all));
-    whole.textContent = all ? "■ Stop" : "▶ Play";
+    whole.textContent = all ? "❚❚ Pause" : "▶ Play";
     if (all) follow();
+  }
+
+  function revealMap() { // whoever presses Play wants to see the robots drive
+    const box = room.getBoundingClientRect();
+    const end = innerHeight - whole.parentElement.offsetHeight;
+    if (box.top < 0 || box.bottom > end) room.scrollIntoView({ block: "start" });
   }
 
   function reveal(item) { // within the conversation's own box: the page itself stays where its reader has put it
@@ -113,7 +120,10 @@
   }
   whole.addEventListener("click", () => {
     if (!sound.paused && !chosen) sound.pause();
-    else start(sound.ended || sound.currentTime >= sound.duration ? 0 : chosen ? 0 : sound.currentTime, null);
+    else {
+      revealMap();
+      start(sound.ended || sound.currentTime >= sound.duration ? 0 : chosen ? 0 : sound.currentTime, null);
+    }
   });
   timeline.addEventListener("click", (event) => {
     const box = timeline.getBoundingClientRect();

@@ -71,8 +71,8 @@ def as_text(shift: Shift) -> str:
         troubles = [(wall_clock(trouble.wall_s, shift), trouble.text) for trouble in shift.troubles]
         lines += ["", "What went wrong:", *(f"  {line}" for line in _columns(troubles))]
     if shift.unknown:
-        told = plural(shift.unknown, "sentence")
-        lines += ["", f"{told} not in today's phrasebook; give the names of that time with --config"]
+        text = plural(shift.unknown, "sentence")
+        lines += ["", f"{text} not in today's phrasebook; give the names of that time with --config"]
     return "\n".join(lines) + "\n"
 
 
@@ -172,10 +172,10 @@ def _talk(shift: Shift) -> Markup:
     most = max((b.heard + b.garbled for b in shift.bins), default=0) or 1
     bars, times = [], []
     for k, part in enumerate(shift.bins):
-        told = f"from {wall_clock(part.from_s, shift)}: {part.heard} understood, {part.garbled} not"
+        text = f"from {wall_clock(part.from_s, shift)}: {part.heard} understood, {part.garbled} not"
         kinds = (("garbled", part.garbled), ("understood", part.heard))
         pieces = (tag("i", class_=kind, style=f"height:{100 * n / most:.2f}%") for kind, n in kinds if n)
-        bars.append(tag("div", *pieces, title=told))
+        bars.append(tag("div", *pieces, title=text))
         if k % LABEL_EVERY == 0:
             times.append(tag("span", wall_clock(part.from_s, shift)))
     words = "Sentences understood and not understood over the shift"

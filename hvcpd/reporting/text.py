@@ -31,6 +31,11 @@ def clock(at_s: float) -> str:
     return f"{whole // 60}:{whole % 60:02d}"
 
 
+def over_noise(snr_db: float) -> str:
+    """A signal-to-noise ratio in words: "21 dB over the noise", "3 dB below the noise"."""
+    return f"{abs(round(snr_db))} dB {'below' if round(snr_db) < 0 else 'over'} the noise"
+
+
 def number(value: float, decimals: int = 2) -> str:
     """A number without trailing zeros; 0 for what is not finite."""
     if not math.isfinite(value):
@@ -48,8 +53,8 @@ def skill_words(
     results: Mapping[str, object],
 ) -> str:
     """What a skill is at, for people: "pour (litres 0.25): running, 40 %"."""
-    told = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
-    head = f"{skill} ({told})" if told else skill
+    details = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
+    head = f"{skill} ({details})" if details else skill
     done = percent(share) if share is not None and state in ("running", "paused") else ""
     return f"{head}: {', '.join(filter(None, (state, done, text)))}"
 

@@ -123,7 +123,7 @@ class Watch:
 
     def settle(self, everything: bool = False) -> list[Note]:
         """What comes before the first utterance that not all have accounted for yet; with `everything`, all of it."""
-        told: list[Note] = []
+        notes: list[Note] = []
         while self._queue:
             _, first = self._queue[0]
             if isinstance(first, Said):
@@ -134,10 +134,10 @@ class Watch:
                 self._garbled = [g for g in self._garbled if meant_by(g, [first]) is None]
                 first = line
             del self._queue[0]
-            told.append(first)
+            notes.append(first)
         late = [g for g in self._garbled if everything or g.at_s < self.now_s - LONG_AGO_S]
         self._garbled = [g for g in self._garbled if g not in late]
-        return told + list(late)
+        return notes + list(late)
 
     def line(self, said: Said) -> Line:
         """An utterance with what is known of its listeners by now."""

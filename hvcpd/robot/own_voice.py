@@ -48,7 +48,7 @@ class OwnVoice:
         """`delay` measures how late the voice is heard; without it the reported latency is used."""
         self._acoustics = acoustics
         self._delay = delay
-        self._told_s = acoustics.latency_s
+        self._reported_s = acoustics.latency_s
         self._measured = False
         self._confirmed = delay is None
         self._shorter_s: float | None = None
@@ -70,12 +70,12 @@ class OwnVoice:
         """
         return self._confirmed
 
-    def tell_latency(self, told_s: float) -> None:
+    def tell_latency(self, reported_s: float) -> None:
         """Set the latency that the sound system reports, which may change at any time; the measured excess stays."""
-        if told_s != self._told_s:
-            by_s, self._told_s = told_s - self._told_s, told_s
+        if reported_s != self._reported_s:
+            by_s, self._reported_s = reported_s - self._reported_s, reported_s
             self._doubt()
-            self._become(max(self.latency_s + by_s, 0.0))
+            self._set_latency(max(self.latency_s + by_s, 0.0))
 
     def begin(self, speech: Samples, words: Sequence[str], now: float) -> None:
         """Say `speech`, shape (n,), from the next block on; `words` are the last thing said in it."""
@@ -154,7 +154,7 @@ class OwnVoice:
             return
         is_near = abs(measured_s - self.latency_s) < NEAR_S
         if not is_near and (measured_s > self.latency_s or (sooner is not None and abs(measured_s - sooner) < NEAR_S)):
-            self._become(measured_s)
+            self._set_latency(measured_s)
             is_near = True
         self._confirmed = is_near
         self._shorter_s = None if is_near else measured_s
@@ -162,7 +162,7 @@ class OwnVoice:
     def _doubt(self) -> None:
         self._confirmed = self._delay is None
 
-    def _become(self, latency_s: float) -> None:
+    def _set_latency(self, latency_s: float) -> None:
         if self.speaking:
             self.until_s += latency_s - self.latency_s
         self.latency_s = latency_s

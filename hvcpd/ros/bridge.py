@@ -27,7 +27,7 @@ from hvcpd.ros.mapping import (
 )
 from hvcpd.ros.messages import Bool, Message, Odometry, String
 from hvcpd.ros.parameters import Parameters
-from hvcpd.ros.skills import Act, Deed, Leave, Skills, Tell
+from hvcpd.ros.skills import Act, Effect, Leave, Skills, Tell
 from hvcpd.ros.topics import Topic
 
 STATUS_S = 1.0
@@ -141,7 +141,7 @@ class Bridge:
             self._active = False
 
     def master_lost(self, reason: str, now_s: float) -> None:
-        """ROS has ended, or can no longer be trusted to hold together: the robot stands, and is told why."""
+        """ROS has ended, or can no longer be trusted: the robot stands, and gets the reason."""
         self._carry_out(self._driving.stand(now_s))
         self._act(self._skills.leave())
         if self.ros_drives:
@@ -154,13 +154,13 @@ class Bridge:
             self._replied(line, stamp_s)
         elif kind == "drive":
             if self._active and not self._is_stopping(now_s):
-                self._carry_out(self._driving.told(line, now_s))
+                self._carry_out(self._driving.on_event(line, now_s))
         elif kind == "odom":
             self._tell_odometry(line, stamp_s)
         elif kind in EVENT_KINDS:
             self._tell_event(kind, line, stamp_s)
         elif self._active:
-            self._act(self._skills.told(line, now_s))
+            self._act(self._skills.on_event(line, now_s))
 
     def from_ros(self, topic: Topic, message: Message, now_s: float) -> None:
         """A message to the bridge."""
@@ -321,7 +321,7 @@ class Bridge:
                 self._way_left_m = None
                 self._outputs.append(order)
 
-    def _act(self, deeds: list[Deed]) -> None:
+    def _act(self, deeds: list[Effect]) -> None:
         for deed in deeds:
             if isinstance(deed, Tell):
                 self._ask(deed.command, **deed.arguments)

@@ -27,7 +27,7 @@ Kind = Literal["ros1", "ros2"]
 WAIT_S = 0.5
 """Between two looks for a master."""
 TELL_S = 1.0
-"""Between two times that the daemon is told that there is none."""
+"""Interval of the messages to the daemon that there is no base."""
 
 
 @dataclass(frozen=True)
@@ -112,15 +112,15 @@ def ros2_words(remaps: Iterable[str], ros_args: Sequence[str]) -> list[str]:
 
 
 def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_pid) -> None:
-    """Return when a ROS 1 master answers; meanwhile the daemon is told why there is no base."""
-    uri, told = master_uri(), False
+    """Return when a ROS 1 master answers; meanwhile report to the daemon why there is no base."""
+    uri, logged = master_uri(), False
     while True:
         try:
             ask(uri)
         except OSError as error:
-            if not told:
+            if not logged:
                 sys.stderr.write(f"hvcpctl: waiting for a ROS master at {uri} ({error.strerror or error})\n")
-                told = True
+                logged = True
         else:
             return
         if base.ros_drives:
@@ -132,7 +132,7 @@ def wait_for_master(path: Path, base: Base, ask: Callable[[str], int] = master_p
 
 
 def start_again() -> None:
-    """Become the same command anew: a rospy node cannot be made twice in one process."""
+    """Start the same command again in place of this process: a rospy node cannot be made twice in one process."""
     sys.stdout.flush()
     sys.stderr.flush()
     os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])

@@ -1,4 +1,4 @@
-"""A base that ROS has: what it is told, and for how long it is believed that the daemon still means it. Pure.
+"""A base under ROS: its commands, and the time for which the last command of the daemon is valid. Pure.
 
 Leases both ways end within half a second: the daemon stands when it hears no odometry (hvcpd/hardware/ros_base.py), and
 here the base is stopped when the daemon is silent. A TurtleBot3's own node goes on with the last `cmd_vel` for ever.
@@ -48,7 +48,7 @@ STAND = Speeds(0.0, 0.0)
 
 
 class Driving:
-    """`told` with each `drive` event of the daemon, `tick` at least every `PERIOD_S`; both give orders for ROS."""
+    """`on_event` with each `drive` event of the daemon, `tick` at least every `PERIOD_S`; both give orders for ROS."""
 
     def __init__(self) -> None:
         self._speeds = STAND
@@ -68,7 +68,7 @@ class Driving:
         """Zero is commanded first: an earlier bridge that was killed may have left the base under way."""
         self._zeros_until_s = now_s + ZEROS_S
 
-    def told(self, event: Mapping[str, Any], now_s: float) -> list[Order]:
+    def on_event(self, event: Mapping[str, Any], now_s: float) -> list[Order]:
         """The daemon says how the base is to move."""
         self._told_s = now_s
         self._stopped = bool(event["stopped"])

@@ -175,7 +175,7 @@ def _values(values: Mapping[str, object]) -> tuple[KeyValue, ...]:
 
 
 def task_arguments(wanted: str, rest: str) -> dict[str, Any] | None:
-    """What the daemon is told besides what is wanted of a task; None if that is not what was written."""
+    """The arguments of the command `task` for a text of the topic `task`; None if it is malformed."""
     if wanted != "add":
         return {"number": int(rest)} if rest.isascii() and rest.isdigit() and len(rest) <= MAX_DIGITS else None
     try:

@@ -32,7 +32,7 @@ class Time:
 
     @classmethod
     def of(cls, seconds: float) -> Time:
-        """The time as so many seconds; 0 or later."""
+        """The time in seconds; 0 or later."""
         whole = math.floor(seconds)
         nanosec = min(round((seconds - whole) * 1e9), 999_999_999)
         return cls(whole, nanosec)

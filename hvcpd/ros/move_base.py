@@ -14,7 +14,7 @@ from hvcpd.ros.port import Listener
 
 
 class MoveBase(TopicAction):
-    """One goal at a time, in the frame `frame`; `ended` and `progress` are told what becomes of it."""
+    """One goal at a time, in the frame `frame`; `ended` and `progress` are called with its outcome and its progress."""
 
     def __init__(
         self,

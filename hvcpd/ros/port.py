@@ -33,7 +33,7 @@ class Listener:
     ended: Callable[[int, str, Any], None]
 
 
-def told_of_skills(report: Report) -> Listener:
+def skill_listener(report: Report) -> Listener:
     """Hands the progress of skills' actions over to the bridge."""
 
     def fed_back(number: int, feedback: Any) -> None:
@@ -67,7 +67,7 @@ class RosPort(Protocol):
 
     @property
     def fault(self) -> str | None:
-        """Why this ROS is no more; the node is then to be made anew. None: it is well."""
+        """Why this ROS has ended, so that the node must be made again; None: it works."""
 
     @property
     def dismissed(self) -> str | None:

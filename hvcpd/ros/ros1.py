@@ -26,7 +26,7 @@ from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.parameters import Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, told_of_skills
+from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, skill_listener
 from hvcpd.ros.skills import Act, Leave, RosAction, fill_message
 from hvcpd.ros.topics import Topic
 
@@ -139,7 +139,7 @@ class Ros1Port:
         return (*self._actions.values(), *((self._move_base,) if self._move_base is not None else ()))
 
     def _say_last_words(self) -> None:
-        """In a thread of rospy's, which closes all connections next: whoever ends the node, the base is to stand."""
+        """In a thread of rospy's, which closes all connections next: the base must stand, whatever ends the node."""
         self._is_ending = True
         for client in self._clients():
             client.cancel_any()
@@ -179,7 +179,7 @@ class Ros1Port:
         return client
 
     def _make_action(self, skill: str, action: RosAction) -> TopicAction:
-        link, listener = self._link_to(action.action, action.type), told_of_skills(self._report)
+        link, listener = self._link_to(action.action, action.type), skill_listener(self._report)
         client = TopicAction(action.action, action.type, link, listener, self._dialect, f"what does {skill!r}")
         self._listen_to(action.action, action.type, client)
         return client

@@ -16,7 +16,7 @@ from hvcpd.ros.convert import OWN, Dialect, from_ros, ros_class, to_ros
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.nav2 import Nav2
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, told_of_skills
+from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, skill_listener
 from hvcpd.ros.skills import Act, Leave, RosAction, fill_message
 from hvcpd.ros.topics import Topic
 
@@ -241,7 +241,7 @@ class RclpyPort:
 
     def _make_action(self, skill: str, action: RosAction) -> RclpyAction:
         server = self._server(action.action, action.type, f"what does {skill!r}")
-        return RclpyAction(server, told_of_skills(self._report), self._in_turn)
+        return RclpyAction(server, skill_listener(self._report), self._in_turn)
 
     def _server(self, name: str, ros_type: str, whose: str) -> Server:
         package, kind_name = ros_type.split("/")

@@ -154,7 +154,7 @@ class Session:
             self._lose(error)
 
     def _farewell(self) -> None:
-        """Whatever ends the bridge: the base is told to stand first."""
+        """Whatever ends the bridge, first command the base to stand."""
         self._bridge.lost(self._clock())
         self._pass_on()
         select.select([], [], [], FAREWELL_S)

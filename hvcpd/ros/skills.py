@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 SILENT_S = 0.35
-"""A daemon that has said nothing for so long while a call is under way hangs, and its goal is withdrawn; as
+"""Silence after which a daemon with a call under way is taken to hang, and its goal is withdrawn; as
 BEATS_MISSED_S of `hvcpd.skills.host`."""
 TOLD_EVERY_S = 0.5
 """Between two words to the daemon of how far a goal is; feedback may come a hundred times a second."""
 MAX_TOLD = 3
-"""Fields of a feedback or a result that are told: more is for ROS's own tools."""
+"""Most fields of a feedback or a result that are passed on; more is for ROS's own tools."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Tell:
     arguments: Mapping[str, Any]
 
 
-Deed = Act | Leave | Tell
+Effect = Act | Leave | Tell
 
 
 @dataclass
@@ -66,7 +66,7 @@ class _Call:
 
 
 class Skills:
-    """`told` what the daemon says; `ended` and `fed_back` what a server does. All return what is to be done."""
+    """`on_event` what the daemon says; `ended` and `fed_back` what a server does. All return what is to be done."""
 
     def __init__(self, actions: Mapping[str, RosAction]) -> None:
         self.actions = actions
@@ -74,7 +74,7 @@ class Skills:
         self._goals = 0
         self._heard_s = self._told_s = -math.inf
 
-    def told(self, event: Mapping[str, Any], now_s: float) -> list[Deed]:
+    def on_event(self, event: Mapping[str, Any], now_s: float) -> list[Effect]:
         """An event of the daemon; those that are none of this class's change nothing."""
         self._heard_s = now_s
         under_way, kind = self._under_way, event.get("event")
@@ -91,18 +91,18 @@ class Skills:
             return [self._give(under_way)]
         return []
 
-    def leave(self) -> list[Deed]:
+    def leave(self) -> list[Effect]:
         """Withdraw what is under way: nobody wants it any more."""
         call, self._under_way = self._under_way, None
         return [Leave(call.goal, call.act.skill)] if call is not None and call.goal is not None else []
 
-    def tick(self, now_s: float) -> list[Deed]:
+    def tick(self, now_s: float) -> list[Effect]:
         """Time passes."""
         if now_s - self._heard_s <= SILENT_S:
             return []
         return self.leave()
 
-    def fed_back(self, number: int, values: Mapping[str, Any], now_s: float) -> list[Deed]:
+    def fed_back(self, number: int, values: Mapping[str, Any], now_s: float) -> list[Effect]:
         """A server tells how far it is."""
         call = self._under_way
         if call is None or call.goal != number or now_s - self._told_s < TOLD_EVERY_S:
@@ -111,7 +111,7 @@ class Skills:
         text = ", ".join(f"{name} {_plain(value)}" for name, value in list(values.items())[:MAX_TOLD])
         return [Tell("progress", {"call": call.call, "text": text})]
 
-    def ended(self, number: int, reason: str | None, values: Mapping[str, Any]) -> list[Deed]:
+    def ended(self, number: int, reason: str | None, values: Mapping[str, Any]) -> list[Effect]:
         """A server is done with a goal, or will never be: then the `reason`."""
         call = self._under_way
         if call is None or call.goal != number:
@@ -121,7 +121,7 @@ class Skills:
             return [Tell("failed", {"call": call.call, "reason": reason})]
         return [Tell("done", {"call": call.call, "results": dict(list(values.items())[:MAX_TOLD])})]
 
-    def _begin(self, event: Mapping[str, Any]) -> list[Deed]:
+    def _begin(self, event: Mapping[str, Any]) -> list[Effect]:
         skill = str(event["skill"])
         fields = filled(self.actions[skill].goal, event["arguments"])
         self._under_way = _Call(int(event["call"]), Act(0, skill, fields), None)

@@ -51,7 +51,7 @@ LOST_BITS = 48
 """Bits of the random number at which a robot that lost its counter begins: it is no longer believed under that key,
 but no number is used twice."""
 CODE = "code"
-"""Codes are counted together, whoever claims to be speaking; no robot has this name."""
+"""Codes are counted together under this name, whichever name their speaker gives; no robot has it."""
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ class KeyFile:
         day = self.newest if today is None else max(today, self.newest)
         valid = [entry for entry in self.entries if entry.until is None or entry.until >= day]
         if not valid:
-            raise KeyFileError("every key of the team has ended; make one that has not with: hvcpctl key rotate")
+            raise KeyFileError("every key of the team has expired; make a new one with: hvcpctl key rotate")
         spoken = [entry for entry in valid if entry.spoken_from <= day] or valid
         others = tuple(entry.key for entry in reversed(valid) if entry is not spoken[-1])
         return KeyRing(spoken[-1].key, others, frozenset(self.revoked))

@@ -107,9 +107,9 @@ def _joint_faults(joint: JointSettings, parameters: Mapping[str, Parameter], whe
     if (text := _no_number(joint.angle, parameters)) is not None:
         yield f"angle: {text}"
         return
-    told = parameters[joint.angle]
-    least = told.least if told.least is not None else -math.inf
-    most = told.most if told.most is not None else math.inf
+    parameter = parameters[joint.angle]
+    least = parameter.least if parameter.least is not None else -math.inf
+    most = parameter.most if parameter.most is not None else math.inf
     if least < joint.least_deg or most > joint.most_deg:
         asked = f"{least:g} to {most:g}"
         bounds = f"{joint.least_deg:g} to {joint.most_deg:g}"

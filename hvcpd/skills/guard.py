@@ -57,8 +57,8 @@ class GuardLine:
         """`pins`: each pin that may be on, and whether it is on when it is high."""
         words = (sys.executable, "-m", "hvcpd.skills.guard")
         self._process = subprocess.Popen(words, stdin=subprocess.PIPE, start_new_session=True, bufsize=0)
-        told = {"line": asdict(line)} if line is not None else {}
-        self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()], **told})
+        joints_line = {"line": asdict(line)} if line is not None else {}
+        self._tell({"pins": [[pin, high] for pin, high in (pins or {}).items()], **joints_line})
 
     @property
     def pid(self) -> int:
@@ -165,7 +165,7 @@ def _make_safe(pins: Iterable[tuple[int, bool]], joints: Line | None) -> None:
     """Switch all pins off and release all joints, repeatedly until all are safe, or LET_GO_S are over."""
     waiting: list[Callable[[], bool]] = [partial(_is_off, pin, high) for pin, high in pins]
     if joints is not None:
-        waiting += [partial(_has_let_go, joints, motor_id) for motor_id in joints.ids]
+        waiting += [partial(_is_released, joints, motor_id) for motor_id in joints.ids]
     until_s = time.monotonic() + LET_GO_S
     while (waiting := [safe for safe in waiting if not safe()]) and time.monotonic() < until_s:
         time.sleep(AGAIN_S)
@@ -182,7 +182,7 @@ def _is_off(pin: int, active_high: bool) -> bool:
     return True
 
 
-def _has_let_go(line: Line, motor_id: int) -> bool:
+def _is_released(line: Line, motor_id: int) -> bool:
     from hvcpd.errors import DeviceError
     from hvcpd.hardware.joints import lets_go
     from hvcpd.hardware.wheels_bus import DynamixelBus

@@ -79,8 +79,8 @@ class Host:
         """Carry a call out once those `before` it, which are cancelled, have left all safe."""
 
         def tell(share: float | None, text: str) -> None:
-            told = {"share": share} if share is not None else {}
-            self._send({"command": "progress", "call": call.number, "text": text, **told})
+            progress = {"share": share} if share is not None else {}
+            self._send({"command": "progress", "call": call.number, "text": text, **progress})
 
         began_s = asyncio.get_running_loop().time()
         try:

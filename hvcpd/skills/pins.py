@@ -12,7 +12,7 @@ from hvcpd.hardware.gpio import device
 from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError, Tell
 
-TOLD_EVERY_S = 0.5
+REPORT_EVERY_S = 0.5
 """Progress, for people to see."""
 SLACK_S = 1e-6
 """Tolerance for the arithmetic of the clock; no relay is so quick."""
@@ -39,7 +39,7 @@ class Pin:
         amount = dict(call.arguments).get(self._settings.amount)
         if not isinstance(amount, float):
             raise FailedError(f"it is not told `{self._settings.amount}`")
-        needed_s, on_s, told_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
+        needed_s, on_s, reported_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
         try:
             while needed_s - on_s > SLACK_S:
                 await self._goes_on.wait()
@@ -49,8 +49,8 @@ class Pin:
                 with suppress(TimeoutError):
                     await asyncio.wait_for(self._held.wait(), min(self._look_s, needed_s - on_s))
                 on_s += loop.time() - began_s
-                if on_s - told_s >= TOLD_EVERY_S or needed_s - on_s <= SLACK_S:
-                    told_s = on_s
+                if on_s - reported_s >= REPORT_EVERY_S or needed_s - on_s <= SLACK_S:
+                    reported_s = on_s
                     tell(min(on_s / needed_s, 1.0), "")
         finally:
             self._device.off()
@@ -58,7 +58,7 @@ class Pin:
 
     @property
     def _look_s(self) -> float:
-        return TOLD_EVERY_S if self._empty is None else LOOK_S
+        return REPORT_EVERY_S if self._empty is None else LOOK_S
 
     def _check_supply(self) -> None:
         if self._empty is not None and self._empty.is_pressed:

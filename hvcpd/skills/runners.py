@@ -105,7 +105,7 @@ class Program:
         finally:
             self._process = None
             await shielded(self._end(starting, safe))
-        raise FailedError(said.reason or _told(status))
+        raise FailedError(said.reason or _status_text(status))
 
     async def _end(self, starting: asyncio.Future[asyncio.subprocess.Process], safe: tuple[str, ...]) -> None:
         """End every process of it and make all safe, unless it ended well, or never began."""
@@ -208,5 +208,5 @@ def signal_group(group: int, number: signal.Signals) -> None:
         os.killpg(group, number)
 
 
-def _told(status: int) -> str:
+def _status_text(status: int) -> str:
     return f"ended by signal {-status}" if status < 0 else f"exit status {status}"

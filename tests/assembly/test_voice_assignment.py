@@ -11,7 +11,7 @@ import pytest
 from hvcpd.assembly.make import make_recogniser, make_robot
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
-from hvcpd.assembly.voice_assignment import cast
+from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.names import VoiceName
 from hvcpd.config.settings import PeerSettings, Settings
 from hvcpd.config.task_file import load_tasks
@@ -46,7 +46,7 @@ def heard(settings: Settings, sound: Samples) -> list[tuple[str, ...]]:
     tasks = load_tasks(settings.tasks)
     book = make_phrasebook(settings.names, settings.teams, tasks)
     ears = make_recogniser(
-        book, [n for n in settings.names if n != settings.name], cast(Sound(LEXICON), settings, tuple)
+        book, [n for n in settings.names if n != settings.name], assign_voices(Sound(LEXICON), settings, tuple)
     )
     quiet = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ)
     quiet[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
@@ -59,7 +59,9 @@ def test_the_settings_know_exactly_the_voices_that_there_are() -> None:
 
 
 def test_a_chosen_voice_stands_over_the_one_of_the_name() -> None:
-    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", peers={"Bot": PeerSettings(voice="cedar")}), tuple)
+    sound = assign_voices(
+        Sound(LEXICON), Settings(name="Rob", voice="oak", peers={"Bot": PeerSettings(voice="cedar")}), tuple
+    )
     assert sound.speaker_of("rob").voice == voice_named("oak")
     assert sound.voice_of("BOT") == voice_named("cedar")
     assert sound.voice_of("Max") == voice_for("Max")
@@ -75,7 +77,7 @@ def test_a_peer_is_heard_in_the_voice_that_it_was_given() -> None:
 
 def test_pitch_and_pace_are_multiples_of_the_voices_own_and_make_another_voice() -> None:
     settings = Settings(name="Rob", voice="oak", pitch=1.1, peers={"Bot": PeerSettings(voice="oak", pace=0.9)})
-    sound = cast(Sound(LEXICON), settings, tuple)
+    sound = assign_voices(Sound(LEXICON), settings, tuple)
     oak, rob, bot = voice_named("oak"), sound.voice_of("Rob"), sound.voice_of("Bot")
     assert (rob.f0_hz, rob.rate) == (pytest.approx(1.1 * oak.f0_hz), oak.rate)
     assert (bot.f0_hz, bot.rate) == (oak.f0_hz, pytest.approx(0.9 * oak.rate))
@@ -88,13 +90,13 @@ def test_a_peer_is_heard_at_the_pitch_and_pace_that_it_was_given(pitch: float, p
     """Even where another robot has that voice unchanged."""
     rob = PeerSettings(voice="wren", pitch=pitch, pace=pace)
     told = Settings(name="Bot", names=("Rob", "Bot", "Mia"), peers={"Rob": rob, "Mia": PeerSettings(voice="wren")})
-    said = cast(Sound(LEXICON), told, tuple).speaker_of("Rob").render(SENTENCE)
+    said = assign_voices(Sound(LEXICON), told, tuple).speaker_of("Rob").render(SENTENCE)
     assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]
 
 
 def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:
     folder = in_words(tmp_path / "mine", "willow", *WORDS)
-    sound = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS)
+    sound = assign_voices(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS)
     speaker = sound.speaker_of("Rob", 0.8)
     spoken = speaker.unit("rob", UnitPosition.MEDIAL)
     theirs = Speaker(voice_named("willow"), LEXICON).unit("rob", UnitPosition.FINAL)
@@ -107,9 +109,9 @@ def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:
 
 def test_a_name_without_a_recording_is_synthesized(tmp_path: Path) -> None:
     folder = in_words(tmp_path / "mine", "willow", *WORDS)
-    speaker = cast(Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS).speaker_of(
-        "Rob"
-    )
+    speaker = assign_voices(
+        Sound(LEXICON), Settings(name="Rob", voice="oak", voice_folder=folder), lambda: WORDS
+    ).speaker_of("Rob")
     oak = Speaker(voice_named("oak"), LEXICON)
     assert np.array_equal(speaker.unit("zorg", UnitPosition.FINAL), oak.unit("zorg", UnitPosition.FINAL))
     assert [len(t) for t in speaker.templates("zorg")] == [len(t) for t in oak.templates("zorg")]
@@ -149,7 +151,7 @@ def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> 
 @pytest.mark.slow
 def test_a_team_of_natural_voices_hears_its_own() -> None:
     settings = Settings(name="Rob", names=("Rob", "Bot"), synthesizer="natural")
-    bot = cast(make_sound(None, user_cache_folder()), settings, tuple).voice_of("Bot")
+    bot = assign_voices(make_sound(None, user_cache_folder()), settings, tuple).voice_of("Bot")
     assert bot.natural
     assert bot.name == voice_for("Bot").name
     assert heard(settings, Speaker(bot, LEXICON).render((("hi",), ("i", "am", "bot")))) == [("hi", "i", "am", "bot")]

@@ -253,6 +253,7 @@ def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.C
         driver.execute_script("sound.currentTime = sound.duration - 1")
         browser.until(lambda: len(driver.find_elements("css selector", ".state-done")) == 5)
         assert "has carried out" in text(driver, "#chat li.act")
+        assert "Rob: has" not in text(driver, "#caption")
         driver.execute_script("sound.currentTime = 0")
         browser.until(lambda: not driver.find_elements("css selector", ".state-done"))
         play = driver.find_element("id", "play")

@@ -16,8 +16,8 @@ import structlog
 from hvcpd.config.tasks import GoTo, Place, Tend
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import status
-from hvcpd.control.live.bid import told
 from hvcpd.control.live.daemon_client import permission_fault
+from hvcpd.control.live.short_commands import result_lines
 from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
@@ -130,9 +130,9 @@ def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
 
 @pytest.mark.slow
 def test_say_with_an_output_or_in_another_name_makes_the_sound_itself(ctl: Ctl, tmp_path: Path) -> None:
-    told = json.loads(ctl("say", "Hi Bot, I am Rob, stop", "-o", str(tmp_path / "x.wav"), "--json"))
-    assert (tmp_path / "x.wav").stat().st_size > 2 * 8000 * told["duration_s"]
-    assert told["text"] == "Hi Bot, I am Rob, stop"
+    result_lines = json.loads(ctl("say", "Hi Bot, I am Rob, stop", "-o", str(tmp_path / "x.wav"), "--json"))
+    assert (tmp_path / "x.wav").stat().st_size > 2 * 8000 * result_lines["duration_s"]
+    assert result_lines["text"] == "Hi Bot, I am Rob, stop"
     assert "loudspeaker" in ctl("say", "Hi Rob, I am Bot, stop", status=2)
     assert "loudspeaker" in ctl("say", "Hi Bot, I am Rob, stop", "--local", status=2)
 
@@ -193,7 +193,7 @@ def test_no_permission_is_status_4_and_names_the_group(ctl: Ctl, robot: RunningR
 
 def test_what_a_reload_changed_is_told_as_the_file_has_it() -> None:
     changed = [{"key": "clips.folder", "before": None, "now": "clips"}, {"key": "unable", "before": [], "now": [2]}]
-    assert told("reload", "Rob", {"changed": changed, "restart": []}) == [
+    assert result_lines("reload", "Rob", {"changed": changed, "restart": []}) == [
         "clips.folder: null → clips",
         "unable: [] → [2]",
     ]
@@ -205,7 +205,7 @@ def test_tasks_that_a_reload_brings_or_takes_are_told_by_name() -> None:
         {"key": "task 3", "before": "count the chairs", "now": None},
         {"key": "task 4", "before": None, "now": "sweep the old kitchen"},
     ]
-    assert told("reload", "Rob", {"changed": changed, "restart": []}) == [
+    assert result_lines("reload", "Rob", {"changed": changed, "restart": []}) == [
         "task 1: water the rose → water the lily",
         "task 3, count the chairs: gone",
         "task 4, sweep the old kitchen: new",

@@ -38,11 +38,11 @@ def test_another_computer_has_nothing_to_tell(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("word", "grade", "says"),
     [
-        ("0", "ok", "never"),
+        ("0", "ok", "has not been"),
         ("50005", "wrong", "too low now"),
-        ("50000", "note", "was too low"),
+        ("50000", "note", "has been too low"),
         ("8", "note", "hot and slowed down; "),
-        ("e0000", "note", "hot and slowed down since"),
+        ("e0000", "note", "hot and was slowed down since"),
     ],
 )
 def test_the_supply_is_told_from_the_firmwares_word(tmp_path: Path, word: str, grade: str, says: str) -> None:

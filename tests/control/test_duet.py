@@ -136,14 +136,14 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert UNHEARD not in out.getvalue()
 
 
-def visit(times: list[float]) -> Visit:
+def visit(times: list[float], addressee: str = "") -> Visit:
     """A visit whose sentence is said at once; `times` grows by each time that it is said."""
 
     def say() -> Callable[[], bool]:
         times.append(0.0)
         return lambda: True
 
-    return Visit("Anna: what is left", say)
+    return Visit("Anna: what is left", say, addressee)
 
 
 def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_once() -> None:
@@ -165,17 +165,35 @@ def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_onc
     assert len(times) == TIMES
 
 
-@pytest.mark.parametrize("event", ["heard", "held"])
+@pytest.mark.parametrize("event", ["heard", "held", "statechanged"])
 def test_a_visitor_who_is_understood_is_told_nothing_and_says_nothing_more(event: str) -> None:
     out, times = io.StringIO(), list[float]()
     onlooker = Onlooker(["Rob", "Bot"], out)
     onlooker.visited(visit(times), 5.0)
     onlooker.look(5.0)
-    onlooker.tell({"event": event, "speaker": "somebody", "text": "Bot stop", "at_s": 5.1}, "Bot")
+    told = {"event": event, "speaker": "somebody", "text": "Bot stop", "state": "stopped", "at_s": 5.1}
+    onlooker.tell(told, "Bot")
     onlooker.look(6.0 + ANSWER_S)
-    assert "Bot heard you" in out.getvalue() or "Bot stood still" in out.getvalue()
+    shown = out.getvalue()
+    assert event == "statechanged" or "Bot heard you" in shown or "Bot stood still" in shown
     assert UNHEARD not in out.getvalue()
     assert len(times) == 1
+
+
+def test_a_call_to_one_robot_is_repeated_until_that_robot_reacts() -> None:
+    out, times = io.StringIO(), list[float]()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    onlooker.visited(visit(times, "Bot"), 5.0)
+    onlooker.look(5.0)
+    heard = {"event": "heard", "speaker": "somebody", "text": "Bot stop", "at_s": 5.1}
+    onlooker.tell(heard, "Rob")
+    onlooker.look(5.5 + ANSWER_S)
+    assert len(times) == 2, "Bot has not reacted"
+    onlooker.tell({**heard, "at_s": 9.8}, "Bot")
+    onlooker.look(6.0 + 2 * ANSWER_S)
+    onlooker.look(6.5 + 3 * ANSWER_S)
+    assert len(times) == 2
+    assert UNHEARD not in out.getvalue()
 
 
 def block(level: float) -> Samples:

@@ -30,7 +30,7 @@ from tests.control.conftest import Refuse
         (["say", "-oo.wav", "--rat", "1"], "hvcpctl say: the following arguments are required: TEXT; see"),
         (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),
         (["simulate", "--mode", "xyz"], "'xyz' is not one of the choices; choose from volunteer, coordinate; see"),
-        (["task", "again", "thrice"], "argument NUMBER: 'thrice' is no task's number; write for example 3; see"),
+        (["task", "again", "thrice"], "argument NUMBER: 'thrice' is not a task number; write for example 3; see"),
         (["evaluate", "wak"], "'wak' is not one of the choices; did you mean 'wake'? See"),
         (["say", "-o", "x.MP3", "stop"], "argument -o/--output: only WAV is written; name it x.wav; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),
@@ -59,6 +59,16 @@ def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser
         if isinstance(action, argparse._SubParsersAction):
             for below in action.choices.values():
                 yield from parsers(below)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "usage"), [(["help"], "usage: hvcpctl [-h]"), (["help", "say"], "usage: hvcpctl say")]
+)
+def test_help_is_a_word_too(arguments: list[str], usage: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(arguments)
+    assert end.value.code == 0
+    assert capsys.readouterr().out.startswith(usage)
 
 
 def test_no_help_breaks_a_path_an_option_or_an_example() -> None:
@@ -104,6 +114,7 @@ def test_every_command_has_an_example_that_its_own_parser_takes() -> None:
         lines = (command.epilog or "").replace("\\\n", " ").splitlines()
         examples = [line for line in lines if line.startswith("  hvcpctl ")]
         assert examples, f"{path} --help shows no example"
+        assert sum(line in ("Example:", "Examples:") for line in lines) == 1, f"{path} --help lists examples twice"
         for example in examples:
             parser.parse_args(shlex.split(example.replace(" > ", " # "), comments=True)[1:])
 

@@ -140,7 +140,7 @@ def test_a_name_that_is_spelled_twice_and_then_enrolled_is_kept(units: Path) -> 
 def test_who_reads_while_people_change_finds_those_of_one_moment() -> None:
     people = {"ada": Person("Ada", {}), "ben": Person("Ben", {})}
     current = CurrentPeople(lambda: people)
-    reading = iter(current.values())  # as the second look's thread does
+    reading = iter(current.values())  # as the second pass's thread does
     assert next(reading).name == "Ada"
     people = {"cleo": Person("Cleo", {})}
     assert [person.name for person in reading] == ["Ben"]

@@ -1,4 +1,4 @@
-"""A second look in a thread: what it finds comes back, and too much is refused."""
+"""A second pass in a thread: what it finds comes back, and too much is refused."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_what_was_found_comes_back_from_another_thread() -> None:
         gate.open.set()
         await work.settled()
         assert list(work.findings()) == [(one, SENTENCE)]
-        assert gate.thread.startswith("second-look")
+        assert gate.thread.startswith("second-pass")
         assert list(work.findings()) == []
         await work.close()
 

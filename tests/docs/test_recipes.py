@@ -28,7 +28,7 @@ SENTENCE: Recipe = {
     ),
     "coordination/commands.py": (
         "REACTIONS: Reactions = {",
-        'REACTIONS: Reactions = {\n    m.HowFar: _telling("far", composing.occupation),',
+        'REACTIONS: Reactions = {\n    m.HowFar: _answering("far", composing.occupation),',
     ),
 }
 VOICE: Recipe = {

@@ -12,7 +12,7 @@ import pytest
 from hvcpd.control.cli import main
 from hvcpd.evaluation.experiments import NAMES, experiment
 from hvcpd.evaluation.report import write_findings, write_page
-from hvcpd.evaluation.trials import Beside, Findings, Table
+from hvcpd.evaluation.trials import Comparison, Findings, Table
 from hvcpd.synthesis.explain import PAPER_TABLE
 
 
@@ -62,7 +62,7 @@ def test_what_was_found_is_no_markup(tmp_path: Path) -> None:
 
 
 def test_the_papers_figures_stand_beside_ours_at_the_head_of_the_report(tmp_path: Path) -> None:
-    beside = Beside("pivotal <distance>", "120 cm", "11.2 m")
+    beside = Comparison("pivotal <distance>", "120 cm", "11.2 m")
     found = [
         (name, Findings(name, (), Table((), ()), beside=(beside,) if name == "one" else ()))
         for name in "one two".split()

@@ -111,7 +111,7 @@ def test_a_name_that_sounds_like_a_known_one_is_not_learned(sound: Sound) -> Non
 def test_a_name_that_it_was_told_is_not_forgotten(sound: Sound) -> None:
     _, roster = _robot(sound)
     roster.learn("Zorg")
-    roster.learn("Anna", told=True)
+    roster.learn("Anna", given=True)
     assert roster.names == ("Bot", "Anna", "Zorg")
     roster.learn("Gus")
     assert roster.names == ("Bot", "Anna", "Zorg", "Gus")

@@ -15,6 +15,7 @@ from release.prose import code_faults, faults, pages, sources, words_a_sentence
         ("It works. Who hears it halts.\n", [(1, "“Who …” as a subject: write “a robot that …”, “people who …”")]),
         ("## Who hears it\n\n| who hears it |\n\nWho hears it?\n", []),
         ("It takes some 5 s, or some time.\n", [(1, "“some”: write about")]),
+        ("It mends what was mended.\n", [(1, "“mend”: write fix")]),
         ("word " * 31 + ".\n", [(1, "sentences have 31 words on average; at most 30 can be read with ease")]),
     ],
 )

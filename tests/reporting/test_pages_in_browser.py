@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
 
 from hvcpd.language.card import make_card
 from hvcpd.reporting.card_page import card_page
@@ -145,6 +147,18 @@ def test_the_cards_have_room_for_all_that_stands_on_them(case: str, browser: Any
     assert faults(browser) == []
 
 
+def test_a_report_is_played_by_keyboard_with_three_keys(browser: Any, tmp_path: Path) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report_page(example()), encoding="utf-8")
+    look_like(browser, 1280, 900, "light")
+    browser.get(file.as_uri())
+    ActionChains(browser).send_keys(Keys.TAB, Keys.ENTER).perform()
+    until(lambda: browser.switch_to.active_element.get_attribute("id") == "whole")
+    ActionChains(browser).send_keys(Keys.ENTER).perform()
+    until(lambda: not browser.execute_script("return document.getElementById('sound').paused"))
+    ActionChains(browser).send_keys(Keys.ENTER).perform()
+
+
 def test_a_report_is_played_fast_and_its_map_follows(browser: Any, tmp_path: Path) -> None:
     file = tmp_path / "report.html"
     file.write_text(report_page(example()), encoding="utf-8")
@@ -160,3 +174,20 @@ def test_a_report_is_played_fast_and_its_map_follows(browser: Any, tmp_path: Pat
     assert browser.execute_script("return document.getElementById('sound').playbackRate") == 4
     browser.find_element("id", "whole").send_keys("\ue007")
     assert faults(browser) == []
+
+
+@pytest.mark.parametrize("width", [390, 1280])
+def test_play_brings_the_map_into_view_and_no_caption_is_cut_off(width: int, browser: Any, tmp_path: Path) -> None:
+    file = tmp_path / "report.html"
+    file.write_text(report_page(example()), encoding="utf-8")
+    look_like(browser, width, 844, "light", phone=width == 390)
+    browser.get(file.as_uri())
+    browser.find_element("id", "whole").send_keys("\ue007")
+    top = "return document.querySelector('.map').getBoundingClientRect().top"
+    until(lambda: 0 <= browser.execute_script(top) < 200)
+    caption = browser.find_element("id", "caption")
+    until(lambda: caption.text.startswith("Rob: "))
+    said = browser.execute_script("return [...document.querySelectorAll('.said p')].map((p) => p.textContent)")
+    fits = "const [c, text] = arguments; c.textContent = text; return c.scrollWidth <= c.clientWidth"
+    assert browser.execute_script(fits, caption, f"Rob: {max(said, key=len)}")
+    browser.find_element("id", "whole").send_keys("\ue007")

@@ -27,5 +27,5 @@ class Wave:
         1 / times
         for k in range(times):
             call.progress((k + 1) / times, "")
-            await asyncio.sleep(0.001)
+            await asyncio.sleep(0)
         return Result(results={"waves": times, "calls": self._calls})

@@ -121,3 +121,10 @@ def test_a_python_skill_that_cannot_be_imported_is_told(
     assert main(["skills", "--check", "--config", str(tmp_path / "hvcpd.yaml")]) == 2
     told = capsys.readouterr().err
     assert "skill 'grip': ModuleNotFoundError: No module named 'nowhere_to_be_found'; fix the package" in told
+
+
+def test_the_check_names_what_carries_each_skill_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "tasks.yaml").write_text(BOARD)
+    (tmp_path / "hvcpd.yaml").write_text("name: Rob\ntasks: tasks.yaml\nskills:\n  grip: {run: [echo, grip]}\n")
+    assert main(["skills", "--check", "--config", str(tmp_path / "hvcpd.yaml")]) == 0
+    assert capsys.readouterr().out == "ok  grip: by the program echo\n"

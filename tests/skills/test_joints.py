@@ -21,7 +21,7 @@ from hvcpd.skills.runners import FailedError
 from tests.daemon.control_bench import ControlBench, run
 from tests.hardware.test_joints import Bench, bench
 from tests.robot.test_hold import BLOCK_S
-from tests.skills.virtual_loop import run_virtually
+from tests.skills.virtual_loop import pass_time, run_virtually
 
 
 def call(**arguments: float | str) -> Call:
@@ -39,7 +39,7 @@ class Scene:
     async def serve(self) -> None:
         while True:
             self.bench.wheels.exchange(STANDSTILL)
-            await asyncio.sleep(0.1)
+            await pass_time(0.1)
 
     def play(self, deeds: Any) -> Any:
         async def whole() -> Any:
@@ -89,21 +89,21 @@ def test_it_is_held_and_goes_on_and_a_cancel_stops_it() -> None:
 
     async def deeds() -> None:
         task = asyncio.create_task(scene.perform(call(angle_deg=80.0)))
-        await asyncio.sleep(0.4)
+        await pass_time(0.4)
         scene.motion.hold(True)
-        await asyncio.sleep(1.0)
+        await pass_time(1.0)
         place = scene.bench.cell("present_position")
-        await asyncio.sleep(3.0)
+        await pass_time(3.0)
         assert abs(scene.bench.cell("present_position") - place) < 25  # of 4096 in a turn
         assert not task.done()
         scene.motion.hold(False)
-        await asyncio.sleep(0.2)
+        await pass_time(0.2)
         task.cancel()
         with suppress(asyncio.CancelledError):
             await task
-        await asyncio.sleep(1.0)
+        await pass_time(1.0)
         place = scene.bench.cell("present_position")
-        await asyncio.sleep(2.0)
+        await pass_time(2.0)
         assert abs(scene.bench.cell("present_position") - place) < 25  # of 4096 in a turn
         assert place < 2048 + 70 / 0.088
 

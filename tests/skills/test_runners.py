@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 from hil_fakes.pins import FilePins, is_on
+from hil_fakes.sound_server import wait_until
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.control.live.skills import until_ended
 from hvcpd.errors import DeviceError
@@ -23,10 +24,13 @@ from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Object
 from hvcpd.skills.pins import Pin
 from hvcpd.skills.runners import FailedError, Program, Runner
-from tests.skills.virtual_loop import run_virtually
+from tests.skills.virtual_loop import pass_time, run_virtually
 
 STOP_S = 0.5
 """From a cancel to the safe state, at the most."""
+
+STOPPED = "TD"
+"""States in /proc/PID/stat: stopped, or waiting for a child that was stopped before its exec (vfork)."""
 
 EXAMPLE = Path(__file__).with_name("example_skill.py")
 
@@ -56,12 +60,17 @@ def run(scene: Coroutine[Any, Any, Any]) -> Any:
     return asyncio.run(asyncio.wait_for(scene, 20.0))
 
 
+async def met(true: Callable[[], bool], what: str) -> None:
+    """Wait for another process."""
+    await asyncio.to_thread(wait_until, true, 10.0, what)
+
+
 async def cancelled(runner: Runner, begun: Callable[[], bool], what: Call | None = None) -> float:
     """Cancel a call once it has begun; how long it took until all was safe, s."""
     task = asyncio.create_task(runner.perform(what or call(), lambda _share, _text: None))  # type: ignore[arg-type]
     while not begun():
         assert not task.done(), task
-        await asyncio.sleep(0.005)
+        await asyncio.sleep(0)
     began_s = time.monotonic()
     task.cancel()
     with pytest.raises(asyncio.CancelledError):
@@ -86,7 +95,7 @@ def program_of(pid: Path) -> int | None:
 
 def until_gone(group: int) -> None:
     """Who was sent SIGKILL runs no further, but is there until a busy kernel gives it its turn to die."""
-    until(lambda: left_of(group) == [], 5.0)
+    wait_until(lambda: left_of(group) == [], 5.0, "the group is gone")
 
 
 def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
@@ -143,8 +152,8 @@ def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_pa
         task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
         while program_of(pid) is None:
             await asyncio.sleep(0)  # one step of the loop, and as long for the program as it needs
-            with suppress(AssertionError):
-                until(lambda: program_of(pid) is not None, 0.1)
+            with suppress(TimeoutError):
+                wait_until(lambda: program_of(pid) is not None, 0.1, "it runs")
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task
@@ -168,21 +177,20 @@ def test_the_program_that_leaves_all_safe_is_run_after_a_bad_end_only(tmp_path: 
 
 
 def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
-    """It counts as fast as it can; while it is held it counts no further."""
-    program, beats = shell("while :; do echo '{\"progress\": 0.5}'; sleep 0.01; done"), []
+    """The kernel says that it is stopped while it is held; let go, it counts on."""
+    program = shell('while :; do echo "{\\"progress\\": 0.5, \\"text\\": \\"$$\\"}"; sleep 0.01; done')
 
     async def scene() -> None:
-        task = asyncio.create_task(program.perform(call(), lambda _share, _text: beats.append(1)))  # type: ignore[arg-type]
-        while len(beats) < 3:
-            await asyncio.sleep(0.01)
+        beats = asyncio.Queue[str]()
+        task = asyncio.create_task(program.perform(call(), lambda _share, text: beats.put_nowait(text)))  # type: ignore[arg-type]
+        stat = Path(f"/proc/{await beats.get()}/stat")
         program.hold(True)
-        await asyncio.sleep(0.05)
-        count = len(beats)
-        await asyncio.sleep(0.2)
-        assert len(beats) == count
+        await met(lambda: stat.read_text().rpartition(") ")[2][0] in STOPPED, "the program is stopped")
         program.hold(False)
-        while len(beats) < count + 3:
-            await asyncio.sleep(0.01)
+        while not beats.empty():
+            beats.get_nowait()
+        for _ in range(3):
+            await beats.get()
         task.cancel()
         await asyncio.wait([task])
 
@@ -204,7 +212,7 @@ class Pins:
         on_s = 0.0
         for _ in range(round(limit_s / 0.01)):
             on_s += 0.01 * self.is_on()
-            await asyncio.sleep(0.01)
+            await pass_time(0.01)
         return on_s
 
 
@@ -232,10 +240,10 @@ def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time() 
         assert await cancelled(pin, pins.is_on, call(seconds=60.0)) < STOP_S
         assert not pins.is_on()
         task = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
-        await asyncio.sleep(1.2)
+        await pass_time(1.2)
         pin.hold(True)
         assert not pins.is_on()
-        await asyncio.sleep(5.0)
+        await pass_time(5.0)
         assert not task.done()
         pin.hold(False)
         assert await pins.time_on(5.0) == pytest.approx(1.8, abs=0.03)
@@ -251,10 +259,10 @@ def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_
     async def scene() -> None:
         pin = Pin(PinSettings(17, empty_pin=27), pins.factory)
         task = asyncio.create_task(pin.perform(call(seconds=60.0), lambda _share, _text: None))  # type: ignore[arg-type]
-        await asyncio.sleep(1.0)
+        await pass_time(1.0)
         assert pins.is_on()
         pins.factory.pin(27).drive_low()
-        await asyncio.sleep(0.1)
+        await pass_time(0.1)
         with pytest.raises(FailedError, match="the tank is empty"):
             await task
         assert not pins.is_on()
@@ -272,7 +280,7 @@ def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) ->
         first = Pin(PinSettings(17), pins)
         with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
             Pin(PinSettings(17), pins)
-        code = "from gpiozero import LED; import time; led = LED(4); print(1, flush=True); time.sleep(60)"
+        code = "from gpiozero import LED; import signal; led = LED(4); print(1, flush=True); signal.pause()"
         words = [sys.executable, "-c", code]
         with subprocess.Popen(words, stdout=subprocess.PIPE, env=fake_pins(tmp_path)) as process:
             assert process.stdout is not None
@@ -291,8 +299,7 @@ def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Pat
     with subprocess.Popen([sys.executable, "-m", "hil_fakes.pump", *words], stdout=subprocess.PIPE, text=True) as pump:
 
         async def scene() -> None:
-            while not (tmp_path / "27.level").exists():
-                await asyncio.sleep(0.01)
+            await met((tmp_path / "27.level").exists, "the tank's float is there")
             pin = Pin(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
             with pytest.raises(FailedError, match="the tank is empty"):
                 await pin.perform(call(litres=1.0), lambda _share, _text: None)
@@ -324,27 +331,16 @@ async def main():
     else:
         runner = Program(("sh", "-c", "echo $$ > $0; sleep 60", sys.argv[2]), ("touch", sys.argv[3]), guard)
     beat = asyncio.create_task(guard.beat())
-    await asyncio.sleep(0.3)
     await runner.perform(Call(1, 1, "pour", (("seconds", 60.0),), 60.0), lambda share, text: None)
 asyncio.run(main())
 """
 
 
-def until(true: Callable[[], bool], within_s: float) -> float:
-    """How long it took until it was true, s."""
-    began_s = time.monotonic()
-    while not true():
-        assert time.monotonic() - began_s < within_s
-        time.sleep(0.002)
-    return time.monotonic() - began_s
-
-
 def test_a_host_that_is_killed_leaves_its_pin_off(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", HOST, "pin"], env=fake_pins(tmp_path)) as host:
-        until(lambda: is_on(tmp_path, 17), 10.0)
-        time.sleep(0.2)
+        wait_until(lambda: is_on(tmp_path, 17), 10.0, "the pin is on")
         host.kill()
-        assert until(lambda: not is_on(tmp_path, 17), 5.0) < STOP_S
+        wait_until(lambda: not is_on(tmp_path, 17), 10.0, "the pin is off")
 
 
 def test_a_pin_that_is_still_in_use_is_switched_off_once_it_is_free(tmp_path: Path) -> None:
@@ -370,9 +366,9 @@ def test_a_pin_that_is_still_in_use_is_switched_off_once_it_is_free(tmp_path: Pa
 
 def test_a_host_that_is_frozen_is_ended_and_leaves_its_pin_off(tmp_path: Path) -> None:
     with subprocess.Popen([sys.executable, "-c", HOST, "pin"], env=fake_pins(tmp_path)) as host:
-        until(lambda: is_on(tmp_path, 17), 10.0)
+        wait_until(lambda: is_on(tmp_path, 17), 10.0, "the pin is on")
         host.send_signal(signal.SIGSTOP)
-        until(lambda: not is_on(tmp_path, 17), 10.0)
+        wait_until(lambda: not is_on(tmp_path, 17), 10.0, "the pin is off")
     assert host.returncode == -signal.SIGKILL
 
 
@@ -380,10 +376,9 @@ def test_a_host_that_is_killed_leaves_no_program_and_all_safe(tmp_path: Path) ->
     pid, safe = tmp_path / "pid", tmp_path / "safe"
     words = [sys.executable, "-c", HOST, "program", str(pid), str(safe)]
     with subprocess.Popen(words, env=fake_pins(tmp_path)) as host:
-        until(lambda: pid.exists() and pid.read_text() != "", 10.0)
-        time.sleep(0.2)
+        wait_until(lambda: pid.exists() and pid.read_text() != "", 10.0, "the program runs")
         host.kill()
-        assert until(safe.exists, 5.0) < STOP_S
+        wait_until(safe.exists, 10.0, "all is safe")
     until_gone(int(pid.read_text()))
 
 
@@ -419,7 +414,7 @@ def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed
             what = call(times=times)
             task = asyncio.create_task(wave.perform(what, lambda share, _text: begun.append(share)))  # type: ignore[arg-type]
             while not begun:
-                await asyncio.sleep(0.005)
+                await asyncio.sleep(0)
             began_s = time.monotonic()
             task.cancel()
             await asyncio.wait([task])

@@ -34,6 +34,12 @@ class _Loop(asyncio.SelectorEventLoop):
         return self._virtual.now_s
 
 
+async def pass_time(duration_s: float) -> None:
+    """Let virtual time pass; costs none on the wall. Only in `run_virtually`."""
+    assert isinstance(asyncio.get_running_loop(), _Loop)
+    await asyncio.sleep(duration_s)
+
+
 def run_virtually(scene: Coroutine[Any, Any, Any], clock: VirtualTime | None = None) -> Any:
     """Run a scene without threads, sockets and processes on a clock of its own."""
     with asyncio.Runner(loop_factory=lambda: _Loop(clock or VirtualTime())) as runner:

@@ -36,6 +36,6 @@ export const wallClock = { time: (at) => times.format(at * 1000), day: (at) => d
 
 /** A recorded mission's time, in minutes and seconds. */
 export const missionClock = {
-  time: (at) => `${Math.floor(at / 60)}:${String(Math.floor(at % 60)).padStart(2, "0")}`,
+  time: (at) => `${Math.floor(Math.round(at) / 60)}:${String(Math.round(at) % 60).padStart(2, "0")}`, // as the report
   day: () => "",
 };

@@ -1,5 +1,6 @@
 // A recorded mission: the sound is the clock, and what had happened until then is shown.
 import { byId, missionClock, setText } from "./dom.js";
+import { asText } from "./talk.js";
 
 const PAGE = 150;
 const sound = byId("sound");
@@ -63,8 +64,8 @@ export async function replay(makeTalk, take) {
   const recording = await fetch("replay").then((reply) => reply.json());
   const { steps } = recording;
   const lines = steps.filter((step) => step.message.kind === "line").map((step) => step.message.line);
-  let shown = 0; // so many steps are shown
-  let seen = 0; // and so many of them are lines
+  let shown = 0; // number of steps shown
+  let seen = 0; // number of lines among them
   const source = {
     before: async (n) => ({ lines: lines.slice(Math.max((n ?? seen) - PAGE, 0), n ?? seen), first: 0 }),
     after: async (n) => ({ lines: lines.slice(n + 1, Math.min(n + 1 + PAGE, seen)), first: 0 }),
@@ -93,7 +94,7 @@ export async function replay(makeTalk, take) {
       due.filter((message) => message.kind !== "line").forEach((message) => take(talk, message));
     } else due.forEach((message) => take(talk, message));
     const last = lines[seen - 1];
-    setText(caption, last && now < last.at_s + 8 ? `${last.who ? `${last.who}: ` : ""}${last.text}` : "");
+    setText(caption, last && now < last.at_s + 8 ? asText(last) : "");
   }
 
   beginAnew();

@@ -2,11 +2,18 @@
 import { byId, make } from "./dom.js";
 
 const MOST = 600; // lines in the page at a time
-const NEAR_PX = 600; // so near to an end more is fetched
+const NEAR_PX = 600; // distance from an end at which more is fetched
 const AT_END_PX = 40;
-const LATE = 20; // a sentence is told when it was understood, at the time when it began: so many lines may be newer
+const LATE = 20; // a sentence comes when it was understood, with the time when it began: most lines that may be newer
 
 const inTime = (lines) => [...lines].sort((one, other) => one.at_s - other.at_s || one.n - other.n);
+
+const isSpoken = (line) => Boolean(line.who) && (line.sort === "said" || line.sort === "heard");
+
+/** A line as one text: "Rob: task one complete", "Rob has carried out task one". */
+export function asText(line) {
+  return line.who ? `${line.who}${isSpoken(line) ? ":" : ""} ${line.text}` : line.text;
+}
 
 export class Talk {
   /** `source`: `{before(n), after(n)}`, each a promise of `{lines, first}`; `clock`: how times are told. */
@@ -66,16 +73,15 @@ export class Talk {
 
   /** For a screen reader, which does not read a list that changes at both ends. */
   say(line) {
-    const who = line.who ? `${line.who}: ` : "";
     const doubt = line.marks.find((mark) => mark.kind !== "good");
-    this.news.append(make("p", {}, `${who}${line.text}${doubt ? ` (${doubt.text})` : ""}`));
+    this.news.append(make("p", {}, `${asText(line)}${doubt ? ` (${doubt.text})` : ""}`));
     while (this.news.children.length > 3) this.news.firstChild.remove();
   }
 
   item(line, before) {
     const time = make("time", {}, this.clock.time(line.at_s));
     const day = this.clock.day(line.at_s);
-    const item = line.who && (line.sort === "said" || line.sort === "heard") ? this.bubble(line, time) : this.note(line, time);
+    const item = isSpoken(line) ? this.bubble(line, time) : this.note(line, time);
     item.dataset.n = line.n;
     if (day && (!before || this.clock.day(before.at_s) !== day)) item.dataset.day = day;
     return item;

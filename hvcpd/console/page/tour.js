@@ -1,4 +1,4 @@
-// Five hints for who opens the page for the first time, each beside what it explains.
+// Five hints at the first visit, each beside what it explains.
 import { byId, make } from "./dom.js";
 
 const SEEN = "hvcpd-hints-seen";
@@ -6,16 +6,16 @@ const TOP = "main";
 const HINTS = {
   live: [
     [TOP, "This page shows what one robot hears. The stop button halts it at once, without asking."],
-    ["#talk", "Every sentence stands here, with how sure its listener was. A dashed edge means: not sure."],
-    ["#robots", "Who is here, and what each is doing."],
+    ["#talk", "Every sentence appears here, with its listener’s confidence. A dashed edge means: not sure."],
+    ["#robots", "The robots that are here, and what each is doing."],
     ["#map", "Where the robot is, and where the tasks are. A pale mark is a task that is not done yet."],
-    ["#board", "All tasks. “Again” has one done once more, “Skip” has it left out this time."],
+    ["#board", "All tasks. “Again” repeats one, “Skip” leaves it out this time."],
   ],
   replay: [
     [TOP, "This is a recorded mission. Press Play at the bottom; the sound is the clock."],
-    ["#talk", "Every sentence appears when it was said. Below it stands who understood it, and how surely."],
+    ["#talk", "Every sentence appears when it was said. Below it you see who understood it, and with what confidence."],
     ["#map", "The robots move as they did then. A mark is pale until its task is done."],
-    ["#board", "Who claimed which task, and what is done by now."],
+    ["#board", "Who has claimed each task, and what is done so far."],
     [TOP, "Choose a speed, or move the slider to any time: everything follows."],
   ],
 };

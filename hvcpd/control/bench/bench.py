@@ -85,11 +85,11 @@ def seconds(work: str, folder: Path, amount: int) -> Cost:
     command = [sys.executable, "-c", f"{here}sys.exit(main({[work, str(folder), str(amount)]!r}))"]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=PATIENCE_S)
-        told = json.loads(done.stdout.splitlines()[-1])
+        measured = json.loads(done.stdout.splitlines()[-1])
     except (subprocess.SubprocessError, ValueError, IndexError) as error:
         last = (getattr(error, "stderr", None) or str(error)).strip().splitlines()[-1:]
         raise BenchError(f"{work}: {''.join(last)}") from error
-    return Cost(told["cpu_s"], told["busiest"])
+    return Cost(measured["cpu_s"], measured["busiest"])
 
 
 def run(options: argparse.Namespace) -> int:

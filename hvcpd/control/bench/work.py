@@ -55,7 +55,7 @@ def _wiring(folder: Path) -> Wiring:
 
 
 class Apart(AtOnce[Any, Any]):
-    """Runs the second look, for which the daemon has threads, in this thread and counts its time."""
+    """Runs the second pass, for which the daemon has threads, in this thread and counts its time."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -89,14 +89,14 @@ def _start(folder: Path, _: int) -> None:
 
 
 def _say(folder: Path, sentences: int) -> None:
-    """Render so many sentences with no word of them in the cache."""
+    """Render a number of sentences, none of whose words is in the cache."""
     wiring = _wiring(folder)
     for _ in range(sentences):
         _sentence(replace(wiring, sound=replace(wiring.sound, cache=None)), 4)
 
 
 def _waveforms(folder: Path, words: int) -> None:
-    """Render so many words of one peer, as its waveforms need them: at every pitch, usual and slow."""
+    """Render a number of words of one peer, as its waveforms need them: at every pitch, usual and slow."""
     from hvcpd.assembly.make import SLOW
     from hvcpd.synthesis.speaker import PITCH_STEPS
 
@@ -110,12 +110,12 @@ def _waveforms(folder: Path, words: int) -> None:
 
 
 def _quiet(folder: Path, seconds: int) -> float:
-    """Listen for so long to nobody."""
+    """Listen to a quiet room for this time."""
     return _listen(folder, seconds, lambda _: iter(()))
 
 
 def _speech(folder: Path, seconds: int) -> float:
-    """Listen for so long to a peer who speaks with pauses of a second."""
+    """Listen for this time to a peer who speaks with pauses of a second."""
 
     def sentences(wiring: Wiring) -> Iterator[Samples]:
         for number in range(1, sys.maxsize):

@@ -20,6 +20,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, unwritable
 from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_range_m
 from hvcpd.hardware.audio import find_device
+from hvcpd.reporting.text import over_noise
 
 PEAK_DBFS = -6.0
 """Target peak of the robot's own voice, the loudest sound at its microphone: no clipping, with 6 dB left for a louder
@@ -82,7 +83,7 @@ def _tell_round(options: argparse.Namespace, heard: SelfHearing) -> None:
     echo = heard.echo
     sys.stdout.write(
         f"noise {heard.floor_dbfs:.0f} dBFS, own voice {echo.level_dbfs:.0f} dBFS (peak {_db(echo.peak):.0f}), "
-        f"{echo.snr_db:.0f} dB over the noise, {'understood' if heard.understood else 'not understood'}\n"
+        f"{over_noise(echo.snr_db)}, {'understood' if heard.understood else 'not understood'}\n"
     )
 
 

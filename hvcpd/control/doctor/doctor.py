@@ -60,7 +60,7 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
         yield fine("wheels", "ROS has them, as wheels.driver says; see `hvcpctl status` while `hvcpctl ros` runs")
         return
     if not settings.on_serial_port:
-        yield note("wheels", f"of the driver {settings.driver}, which only `hvcpctl drive status` looks at")
+        yield note("wheels", f"driver {settings.driver}: only `hvcpctl drive status` checks it")
         return
     finding = examine(settings, make_port)
     for problem in finding.problems:
@@ -74,7 +74,7 @@ def _verdict(found: list[Diagnosis]) -> Diagnosis:
     notes = f"; {counts[Grade.NOTE]} to note" if counts[Grade.NOTE] else ""
     if counts[Grade.WRONG]:
         return wrong("verdict", f"{counts[Grade.WRONG]} of {len(found)} checks failed; the remedies are above{notes}")
-    return fine("verdict", f"all {len(found)} looked at are well{notes}")
+    return fine("verdict", f"all {len(found)} checks passed{notes}")
 
 
 def _shown(diagnoses: Iterator[Diagnosis] | list[Diagnosis], as_json: bool) -> Iterator[Diagnosis]:

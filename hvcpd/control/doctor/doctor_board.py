@@ -46,13 +46,14 @@ def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
     if now & UNDERVOLTAGE:
         yield wrong("supply", "the voltage is too low now: a stronger supply, a thicker and shorter cable", word=word)
     elif since & UNDERVOLTAGE:
-        yield note("supply", "the voltage was too low since the start: a stronger supply, a thicker cable", word=word)
+        text = "the voltage has been too low since the start: a stronger supply, a thicker cable"
+        yield note("supply", text, word=word)
     elif now & (CAPPED | THROTTLED | SOFT_LIMIT):
         yield note("supply", "the processor is hot and slowed down; cool it", word=word)
     elif since & (CAPPED | THROTTLED | SOFT_LIMIT):
-        yield note("supply", "the processor was hot and slowed down since the start; cool it", word=word)
+        yield note("supply", "the processor has been hot and was slowed down since the start; cool it", word=word)
     else:
-        yield fine("supply", "the voltage never was too low since the start", word=word)
+        yield fine("supply", "the voltage has not been too low since the start", word=word)
 
 
 def _look_at_width(board: Board) -> Iterator[Diagnosis]:

@@ -39,7 +39,7 @@ def add_calibrate(commands: Commands, run: Run) -> None:
     )
     _add_shared(calibrate)
     calibrate.add_argument("--keep-gain", action="store_true", help="only measure; leave the mixer alone")
-    calibrate.add_argument("--dry-run", action="store_true", help="keep no result in the state directory")
+    calibrate.add_argument("--dry-run", action="store_true", help="do not save the result")
     calibrate.add_argument(
         "--distance",
         type=_metres,

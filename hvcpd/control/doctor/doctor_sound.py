@@ -16,6 +16,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import SILENCE_DBFS
 from hvcpd.hardware.audio import Direction, find_device
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.reporting.text import over_noise
 
 CARD_RATES_HZ = (16_000, 44_100, 48_000)
 CLIPPED_SHARE = 0.01
@@ -98,8 +99,8 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
         )
         return
     echo = heard.echo
-    level = f"{echo.level_dbfs:.0f} dBFS, {echo.snr_db:.0f} dB over the noise"
-    told = f"heard itself at {level}, after {echo.delay_s * 1000:.0f} ms"
+    level = f"{echo.level_dbfs:.0f} dBFS, {over_noise(echo.snr_db)}"
+    result = f"heard itself at {level}, after {echo.delay_s * 1000:.0f} ms"
     values = {
         "level_dbfs": round(echo.level_dbfs, 1),
         "snr_db": round(echo.snr_db, 1),
@@ -108,13 +109,13 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
     if not heard.understood:
         yield wrong(
             "loopback",
-            f"{told}, but did not understand {heard.said!r}: too loud, too soft, or distorted; try hvcpctl calibrate",
+            f"{result}, but did not understand {heard.said!r}: too loud, too soft, or distorted; try hvcpctl calibrate",
             **values,
         )
     elif echo.snr_db < WEAK_SNR_DB:
-        yield note("loopback", f"{told}: turn the loudspeaker up, or the noise down", **values)
+        yield note("loopback", f"{result}: turn the loudspeaker up, or the noise down", **values)
     else:
-        yield fine("loopback", f"{told}, and understood {heard.said!r} ({heard.confidence:.0%})", **values)
+        yield fine("loopback", f"{result}, and understood {heard.said!r} ({heard.confidence:.0%})", **values)
 
 
 def _calibration(team: Team) -> Iterator[Diagnosis]:

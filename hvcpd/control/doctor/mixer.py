@@ -42,8 +42,8 @@ class Mixer:
 
     def gain_db(self, control: Control) -> float | None:
         """The setting in dB; None if it is not given in dB."""
-        told = self._run(("amixer", "-c", control.card, "sget", control.name))
-        found = re.search(r"\[(-?[\d.]+)dB\]", told or "")
+        output = self._run(("amixer", "-c", control.card, "sget", control.name))
+        found = re.search(r"\[(-?[\d.]+)dB\]", output or "")
         return float(found[1]) if found else None
 
     def set_gain_db(self, control: Control, gain_db: float) -> float | None:

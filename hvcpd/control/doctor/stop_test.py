@@ -60,7 +60,7 @@ class Call:
 def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     """Report each call; then the conclusion, and its limits."""
     where, team = devices or Devices(), load_team(options)
-    found = list(_told(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
+    found = list(_printed(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
     _tell_verdict(found, options.ask, options.json)
     return EX_OK if all(call.in_time for call in found) else EX_FAILURE
 
@@ -130,7 +130,7 @@ def _first(times_s: Sequence[float]) -> float | None:
     return round(min(times_s), 3) if times_s else None
 
 
-def _told(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
+def _printed(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
     """Report each call as it comes."""
     for number, call in enumerate(calls):
         if not number and not as_json:

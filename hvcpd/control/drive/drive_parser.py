@@ -60,7 +60,9 @@ def add_drive(commands: Commands, run: Run) -> None:
 def add_port(parser: argparse.ArgumentParser) -> None:
     """Options for wheels other than those of the settings."""
     parser.add_argument("--port", metavar="PORT", help="serial port (default: as in the settings)")
-    parser.add_argument("--driver", choices=("auto", "opencr", "dynamixel"), help="kind of wheels (default: settings)")
+    parser.add_argument(
+        "--driver", choices=("auto", "opencr", "dynamixel"), help="kind of wheels (default: as in the settings)"
+    )
 
 
 def _add(actions: Commands, name: str, text: str, run: Run) -> argparse.ArgumentParser:

@@ -52,7 +52,7 @@ LOOK_S = 0.5
 
 _WELCOME = """\
 {robots} {talk} {where}.
-{page}They prepare their words …
+{page}{prepare} …
 """
 _FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
 _READY = """\
@@ -88,9 +88,11 @@ def run(options: argparse.Namespace) -> int:
         room = SharedRoom(bodies, medium=medium)
         socket = socket_path(wirings[0].settings)
         address = "" if options.no_console else stack.enter_context(page(socket, options.port))
-        told = f"Watch {robots[0]} at {address}\n" if address else ""
-        talk = "talk" if len(robots) > 1 else "talks"
-        sys.stdout.write(_WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=told))
+        page_line = f"Watch {robots[0]} at {address}\n" if address else ""
+        alone = len(robots) == 1
+        talk, prepare = ("talks", "It prepares its words") if alone else ("talk", "They prepare their words")
+        welcome = _WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=page_line, prepare=prepare)
+        sys.stdout.write(welcome)
         sys.stdout.flush()
         rendered = at_once
         if not all(map(is_rendered, wirings)):
@@ -234,6 +236,12 @@ class Duet:
             if isinstance(self._room.medium, SharedCard):
                 await self._room.medium.close()
 
+    @property
+    def _now_s(self) -> float:
+        """Time of the robots' events, which counts the sound that a card has lost."""
+        robots = (daemon.robot for daemon in self.daemons)
+        return max((robot.now for robot in robots if robot is not None), default=self._room.now_s)
+
     async def _watch(self, drain: Callable[[], None]) -> None:
         """Report once that all robots listen, and each problem when it begins."""
         slow = SlowAir(asyncio.get_running_loop().time(), self._room.now_s)
@@ -286,7 +294,7 @@ class Duet:
     def say(self, line: str) -> None:
         """The visitor says a sentence; one that is not in the phrasebook is answered by a message."""
         try:
-            self._onlooker.visited(self._visitor.say(line), self._room.now_s)
+            self._onlooker.visited(self._visitor.say(line), self._now_s)
         except HvcpdError as error:
             self._onlooker.note(str(error))
 

@@ -13,8 +13,10 @@ from secrets import token_urlsafe
 from threading import Thread
 from typing import Any, TextIO
 
+from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.language.addressees import ToRobot
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clock
 from hvcpd.synthesis.speaker import Speaker
@@ -30,7 +32,7 @@ ECHO_S = 1.0
 """Largest difference between the beginnings of a call as it was said and as a robot hears it, or hears it again."""
 SOMEBODY = "somebody"
 """The speaker of a sentence without a name, in an event."""
-UNHEARD = "nobody understood that; say it again"
+UNHEARD = "that was not understood; say it again"
 
 
 class Visitor:
@@ -47,16 +49,18 @@ class Visitor:
         """Say it in the robots' next pause."""
         utterance = self._phrasebook.parse_text(text)
         sound = self._speaker.render(self._phrasebook.phrases(utterance))
-        return Visit(f"{self._name}: {text.strip()}", lambda: self._play(sound))
+        one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
+        return Visit(f"{self._name}: {text.strip()}", lambda: self._play(sound), one)
 
 
 class Visit:
     """A visitor's sentence, with its `line` for the terminal; `say` says it and returns a function that tells whether
-    it is over."""
+    it is over. `addressee` is the robot that it is for, "" for any."""
 
-    def __init__(self, line: str, say: Callable[[], Callable[[], bool]]) -> None:
+    def __init__(self, line: str, say: Callable[[], Callable[[], bool]], addressee: str = "") -> None:
         self.line = line
         self._say = say
+        self._addressee = addressee
         self._times = 0
         self._said_s: float | None = None
         self.again()
@@ -66,6 +70,10 @@ class Visit:
         self._times += 1
         self._said_s = None
         self._is_said = self._say()
+
+    def concerns(self, robot: str) -> bool:
+        """Whether the sentence has reached its addressee if this robot has understood it."""
+        return self._addressee in ("", robot)
 
     def failed(self, now_s: float) -> bool:
         """Whether all attempts failed; repeats the sentence when it is time. Call it regularly."""
@@ -79,7 +87,7 @@ class Visit:
 
 
 class Onlooker:
-    """Writes what robots say and what they hear from people, and has a visitor repeat what nobody understood."""
+    """Writes what robots say and what they hear from people, and has a visitor repeat what its addressee missed."""
 
     def __init__(self, robots: Sequence[str], out: TextIO) -> None:
         self._robots = frozenset(robots)
@@ -92,7 +100,7 @@ class Onlooker:
         """Write a robot's events until its daemon ends."""
         reader, writer = await _connected(socket)
         try:
-            writer.write(b'{"command": "subscribe", "events": ["said", "heard", "held"]}\n')
+            writer.write(b'{"command": "subscribe", "events": ["said", "heard", "held", "statechanged"]}\n')
             async for line in reader:
                 self.tell(json.loads(line), robot)
         finally:
@@ -120,13 +128,22 @@ class Onlooker:
                 self._said["", event["text"]] = event["at_s"]
                 self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
             case "heard" if event["speaker"] not in self._robots and not self._is_known(event, robot):
-                self._visit = None
+                self._has_reached(robot)
                 self._said[robot, event["text"]] = event["at_s"]
                 who = "you" if event["speaker"] == SOMEBODY else event["speaker"]
                 self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
+            case "statechanged" if (
+                event["state"] == State.STOPPED.name.lower()
+            ):  # it may obey a call without its sentence
+                self._has_reached(robot)
             case "held":
-                self._visit = None
+                self._has_reached(robot)
                 self.write(f"{clock(event['at_s']):>5}  {robot} stood still for what sounded like “stop”")
+
+    def _has_reached(self, robot: str) -> None:
+        """A visitor's sentence need not be repeated once its addressee has reacted to it."""
+        if self._visit is not None and self._visit.concerns(robot):
+            self._visit = None
 
     def _is_known(self, event: dict[str, Any], robot: str) -> bool:
         """Whether it was written already: a robot's call, as robots pass "stop" on without a name, or a call that this

@@ -199,7 +199,7 @@ def _wanted(options: argparse.Namespace, team: Team) -> list[str]:
 def _from_folder(
     folder: Path, words: Sequence[str], known: Collection[str], report: Report
 ) -> dict[str, list[Energies]]:
-    """These words in WAVs; what is named after none of those `known` is told. Raises AudioFileError without a WAV."""
+    """These words in WAVs; reports files with the name of no `known` word. Raises AudioFileError without a WAV."""
     if not folder.is_dir():
         raise AudioFileError(f"--from: there is no folder {folder}; name one with a WAV for each take (stop_1.wav)")
     found: dict[str, list[Energies]] = {}

@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     if options.unix is not None:
         with open_file(options.unix) as listener:
             app, end = _app(options, Door())
-            PageServer(app, _telling(options.unix), end).serve_on(listener)
+            PageServer(app, _announce_socket(options.unix), end).serve_on(listener)
         return EX_OK
     if not is_loopback(options.listen) and not options.expose:
         raise ConfigError(
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
                 "all that is said, and stop and resume the robot\n"
             )
         app, end = _app(options, Door(frozenset({address}), key))
-        PageServer(app, _telling_address(f"http://{address}/?key={key}"), end).serve_on(listener)
+        PageServer(app, _announce_address(f"http://{address}/?key={key}"), end).serve_on(listener)
     return EX_OK
 
 
@@ -75,7 +75,7 @@ def _app(options: argparse.Namespace, door: Door) -> tuple[ASGIApp, Callable[[],
     return live_app(scene, link.ask, link.run, door), scene.viewers.end
 
 
-def _telling(path: Path) -> Callable[[], None]:
+def _announce_socket(path: Path) -> Callable[[], None]:
     def tell() -> None:
         sys.stdout.write(
             f"The page is in {path}; for a browser elsewhere:  ssh -L 8765:{path.absolute()} THIS-COMPUTER\n"
@@ -86,7 +86,7 @@ def _telling(path: Path) -> Callable[[], None]:
     return tell
 
 
-def _telling_address(url: str) -> Callable[[], None]:
+def _announce_address(url: str) -> Callable[[], None]:
     def tell() -> None:
         sys.stdout.write(f"Open  {url}\nCtrl-C ends it.\n")
         sys.stdout.flush()

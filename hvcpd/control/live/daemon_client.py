@@ -140,7 +140,7 @@ class DaemonClient:
             yield self._read()
 
     def event_within(self, timeout_s: float) -> dict[str, Any] | None:
-        """The next event after a `subscribe`; None if none comes for so long. Raises NotRunningError."""
+        """The next event after a `subscribe`; None if none comes within this time. Raises NotRunningError."""
         self._greeted()
         self._socket.settimeout(timeout_s)
         try:
@@ -188,7 +188,7 @@ class DaemonClient:
 
 
 def connect_in_turn(connection: socket.socket, address: str, patience_s: float = ANSWER_S) -> None:
-    """Connect; where many want to, wait so long for our turn. Raises BlockingIOError if it does not come.
+    """Connect; if many want to, wait for our turn, at most this time. Raises BlockingIOError if it does not come.
 
     The kernel wakes who waits in order, but only those that block: a time limit of Python's own would fail at once.
     """
@@ -262,9 +262,9 @@ def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
         value = None
     top = value if isinstance(value, dict) else {}
     group = top.get("control")
-    told = {"name": top.get("name"), "state": top.get("state_dir")}
-    told["socket"] = group.get("socket") if isinstance(group, dict) else None
-    text = {key: each for key, each in told.items() if isinstance(each, str)}
+    named = {"name": top.get("name"), "state": top.get("state_dir")}
+    named["socket"] = group.get("socket") if isinstance(group, dict) else None
+    text = {key: each for key, each in named.items() if isinstance(each, str)}
     name = name or text.get("name")
     state_dir = path.parent / text["state"] if "state" in text else STATE_DIR
     control = ControlSettings(socket=path.parent / text["socket"] if "socket" in text else None)

@@ -17,7 +17,7 @@ EXITS = (
     "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "
     "130 interrupted."
 )
-_WHICH = "Without --name: the robot named in the settings, or the only one that runs on this computer.  "
+_WHICH = "Without --name: the robot named in the settings, or the only one that runs on this computer. "
 
 
 def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
@@ -29,7 +29,7 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
     status.add_argument(
         "--prometheus", action="store_true", help="print it once as metrics, for the textfile collector"
     )
-    tasks = _add(commands, "tasks", "show the board: which tasks are open, claimed or done", lazy("live.status"))
+    tasks = _add(commands, "tasks", "list the tasks, and which are open, claimed or done", lazy("live.status"))
     _add_watch(tasks)
     tasks.set_defaults(prometheus=False)
     follow = _add(
@@ -37,6 +37,7 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         "follow",
         "show what a robot says, hears and does, as it happens",
         lazy("live.follow"),
+        "hvcpctl follow",
         "hvcpctl follow --json --poses > shift.jsonl     # for `hvcpctl mcap`",
     )
     follow.add_argument("--poses", action="store_true", help="with --json: also where it is, four times a second")
@@ -45,20 +46,20 @@ def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
         commands,
         "stop",
         "halt a robot at once, until it is told to resume",
-        lazy("live.bid"),
+        lazy("live.short_commands"),
         "hvcpctl stop --name Rob",
     )
     measure = _add(
         commands,
         "range",
-        "have a robot ask another one how far it is",
+        "measure the distance from a running robot to another one, by sound",
         lazy("live.range"),
         "hvcpctl range Bot --name Rob",
     )
     measure.add_argument("robot", metavar="ROBOT", help="the other robot; both must stand")
     _add_task(commands, lazy("live.task"))
-    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.bid"))
-    _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.bid"))
+    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.short_commands"))
+    _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.short_commands"))
     config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
     config.add_argument("--running", action="store_true", help="settings of the running daemon, not of the next one")
     config.add_argument("--example", action="store_true", help="print a commented settings file to start from")
@@ -121,7 +122,9 @@ def add_mqtt(commands: Commands, run: Run) -> None:
     command.add_argument("--user", metavar="NAME", help="user name at the broker")
     command.add_argument("--password-file", type=Path, metavar="FILE", help="a file with that user's password")
     command.add_argument("--tls", action="store_true", help="encrypt, and check the broker's certificate")
-    command.add_argument("--prefix", default="hvcpd", metavar="TOPIC", help="before all topics (default: %(default)s)")
+    command.add_argument(
+        "--prefix", default="hvcpd", metavar="TOPIC", help="prefix of all topics (default: %(default)s)"
+    )
     command.add_argument(
         "--discovery", default="homeassistant", metavar="TOPIC", help="Home Assistant's prefix (default: %(default)s)"
     )
@@ -209,7 +212,7 @@ def _add_task(commands: Commands, run: Run) -> None:
         'hvcpctl task add "look at the gate" --number 12 --action dock --action wait=5 --every "6 h" --after 11',
     )
     add.add_argument("task_name", metavar="NAME", help="two to eight words, as robots say them")
-    add.add_argument("--number", type=task_number, required=True, metavar="N", help="1 to 99, one that is free")
+    add.add_argument("--number", type=task_number, required=True, metavar="N", help="a free number, 1 to 99")
     add.add_argument("--place", metavar="X,Y", help="where, m; the robot goes there first (--place=-3,-4)")
     add.add_argument(
         "--action",

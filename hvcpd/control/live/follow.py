@@ -98,7 +98,7 @@ def watch(
     n_events: int | None = None,
     more: Sequence[str] = (),
 ) -> None:
-    """Show what the robot that the options mean does, for ever or until so many events; `more`: frequent events."""
+    """Show what the robot that the options mean does, for ever or for a number of events; `more`: frequent events."""
     following = _connect(options)  # if there is none at the start, that is said at once
     for connected in _connections(options, following, show, wait):
         with closing(connected):

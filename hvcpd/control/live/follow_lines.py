@@ -14,7 +14,7 @@ from rich.text import Text
 from hvcpd.console.lines import SURE, is_passing
 from hvcpd.control.live.status_screen import memory_faults, status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
-from hvcpd.reporting.text import clean, percent, seal_words, skill_words
+from hvcpd.reporting.text import clean, over_noise, percent, seal_words, skill_words
 
 Event = dict[str, Any]
 Parts = list[Any]
@@ -93,7 +93,7 @@ def _seal(event: Event) -> Parts:
 
 def _heard(show: FollowLines, event: Event) -> Parts:
     sure = event["confidence"] >= SURE
-    how = f"  heard, {percent(event['confidence'])} sure, {event['snr_db']:.0f} dB over the noise"
+    how = f"  heard, {percent(event['confidence'])} sure, {over_noise(event['snr_db'])}"
     return [*show.speech(event), (how, "dim" if sure else "yellow"), *_seal(event)]
 
 
@@ -123,8 +123,8 @@ def _stopped(_show: FollowLines, _event: Event) -> Parts:
 
 
 def _memory(_show: FollowLines, event: Event) -> Parts:
-    told = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
-    return [(f"memory: {told}", "bold red") if told else ("memory works again", "green")]
+    faults = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
+    return [(f"memory: {faults}", "bold red") if faults else ("memory works again", "green")]
 
 
 def _skill(_show: FollowLines, event: Event) -> Parts:

@@ -181,8 +181,8 @@ def discovery(name: str, topic: str) -> dict[str, Any]:
     own = f"hvcpd_{name.lower()}"
 
     def entity(platform: str, key: str, text: str, **more: str) -> dict[str, str]:
-        told = {"p": platform, "unique_id": f"{own}_{key}", "name": text, **more}
-        return told if platform == "button" else {"state_topic": f"{topic}/status", **told}
+        payload = {"p": platform, "unique_id": f"{own}_{key}", "name": text, **more}
+        return payload if platform == "button" else {"state_topic": f"{topic}/status", **payload}
 
     stopped = "{{ 'ON' if value_json.stopped else 'OFF' }}"
     heard = {"state_topic": f"{topic}/heard", "value_template": "{{ value_json.text }}"}

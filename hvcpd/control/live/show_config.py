@@ -27,14 +27,14 @@ def run(options: argparse.Namespace) -> int:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
     else:
         loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
-        settings = [_told(each) for each in loaded.sources]
+        settings = [_as_dict(each) for each in loaded.sources]
     if options.changed:
         settings = [each for each in settings if each["source"] != "default"]
     sys.stdout.writelines(_as_json(settings) if options.json else _as_text(settings))
     return EX_OK
 
 
-def _told(each: Sourced) -> dict[str, Any]:
+def _as_dict(each: Sourced) -> dict[str, Any]:
     """The setting's fields; the name that stands in for a missing robot's name is shown as none."""
     return {**vars(each), "value": None} if (each.key, each.source) == ("name", "default") else vars(each)
 

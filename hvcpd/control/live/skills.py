@@ -40,14 +40,24 @@ def run(options: argparse.Namespace) -> int:
             f"skill {name!r}: {why}; fix the package that provides it" for name, why in objects.items() if why
         ]:
             raise ConfigError("\n".join(broken))
-    sys.stdout.write(f"{', '.join(names)}\n")
     if options.check:
+        sys.stdout.writelines(f"ok  {name}: by {_carrier(name, settings)}\n" for name in names)
         return EX_OK
     with closing(find_daemon(options)) as daemon:
         path = daemon.path
+        sys.stdout.write(f"Carrying out {', '.join(names)} for {daemon.name}; Ctrl-C ends it.\n")
+        sys.stdout.flush()
     with suppress(KeyboardInterrupt):
         asyncio.run(until_ended(serve(path, settings, tasks)))
     return EX_OK
+
+
+def _carrier(name: str, settings: Settings) -> str:
+    """What carries a skill out, in words."""
+    skill = settings.skills.get(name)
+    if skill is None:
+        return "an installed Python package"
+    return f"pin {skill.gpio.pin}" if skill.gpio is not None else f"the program {skill.run[0]}"
 
 
 async def until_ended(serving: Coroutine[None, None, None]) -> None:

@@ -9,8 +9,8 @@ from contextlib import closing
 from typing import Any
 
 from hvcpd.config.document import parse
-from hvcpd.control.live.bid import told as told_reloaded
 from hvcpd.control.live.daemon_client import LEARN_S, find_daemon
+from hvcpd.control.live.short_commands import result_lines
 from hvcpd.errors import EX_OK, ConfigError
 
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}
@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
         if options.json:
             lines = [json.dumps({"robot": daemon.name, **result})]
         elif options.do in OTHERS:
-            lines = [*told_reloaded("reload", daemon.name, result), OTHERS[options.do]]
+            lines = [*result_lines("reload", daemon.name, result), OTHERS[options.do]]
         else:
             lines = [f"task {options.number}, {result['name']}, {BECOMES[options.do]}: {daemon.name} tells the others"]
         sys.stdout.writelines(f"{line}\n" for line in lines)

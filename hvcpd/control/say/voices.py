@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
-from hvcpd.assembly.voice_assignment import cast
+from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.names import unsayable
 from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import EX_OK, PhraseError
@@ -31,7 +31,7 @@ SEMITONES_IN_OCTAVE = 12
 def run(options: argparse.Namespace) -> int:
     """Print how the voices differ, then play them one after the other, or write them to a file."""
     settings = load_settings(options.config, {}, name_needed=False)
-    sound = cast(make_sound(settings.lexicon, user_cache_folder()), settings, tuple)
+    sound = assign_voices(make_sound(settings.lexicon, user_cache_folder()), settings, tuple)
     if options.natural:
         sound = sound.made_natural()
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or list(sound.every_voice())

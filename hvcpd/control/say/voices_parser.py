@@ -28,7 +28,7 @@ def add_voices(
             "hvcpctl voices oak wren --text 'Hi all, I am Zorg' -o voices.wav",
         ),
     )
-    c.add_argument("voices", nargs="*", type=_voice, metavar="VOICE", help="some of them (default: all eight)")
+    c.add_argument("voices", nargs="*", type=_voice, metavar="VOICE", help="voices to compare (default: all eight)")
     c.add_argument("--natural", action="store_true", help="natural voices, whatever `synthesizer` the settings have")
     c.add_argument("--text", default="Hi all, I am here, water the yellow rose", help="what they say")
     c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")

@@ -35,8 +35,8 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
         raise ConfigError(f"--hours simulates words, without sound; leave out --{useless}")
     once = [task.number for task in team.tasks.tasks if task.every is None and not task.on_demand]
     if once:
-        told = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"
-        sys.stderr.write(f"hvcpctl: {told}: done only once, without `every:` (docs/skills.md)\n")
+        subject = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"
+        sys.stderr.write(f"hvcpctl: {subject}: done only once, without `every:` (docs/skills.md)\n")
     mission = WordMission(_plan(options, team, coordinator, speech), keep=True)
     mission.remember_done(BEGIN_S)
     mission.run()

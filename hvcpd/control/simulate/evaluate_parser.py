@@ -28,21 +28,23 @@ def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], 
     one_of = f"one of {', '.join(NAMES)}, or all"
     c.add_argument("experiment", choices=(*NAMES, "all"), metavar="EXPERIMENT", help=one_of)
     c.add_argument("--jobs", type=_count, metavar="N", help="processes (default: one for each core)")
-    c.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster to run on, as tcp://10.0.0.1:8786")
+    c.add_argument("--scheduler", metavar="ADDRESS", help="dask cluster to run on, such as tcp://10.0.0.1:8786")
     c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")
-    c.add_argument("--trials", type=_count, default=20, metavar="N", help="at each step (default 20, as in the paper)")
+    c.add_argument(
+        "--trials", type=_count, default=20, metavar="N", help="trials at each step (default 20, as in the paper)"
+    )
     c.add_argument(
         "--missions",
         type=_count,
         metavar="N",
-        help="of whole robots at each step (default: as trials, 1 with --quick)",
+        help="missions of whole robots at each step (default: as trials, 1 with --quick)",
     )
     c.add_argument("--out", type=Path, default=Path("out/evaluation"), metavar="DIR", help="(default out/evaluation)")
     c.add_argument(
         "--from-recordings",
         type=Path,
         metavar="DIR",
-        help="with wake: of real robots (docs/experiment.md), not simulated",
+        help="with wake: recordings of real robots (docs/experiment.md) instead of a simulation",
     )
-    c.add_argument("--quick", action="store_true", help="fewer steps: a look within minutes")
+    c.add_argument("--quick", action="store_true", help="fewer steps: rough results within minutes")
     c.set_defaults(run=run)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
-from hvcpd.assembly.voice_assignment import cast
+from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
@@ -77,7 +77,7 @@ def load_team(
         phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypts)
     except VocabularyError as error:
         raise ConfigError(error.at(settings.tasks)) from error
-    sound = cast(sound, settings, lambda: phrasebook.marked_graph.words)
+    sound = assign_voices(sound, settings, lambda: phrasebook.marked_graph.words)
     return Team(settings, tasks, used, phrasebook, sound, people)
 
 

@@ -22,13 +22,13 @@ def run(options: argparse.Namespace) -> int:
         if options.json:
             sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
         else:
-            sys.stdout.writelines(f"{line}\n" for line in told(options.command, daemon.name, result))
+            sys.stdout.writelines(f"{line}\n" for line in result_lines(options.command, daemon.name, result))
         if result.get("kept") is False:
             raise NotDoneError(f"{daemon.name} stands still, but may move after a restart: {result['reason']}")
     return EX_OK
 
 
-def told(command: str, name: str, result: dict[str, Any]) -> list[str]:
+def result_lines(command: str, name: str, result: dict[str, Any]) -> list[str]:
     """The result of a command to a robot, in lines for people."""
     if command == "stop":
         how = "was stopped already" if result["before"] else "stands still, and says so"
