@@ -28,6 +28,9 @@ AGAIN = SAMPLE_RATE_HZ
 """Samples within which speech after a sentence that seemed to go on belongs to that sentence."""
 SHORTEST = SAMPLE_RATE_HZ // 4
 """Signs of speech this short (0.25 s) are not a sentence: "stop" takes 0.4 s."""
+LONG = 7 * SAMPLE_RATE_HZ
+"""Samples (7 s) after a greeting by which nearly all sentences have ended: if signs of speech go on, clatter hides
+the end."""
 LONGEST = 10 * SAMPLE_RATE_HZ
 """Samples after which a stretch is cut. Speech in progress at that point is searched again, with the sound after it."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
@@ -246,7 +249,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             self._open.begin = min(self._open.begin, begin)
         self._open.greeted = self._open.greeted or found.greeting
         if self._since is not None and abs(self._since - at) <= NEAR:
-            self._open.hidden, self._open.due = False, at + LONGEST
+            self._open.hidden, self._open.due = False, at + LONG
         else:
             self._open.hidden = True
             self._open.due = at + CUT if self._open.after is None else min(self._open.due, at + CUT)
@@ -281,11 +284,11 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         if cut:
             stretch.end = self._now
-            self._open = _Open(self._now, self._now, [self._now], self._now + MORE, stretch.hidden, stretch)
+            self._open = _Open(self._now, self._now, [self._now], self._now + MORE, True, stretch)
         before = next((each for each in self._closed if each.unfinished is not None), None)
         whole = before is not None and before.begin >= self._whole_from
         if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
-            stretch.begin = max(before.unfinished - EARLIER, before.begin, stretch.end - 2 * LONGEST)
+            stretch.begin = max(before.unfinished - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
             stretch.noticed = [before.unfinished, *stretch.noticed]
             stretch.held = before.held + stretch.held
             self._closed.remove(before)

@@ -194,15 +194,13 @@ class ChannelSearch:
             near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n, before)
             anywhere = _merged([(-EARLIER, sound.n)], sound.n, before)
             for word, node in self._graph.following[self._graph.start]:
-                places: list[tuple[float, Said, int]] = []
-                for said in self._said(book, word, 0, node):
-                    for first, last in anywhere if word == GREETING else near:
-                        at = first - said.lead
-                        found = sound.seek(said, at, last - first + FIRST_TAPS)
-                        places += [(energy, said, at + k) for energy, k in _peaks(found)]
-                places.sort(key=lambda place: -place[0])
                 empty = Path.before(book, self._graph.start)
-                begun += [_Next(empty, word, node, 0, said, at, SHIFT, 0.0) for _, said, at in places[:PLACES]]
+                said = list(self._said(book, word, 0, node))
+                best: dict[tuple[Said, int], None] = {}
+                for where in (near, anywhere) if word == GREETING else (near,):
+                    places = sorted(_places(sound, said, where), key=lambda place: -place[0])
+                    best |= dict.fromkeys((way, at) for _, way, at in places[:PLACES])
+                begun += [_Next(empty, word, node, 0, way, at, SHIFT, 0.0) for way, at in best]
         return _best_first(sound, _joined(sound, begun, FIRST_TAPS))[:STARTS]
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
@@ -244,6 +242,17 @@ class ChannelSearch:
             if row[shift] > 0.0:
                 gain = float(row[shift]) ** 2 / own
                 yield _Next(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
+
+
+def _places(
+    sound: WeightedSound, said: Sequence[Said], ranges: Sequence[tuple[int, int]]
+) -> Iterator[tuple[float, Said, int]]:
+    """The best places of a word in these ranges of samples: energy, rendering and first sample."""
+    for way in said:
+        for first, last in ranges:
+            at = first - way.lead
+            for energy, k in _peaks(sound.seek(way, at, last - first + FIRST_TAPS)):
+                yield energy, way, at + k
 
 
 def span_of(n: int) -> tuple[int, int]:

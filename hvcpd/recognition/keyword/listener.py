@@ -17,6 +17,11 @@ TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
 
 
+SLICE = 1600
+"""Samples (0.1 s) that the other ears get at most at once: what a whole recording's signs of speech are at its end says
+nothing of its beginning."""
+
+
 class KeywordEars:
     """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
@@ -51,8 +56,11 @@ class KeywordEars:
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`."""
-        events = self._told(self._ears.push(samples, masked))
-        return events + self._interrupted() if masked else events
+        told: list[Event] = []
+        for first in range(0, len(samples), SLICE):
+            told += self._told(self._ears.push(samples[first : first + SLICE], masked))
+            told += self._interrupted() if masked else []
+        return told
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
