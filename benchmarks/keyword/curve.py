@@ -132,7 +132,8 @@ def _voices(name: str) -> dict[str, Callable[..., Samples]]:
     speak = {kind: _chosen([_anything(f.say) for f in found]) for kind, found in voices.items()}
     ked, neural = festival("ked_diphone"), list(kokoro().values())
     speak["festival"] = lambda chooser, phrases: ked(phrases, chooser)
-    speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
+    if neural:
+        speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
     return speak
 
 

@@ -49,7 +49,7 @@ OTHERS = {"word": 0.44, "talk": 0.36, "sound": 0.08, "inside": 0.12}
 OFTEN = {"words stop": 26.0, "words": 7.0, "negatives": 11.0, "natural": 2.0}
 """People's recordings are drawn so many times as often as a synthesizer's: they are few and all unlike. The robots'
 natural voices are those that are heard most."""
-UNDER_TALK_DB = (-6.0, 30.0)
+UNDER_TALK_DB = (-4.0, 20.0)
 """How much less loud than talk a noise is that comes with it."""
 NONE = -1
 """The frame where a word ends that was not said."""
@@ -155,7 +155,7 @@ class EnergyMixer:
             n_talkers = int(rng.choice((1, 2, 5), p=(0.75, 0.15, 0.1)))
             for _ in range(n_talkers):
                 self._talk(out, 1.0 / n_talkers)
-            if rng.random() < 0.4:
+            if rng.random() < 0.6:
                 out += self._noise() * 10.0 ** (-rng.uniform(*UNDER_TALK_DB) / 10.0)
             return float(rng.uniform(-7.0, 8.0) if rng.random() < 0.7 else rng.uniform(5.0, 25.0))
         if kind < 0.92:
