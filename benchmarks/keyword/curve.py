@@ -7,8 +7,8 @@ Nothing but the nets listen, all to the same. `--part validate`: what thresholds
 are neither learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a
 robot's sentence or somebody who orders coffee. A halt is a chance of the word that reaches the threshold until 0.5 s
 after the word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s;
-people ordering coffee; sentences by synthesizers; sounds; robots' sentences; sentences with the word in them, which
-call nobody. There, what follows within 2 s of a halt is the same halt.
+people ordering coffee; sentences by synthesizers; sounds; robots' sentences, alone and in a kitchen; sentences with
+the word in them, which call nobody. There, what follows within 2 s of a halt is the same halt.
 --more: recordings by yet another voice, each ending with the word, and of what else it says (not stop_*.wav).
 """
 
@@ -31,7 +31,7 @@ from benchmarks.people_material import foreigners
 from benchmarks.phones.material import common_words
 from benchmarks.phones.texts import Texts
 from benchmarks.phones.voices import calibrators, festival, kokoro
-from benchmarks.stop import Stage, at_level, room
+from benchmarks.stop import Stage, at_level, kitchen, room
 from benchmarks.stop_callers import CALLS, HELD_OUT_VOICES, ended
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -63,7 +63,7 @@ class Part:
 
 def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
     """Voices, people and recordings of that part."""
-    texts, speak = Texts(common_words(), 77), _voices(name)
+    texts, speak, clatter = Texts(common_words(), 77), _voices(name), kitchen(data)
     callers: dict[str, Speak] = {
         kind: lambda chooser, say=say: say(chooser, [chooser.choice(CALLS).split()]) for kind, say in speak.items()
     }
@@ -98,6 +98,11 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
             said = stage.sentence(chooser, chooser.choice(stage.names))
             yield said if snr_db is None else in_noise(said, snr_db, chooser.randrange(1 << 30))
 
+    def clattered() -> Iterator[Samples]:
+        for k, said in enumerate(sentences(stage)):
+            at = k * 7919 * SAMPLE_RATE_HZ // 1000
+            yield at_level(said, LEVEL_DBFS) + np.take(clatter, np.arange(at, at + len(said)), mode="wrap")
+
     others = {
         "people's words": (
             np.pad(s, (0, max(round(WORD_EVERY_S * SAMPLE_RATE_HZ) - len(s), 0))) for s in map(read, words)
@@ -106,6 +111,7 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         "sentences by synthesizers": prose(),
         "sounds": map(read, sounds),
         "robots' sentences": sentences(stage),
+        "robots' in a kitchen, 0 dB": clattered(),
         "natural ones in noise, 0 dB": sentences(Stage(stage.names, natural=True), 0.0),
         "sentences with it inside": parts(),
     }
@@ -126,7 +132,8 @@ def _voices(name: str) -> dict[str, Callable[..., Samples]]:
     speak = {kind: _chosen([_anything(f.say) for f in found]) for kind, found in voices.items()}
     ked, neural = festival("ked_diphone"), list(kokoro().values())
     speak["festival"] = lambda chooser, phrases: ked(phrases, chooser)
-    speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
+    if neural:
+        speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
     return speak
 
 

@@ -33,6 +33,8 @@ from hvcpd.recognition.frontend import (
 FRAMES_S = SAMPLE_RATE_HZ // HOP_SAMPLES
 N_FRAMES = 320
 """3.2 s a take: the net's 2.2 s, and what follows the word."""
+LONGEST = 400
+"""Frames of talk in a take at most; of longer talk a piece is heard."""
 EARLIEST_S = 1.0
 """Least time from the beginning to the keyword's end."""
 LATEST_S = 0.75
@@ -42,11 +44,13 @@ AGAIN = 0.15
 """Share of calls that are said twice, the second one a copy."""
 AGAIN_S = (0.65, 1.2)
 """Range of the time between the ends of both calls."""
-OTHERS = {"word": 0.5, "talk": 0.28, "sound": 0.08, "inside": 0.14}
+OTHERS = {"word": 0.44, "talk": 0.36, "sound": 0.08, "inside": 0.12}
 """What else is said over the background, by share."""
 OFTEN = {"words stop": 26.0, "words": 7.0, "negatives": 11.0, "natural": 2.0}
 """People's recordings are drawn so many times as often as a synthesizer's: they are few and all unlike. The robots'
 natural voices are those that are heard most."""
+UNDER_TALK_DB = (-4.0, 20.0)
+"""How much less loud than talk a noise is that comes with it."""
 NONE = -1
 """The frame where a word ends that was not said."""
 CUT = 0.15
@@ -131,6 +135,8 @@ class EnergyMixer:
                 sound = self._through(sound) * 10.0 ** ((level_db or 0.0) / 10.0)
                 latest = N_FRAMES - round(LATEST_S * FRAMES_S)
                 at = int(rng.integers(round(EARLIEST_S * FRAMES_S), latest)) - end
+                if kind == "talk":  # any piece of it
+                    at = int(rng.integers(round(EARLIEST_S * FRAMES_S) - end, N_FRAMES // 2))
                 again = round(rng.uniform(*AGAIN_S) * FRAMES_S) if rng.random() < AGAIN else N_FRAMES
                 for copy, begin in enumerate((at, at + again) if kind == "stop" else (at,)):
                     _add(said[k], sound, begin)
@@ -149,8 +155,8 @@ class EnergyMixer:
             n_talkers = int(rng.choice((1, 2, 5), p=(0.75, 0.15, 0.1)))
             for _ in range(n_talkers):
                 self._talk(out, 1.0 / n_talkers)
-            if rng.random() < 0.4:
-                out += self._noise() * 10.0 ** (-rng.uniform(5.0, 40.0) / 10.0)
+            if rng.random() < 0.6:
+                out += self._noise() * 10.0 ** (-rng.uniform(*UNDER_TALK_DB) / 10.0)
             return float(rng.uniform(-7.0, 8.0) if rng.random() < 0.7 else rng.uniform(5.0, 25.0))
         if kind < 0.92:
             out += self._noise()
@@ -174,7 +180,7 @@ class EnergyMixer:
     def _noise(self) -> Energies:
         noise = self._noises[self._rng.integers(len(self._noises))]
         at = int(self._rng.integers(len(noise) - N_FRAMES))
-        return noise[at : at + N_FRAMES]
+        return noise[at : at + N_FRAMES] @ WARPS[self._rng.integers(len(WARPS))]
 
     def _take(self, kind: str, sums: dict[str, NDArray[np.float64]]) -> tuple[Energies, int, int]:
         """A clip at another pace and of another size, the frame at which its word ends, and its number."""
@@ -182,6 +188,9 @@ class EnergyMixer:
         number = int(np.searchsorted(sums[kind], rng.random() * sums[kind][-1]))
         number = min(number, len(self._clips[kind]) - 1)
         sound, end = self._energies[kind][number]
+        if kind == "talk" and len(sound) > LONGEST:
+            at = int(rng.integers(len(sound) - LONGEST + 1))
+            sound, end = sound[at : at + LONGEST], min(end - at, LONGEST - 1)
         if kind in ("word", "talk") and rng.random() < CUT:
             n = round(len(sound) * rng.uniform(LEAST_CUT, 1.0))
             at = int(rng.integers(len(sound) - n + 1))

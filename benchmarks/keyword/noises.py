@@ -15,6 +15,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 SIGNALS, SIGNAL_S = 12, 3.6
 """Signals in one noise, and the time for each."""
 SIGNAL_NOISES = 3
+KITCHEN = 4
+"""Its share, in noises: it changes most, and sounds most like the word."""
 MODES = 6
 """Resonances of a thing that is struck: a plate, a glass, a pan."""
 
@@ -29,7 +31,7 @@ def noises(data: Path | None, seed: int) -> list[NDArray[np.float64]]:
             found.append(np.asarray(read_wav(path), np.float64))
     if data is not None:
         kitchen = np.asarray(read_wav(data / "kitchen.wav"), np.float64)
-        found.append(kitchen[: len(kitchen) // 2])
+        found += [kitchen[: len(kitchen) // 2]] * KITCHEN
     return [*found, *(np.concatenate([_signal(rng) for _ in range(SIGNALS)]) for _ in range(SIGNAL_NOISES))]
 
 

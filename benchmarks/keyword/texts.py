@@ -4,10 +4,19 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 from benchmarks.judging import Phrases
 from benchmarks.keyword.clips import KEYWORD, part_of
 from benchmarks.phones.texts import NAMES
+from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.language import messages as m
+from hvcpd.language.marks import SEAL_WORDS
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.spelling import BITS
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
 
 PHONES = ("S", "T", "AA", "P")
@@ -55,6 +64,18 @@ AFTER_IT = tuple(
     "|is near the house|on the way|for a coffee|talking about it|at the corner|working today|the music|in the morning|"
     "by the shop|and look at that|before the bridge|to think|them from doing it|it from falling|over there".split("|")
 )
+
+MORE_NAMES = tuple(
+    "Abby Alma Aria Astro Axel Bart Beth Bruno Buddy Cara Cleo Cody Coco Daisy Dash Dexter Dot Duke Echo Edgar Elsa "
+    "Elton Esther Fay Finn Flo Gina Hal Hope Iris Jasper Jet Jules Justin Kit Kira Lars Lola Lotte Maggie Marvin Milo "
+    "Nick Nico Otis Pat Pepper Pico Polly Poppy Quinn Ralph Rocket Roxy Scott Sparky Stan Stella Steve Stuart Tara "
+    "Tess Todd Trixie Ursula Viktor Wally Willow Xena Yuri Ziggy".split()
+)
+"""Beside NAMES: those that sound like the keyword in part, and those that people give to robots."""
+TEAMS = tuple("plant a b c garden kitchen blue red green gold north south east top stock storm spot delta star".split())
+ROSTERS = 250
+SEALED = 0.4
+"""Share of the robots' sentences with a seal."""
 
 
 def call(chooser: random.Random) -> Phrases:
@@ -118,3 +139,23 @@ def _distance(phones: Sequence[str]) -> int:
 def inside(chooser: random.Random) -> Phrases:
     """A sentence with the keyword in it, which calls nobody."""
     return [f"{chooser.choice(BEFORE_IT)} {KEYWORD} {chooser.choice(AFTER_IT)}".split()]
+
+
+def rosters(chooser: random.Random) -> list[Phrasebook]:
+    """The phrasebooks of teams of all kinds of names, with the tasks of some task file."""
+    paths = (default_tasks_path(), *sorted(Path("examples").glob("*/tasks.yaml")))
+    tasks = [load_tasks(path) for path in paths]
+    names = [*NAMES, *MORE_NAMES]
+    return [
+        make_phrasebook(chooser.sample(names, chooser.randint(2, 5)), chooser.sample(TEAMS, 3), chooser.choice(tasks))
+        for _ in range(ROSTERS)
+    ]
+
+
+def between_robots(chooser: random.Random, books: Sequence[Phrasebook]) -> Phrases:
+    """A sentence that robots say to each other, some of them with a seal."""
+    book = chooser.choice(books)
+    utterance = book.sample(chooser)
+    if chooser.random() < SEALED:
+        utterance = replace(utterance, mark=m.Seal(chooser.randrange(1 << BITS * SEAL_WORDS)))
+    return book.phrases(utterance)

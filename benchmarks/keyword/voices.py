@@ -15,6 +15,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -22,12 +23,14 @@ import numpy as np
 
 from benchmarks.judging import Phrases, text_of
 from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
-from benchmarks.keyword.texts import OWN_WORDS, alike, call, inside, made_up, near_part_of
+from benchmarks.keyword.texts import OWN_WORDS, alike, between_robots, call, inside, made_up, near_part_of, rosters
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, neural, own, piper
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.voices import VOICES
 
 PLAN = {
     "own": {"stop": 200, "talk": 400, "word": 900, "inside": 60},
@@ -36,9 +39,11 @@ PLAN = {
     "like natural": {"stop": 300, "talk": 200, "word": 900, "inside": 80},
     "foreign": {"stop": 700, "talk": 500, "word": 1200, "inside": 200},
     "neural": {"stop": 400, "talk": 250, "word": 900, "inside": 100},
+    "team": {"talk": 4000},
+    "natural team": {"talk": 2000},
 }
 """By whom what is said how often: the robots' own voices and others that their synthesizers might have, formant or
-natural; espeak-ng and flite; neural synthesizers."""
+natural; espeak-ng and flite; neural synthesizers; the robots' own sentences in their eight voices."""
 OWN_PHRASE = 0.25
 """Share of the robots' own among single words in their voices."""
 MADE_UP = 0.5
@@ -87,13 +92,15 @@ Job = tuple[str, str, Phrases, float]
 def jobs(seed: int, scale: float) -> Iterator[Job]:
     """Texts for the synthesizers."""
     known, chooser = common_words(), random.Random(seed)
-    texts, near = Texts(known, seed), alike(known)
+    texts, near, books = Texts(known, seed), alike(known), rosters(random.Random(seed))
     for source, numbers in PLAN.items():
         for kind in (kind for kind, n in numbers.items() for _ in range(round(n * scale))):
             if kind == "stop":
                 phrases = call(chooser)
             elif kind == "inside":
                 phrases = inside(chooser)
+            elif source.endswith("team"):
+                phrases = between_robots(chooser, books)
             elif kind == "talk":
                 phrases = texts.prose().phrases if chooser.random() < PROSE else texts.draw().phrases
             elif source.endswith(("own", "natural")) and chooser.random() < OWN_PHRASE:
@@ -113,6 +120,9 @@ def _talker(source: str) -> Talker:
     if source == "neural":
         found = (neural(), piper())
         return lambda phrases, chooser: chooser.choice(found)(phrases, chooser)
+    if source.endswith("team"):
+        speakers = [Speaker(replace(voice, natural="natural" in source), _lexicon()) for voice in VOICES]
+        return lambda phrases, chooser: chooser.choice(speakers).render(phrases)
     return own(_lexicon(), not source.startswith("like"), source.endswith("natural"))
 
 
