@@ -133,13 +133,6 @@ def test_what_the_first_ears_miss_is_found() -> None:
     the_sentence(run(ears(Script())))
 
 
-@pytest.mark.parametrize("text", ["stop", "all stop", "hi rob stop"])
-def test_a_sure_call_is_told_at_once(text: str) -> None:
-    call = guess(text, 0.97)
-    listening = ears(Script([(END, call)]), Slow())
-    assert run(listening, 0, END) == [call]
-
-
 @pytest.mark.parametrize("source", [Source.SPELLED])
 def test_sentences_from_others_than_templates_pass_and_are_told_once(source: Source) -> None:
     sentence = guess("hi rob water rose", source=source)

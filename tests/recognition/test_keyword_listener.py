@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
+from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.listener import KeywordEars
@@ -93,9 +93,11 @@ class Silent:
 
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []
+        self.events: list[Event] = []
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        return []
+        told, self.events = self.events, []
+        return told
 
     def lost(self, n_samples: int) -> list[Event]:
         self.chunks = []
@@ -154,3 +156,20 @@ def test_what_is_certain_and_waits_is_the_stop_if_what_is_said_is_lost() -> None
     bench = Bench()
     assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, ends=True) == [Held]
     assert [type(event) for event in bench.listener.lost(1600)] == [Urgent]
+
+
+@pytest.mark.parametrize(("source", "stands"), [(Source.TEMPLATES, False), (Source.CHANNEL, True)])
+def test_a_call_that_only_templates_found_needs_the_net(source: Source, stands: bool) -> None:
+    """In a mission templates took "wrench couch" of a seal for "stop", at 0.96."""
+    call = Recognised(("stop",), "oak", 30_000, 37_000, 0.96, 10.0, (), source)
+    bench = Bench()
+    bench.live(*[0.0] * 60)
+    bench.ears.events = [call]
+    assert bench.live(0.0) == [Recognised if stands else Garbled]
+
+
+def test_a_call_that_templates_and_the_net_found_stands() -> None:
+    bench = Bench()
+    bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE)
+    bench.ears.events = [Recognised(("hi", "rob", "stop"), "oak", 10_000, 31_000, 0.9, 10.0, ())]
+    assert Recognised in bench.live(0.0)

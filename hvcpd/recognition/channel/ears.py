@@ -58,8 +58,6 @@ the end of a longer one, and is not believed. Robots wait for 0.5 s before they 
 REMEMBERED = 20 * SAMPLE_RATE_HZ
 """Samples (20 s) after the submission of a stretch until the search's data are dropped, up to 40 MB of spectra and
 waveforms: between two sentences of a talk they are kept."""
-CALL, SURE_CALL = "stop", 0.95
-"""A sentence that ends with this word is reported at once if it is this sure: a halt must not wait."""
 
 
 @dataclass(eq=False)
@@ -322,8 +320,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if isinstance(event, Recognised):
             if self._is_reported(event):
                 return []
-            called = event.words[-1] == CALL and event.confidence >= SURE_CALL
-            if called or event.source is not Source.TEMPLATES:
+            if event.source is not Source.TEMPLATES:
                 return [self._report(event)]
         elif any(_overlaps(event, each) for each in self._reported):
             return []

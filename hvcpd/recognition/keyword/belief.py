@@ -31,9 +31,9 @@ class Verdict(Enum):
 class BeliefSettings:
     """Thresholds that separate the word from other talk; measured with `benchmarks/stop.py`."""
 
-    certain: float = 0.8
-    """A chance of a call from which it counts, unless a sentence may be about to end with it: of people's other words
-    one in 200 has it, of 2.3 min of their talk nothing (the part that thresholds are chosen by)."""
+    certain: float = 0.85
+    """A chance of a call from which it counts, unless a sentence may be about to end with it; chosen on the part
+    `validate` (`benchmarks.keyword.curve`)."""
     sentence_s: float = 1.0
     """Longest wait for the end of such a sentence, which is reported after 0.5 s of quiet and a search."""
     fair: float = 0.5

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
 
-from hvcpd.ports import Samples
-from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
 from hvcpd.recognition.keyword.net import Chances
@@ -17,6 +18,11 @@ TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
 
 
+CALL = "stop"
+LAST_WORD, LATE = 4 * SAMPLE_RATE_HZ // 5, 3 * SAMPLE_RATE_HZ // 10
+"""Samples before (0.8 s) and after (0.3 s) the end of a sentence within which its last word is detected."""
+SPANS_KEPT = 32
+"""Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
 SLICE = 1600
 """Samples (0.1 s) that the other ears get at most at once: what a whole recording's signs of speech are at its end says
 nothing of its beginning."""
@@ -33,6 +39,8 @@ class KeywordEars:
         self._remainder = remainder
         self._belief = Belief(TEXTS, settings, self._left)
         self._span = (0, 0)
+        self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
+        """The words that the net has detected lately."""
 
     @property
     def busy(self) -> bool:
@@ -82,6 +90,7 @@ class KeywordEars:
 
     def _told(self, events: list[Event]) -> list[Event]:
         """The events of the other ears, and what follows from them and from the frames."""
+        events = [self._supported(event) for event in events]
         told = [each for event in events for each in self._found(event)]
         for chunk in self._ears.chunks:
             told += self._hear(chunk)
@@ -95,12 +104,21 @@ class KeywordEars:
         word = self._spotter.hear(chunk)
         if word is not None:
             self._span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
+            self._spans.append(self._span)
             told += self._tell(self._belief.word(*self._span, word.call, now, self._ears.ends))
         return told + self._tell(self._belief.at(now))
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
         return self._tell(self._belief.unclear())
+
+    def _supported(self, event: Event) -> Event:
+        """The event, or garbled speech if templates alone found a call that the net did not hear."""
+        if not isinstance(event, Recognised) or event.source is not Source.TEMPLATES or event.words[-1] != CALL:
+            return event
+        begin, end = event.end_sample - LAST_WORD, event.end_sample + LATE
+        heard = any(start < end and begin < last for start, last in self._spans)
+        return event if heard else Garbled(event.start_sample, event.end_sample)
 
     def _left(self, sentence: Recognised, start: int, end: int) -> Chances | None:
         return self._remainder.chances(sentence, start, end) if self._remainder is not None else None
