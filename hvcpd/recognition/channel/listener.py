@@ -132,7 +132,7 @@ BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 """A sentence this close (0.6 s) to a cut may have more words."""
-LEAST_CONFIDENCE = 0.5
+LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 LEAST_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
