@@ -8,10 +8,9 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
-from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import KeywordSpotter, Net
-from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.stream import CHUNK_SAMPLES, Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
@@ -26,7 +25,7 @@ class KeywordEars:
         self._ears = ears
         self._spotter = KeywordSpotter(net)
         self._remainder = remainder
-        self._belief = Belief(TEXTS, settings, self._left)
+        self._belief = Belief(TEXTS, settings, remainder.chances if remainder is not None else None)
         self._span = (0, 0)
 
     @property
@@ -50,17 +49,18 @@ class KeywordEars:
         return self._ears.ends
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`."""
-        events = self._told(self._ears.push(samples, masked))
+        """As `Recogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
+        parts = [samples[at : at + CHUNK_SAMPLES] for at in range(0, max(len(samples), 1), CHUNK_SAMPLES)]
+        events = [event for part in parts for event in self._with_calls(self._ears.push(part, masked))]
         return events + self._interrupted() if masked else events
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
-        return self._told(self._ears.lost(n_samples)) + self._interrupted()
+        return self._with_calls(self._ears.lost(n_samples)) + self._interrupted()
 
     def flush(self) -> list[Event]:
         """As `Recogniser.flush`."""
-        return self._told(self._ears.flush()) + self._interrupted()
+        return self._with_calls(self._ears.flush()) + self._interrupted()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations while `go_on` holds, in any thread."""
@@ -72,7 +72,7 @@ class KeywordEars:
         self._spotter, self._remainder = predecessor._spotter, predecessor._remainder
         self._belief, self._span = predecessor._belief, predecessor._span
 
-    def _told(self, events: list[Event]) -> list[Event]:
+    def _with_calls(self, events: list[Event]) -> list[Event]:
         """The events of the other ears, and what follows from them and from the frames."""
         told = [each for event in events for each in self._found(event)]
         for chunk in self._ears.chunks:
@@ -93,9 +93,6 @@ class KeywordEars:
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
         return self._tell(self._belief.unclear())
-
-    def _left(self, sentence: Recognised, start: int, end: int) -> Chances | None:
-        return self._remainder.chances(sentence, start, end) if self._remainder is not None else None
 
     def _found(self, event: Event) -> list[Event]:
         if isinstance(event, Recognised):
