@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from hvcpd.assembly.plan import HearingPlan, RobotPlan
 from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
@@ -107,9 +108,8 @@ def make_ears(
     those of `make_books`."""
     hearing = hearing or HearingPlan(channel=AtOnce())
     sentences = make_recogniser(phrasebook, names, sound)
-    spelled = make_spelled(phrasebook, sound, sentences.watch) if strangers and hearing.prepared else None
-    later = (lambda: make_spelled(phrasebook, sound, sentences.watch)) if strangers else None
-    ears: Ears = Listening(sentences, spelled, later)
+    spelled = partial(make_spelled, phrasebook, sound, sentences.watch) if strangers else None
+    ears: Ears = Listening(sentences, spelled() if spelled and hearing.prepared else None, spelled)
     if hearing.channel is not None and sound.cache is not None:
         books = books or make_books(phrasebook, names, sound)
         ears = make_channel_ears(phrasebook, books, ears, hearing.channel, hearing.prepared)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import gc
+from collections import deque
 from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.ears import CUT, MOST_WAIT, REMEMBERED, ChannelEars
+from hvcpd.recognition.channel.ears import CLATTER, CUT, MOST_WAIT, REMEMBERED, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
@@ -321,6 +323,27 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
     quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
     run(listening, 0, len(quiet), quiet)
     assert words_kept() == 0
+
+
+def test_new_ears_forget_what_searches_of_the_old_ones_made() -> None:
+    old = ears(Script([(END + 2000, guess())]))
+    run(old)
+    assert words_kept() > 0
+    new = ears(Script(speech=()))
+    new.succeed(old)
+    quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
+    run(new, 0, len(quiet), quiet)
+    assert words_kept() == 0
+
+
+def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
+    events = [(at, Garbled(at - 8000, at)) for at in range(2 * CLATTER, 6 * CLATTER, SAMPLE_RATE_HZ)]
+    sound = scene(6 * CLATTER)
+    listening = ears(Script(events, ((0, len(sound)),)), Slow(room=99))
+    listening._worker.waiting = deque(maxlen=1)  # type: ignore[attr-defined]
+    run(listening, 0, len(sound), sound)
+    gc.collect()
+    assert sum(isinstance(each, Stretch) for each in gc.get_objects()) < 12
 
 
 def test_ears_around_them_share_what_they_keep() -> None:

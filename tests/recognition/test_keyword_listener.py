@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -20,6 +22,7 @@ from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
+from tests.recognition import test_channel_ears as channel_ears
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
 CERTAIN = BeliefSettings().certain
@@ -74,6 +77,21 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
     events = [event for _, event in hear(ears(), in_noise(sentence("hi rob, water green")))]
     assert [event.words for event in events if isinstance(event, Recognised)] == [("hi", "rob", "water", "green")]
     assert not any(isinstance(event, Held | Urgent) for event in events)
+
+
+@pytest.mark.parametrize("block", [400, 80_000])
+def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
+    inner = channel_ears.ears(channel_ears.Script(speech=()))
+    events = [event for _, event in hear(KeywordEars(inner, Scripted()), channel_ears.SOUND, block)]
+    assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
+
+
+def test_new_ears_let_go_of_the_old_ones() -> None:
+    old, new = ears(), ears()
+    new.succeed(old)
+    kept, old = weakref.ref(old), new
+    gc.collect()
+    assert kept() is None
 
 
 class Scripted:

@@ -1,6 +1,8 @@
 """Names being spelled, beside everything else that is said."""
 
+import gc
 import random
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 
 from hvcpd.assembly.make import make_ears, make_recogniser, make_robot, make_spelled
 from hvcpd.assembly.name_registry import NameRegistry
-from hvcpd.assembly.plan import RobotPlan, TeamPlan
+from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import Place, TaskDefinition, TaskRepository, Tend
@@ -60,6 +62,17 @@ def test_a_name_is_heard_in_every_voice_and_once(sound: Sound) -> None:
         events = _hear(ears, _noisy(_said(ZORG, voice, BOOK, sound), number))
         assert [BOOK.parse(e.words) for e in events if isinstance(e, Recognised)] == [ZORG], voice.name
         assert not [e for e in events if isinstance(e, Garbled)], voice.name
+
+
+def test_new_ears_that_may_yet_hear_spelled_names_let_go_of_the_old_ones(sound: Sound) -> None:
+    hearing = HearingPlan(prepared=False)
+    old, new = make_ears(BOOK, ("Rob",), sound, hearing, strangers=True), make_ears(BOOK, ("Rob",), sound, hearing)
+    new.succeed(old)
+    kept, old = weakref.ref(old._ears._sentences), new  # type: ignore[attr-defined]
+    gc.collect()
+    assert kept() is None
+    new.prepare(lambda: True)
+    assert new._ears._spelled is not None  # type: ignore[attr-defined]
 
 
 def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:

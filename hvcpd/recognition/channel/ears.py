@@ -1,7 +1,8 @@
 """Ears with a second pass, through any channel, over speech that the streaming recogniser did not surely understand.
 
-A stretch of sound is searched once activity has ended. Until then the recogniser's results are held: sentences that
-only templates found, which a loudspeaker's frequency response deceives, and garbled speech.
+A stretch of sound is searched once signs of speech have ended, or, where they do not show the end, at a cut. Until then
+the recogniser's results are held: sentences that only templates found, which a loudspeaker's frequency response
+deceives, and garbled speech.
 """
 
 from __future__ import annotations
@@ -27,12 +28,13 @@ QUIET = SAMPLE_RATE_HZ // 2
 AGAIN = SAMPLE_RATE_HZ
 """Samples within which speech after a sentence that seemed to go on belongs to that sentence."""
 SHORTEST = SAMPLE_RATE_HZ // 4
-"""Signs of speech this short (0.25 s) are not a sentence: "stop" takes 0.4 s."""
+"""Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
 LONG = 7 * SAMPLE_RATE_HZ
 """Samples (7 s) after a greeting by which nearly all sentences have ended: if signs of speech go on, clatter hides
 the end."""
 LONGEST = 10 * SAMPLE_RATE_HZ
-"""Samples after which a stretch is cut. Speech in progress at that point is searched again, with the sound after it."""
+"""Samples (10 s) after which a stretch is cut: no sentence takes longer. Speech in progress at that point is searched
+again, with the sound after it."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
@@ -61,9 +63,9 @@ waveforms: between two sentences of a talk they are kept."""
 
 
 @dataclass(eq=False)
-class _Open:
-    """A stretch: from its first sign of speech to the last; the places where speech was noticed; and its held
-    events."""
+class _Stretch:
+    """A stretch of sound: from its first sign of speech to the last; candidate onsets of speech, `noticed`; and its
+    held events."""
 
     begin: int
     end: int
@@ -72,7 +74,7 @@ class _Open:
     """The sample at which it is cut."""
     hidden: bool = False
     """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
-    after: _Open | None = None
+    after: _Stretch | None = None
     """The stretch before the cut at which it begins."""
     first_sign: int | None = None
     signed: int = 0
@@ -112,7 +114,6 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """`varied`: words that are also said, or followed by others, in other ways than the listener knows."""
         super().__init__(ears, listener, worker, LEAD + 2 * LONGEST + 2 * MOST_WAIT)
         self._varied = varied
-        self._forget = listener.forget
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._busy = False
@@ -123,8 +124,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """There have been signs of speech since this sample, with no QUIET among them."""
         self._sign = 0
         """The sample after the last sign of speech."""
-        self._open: _Open | None = None
-        self._closed: list[_Open] = []
+        self._open: _Stretch | None = None
+        self._closed: list[_Stretch] = []
         """Stretches being searched, or searched a moment ago."""
         self._reported: list[Recognised] = []
         self._searched_at: int | None = None
@@ -146,6 +147,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         self._open, self._closed, self._reported = predecessor._open, predecessor._closed, predecessor._reported
         self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
         self._since, self._sign, self._sought = predecessor._since, predecessor._sign, predecessor._sought
+        self._searched_at = predecessor._searched_at
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
@@ -158,19 +160,19 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                     each.result = result
                     out += self._believed(each, result)
                     if self._open is None and result.unfinished is not None and result.until > each.end:
-                        self._open = _Open(self._now, self._now, [self._now], self._now + MORE, True, each)
+                        self._open = _Stretch(self._now, self._now, [self._now], self._now + MORE, True, each)
         for each in self._closed:
             if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
-    def _believed(self, stretch: _Open, result: SearchResult) -> list[Recognised]:
+    def _believed(self, stretch: _Stretch, result: SearchResult) -> list[Recognised]:
         """The sentences of a search that are whole and not reported yet."""
         whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
         return [self._report(each) for each in whole if not self._is_reported(each)]
 
-    def _let_go(self, stretch: _Open) -> list[Event]:
+    def _let_go(self, stretch: _Stretch) -> list[Event]:
         """The events to report for everything that a stretch held."""
         held, stretch.held = stretch.held, []
         return [each for event in held for each in self._released(event, stretch.result or SearchResult())]
@@ -213,7 +215,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Note a sign of speech in the block from sample `at` on; `rises`: somebody begins to speak."""
         if self._open is None:
             due = at + (CUT if self._clatters else LONGEST)
-            self._open = _Open(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
+            self._open = _Stretch(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
         elif rises or (not self._open.greeted and at - max(self._open.noticed) >= EVERY):
             self._open.noticed.append(at)
         self._open.end = self._now
@@ -241,7 +243,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         begin = max(at - (EARLIER if found.greeting else RISEN_AFTER), self._whole_from)
         if self._open is None:
-            self._open = _Open(begin, self._now, [at], at + LONGEST)
+            self._open = _Stretch(begin, self._now, [at], at + LONGEST)
         else:
             self._open.noticed.append(at)
             self._open.begin = min(self._open.begin, begin)
@@ -252,7 +254,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             self._open.hidden = True
             self._open.due = at + CUT if self._open.after is None else min(self._open.due, at + CUT)
 
-    def _close_if_due(self, stretch: _Open) -> None:
+    def _close_if_due(self, stretch: _Stretch) -> None:
         before = stretch.after
         if before is not None:
             if before.result is None and not self._is_over(before):
@@ -273,16 +275,17 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Free memory once nobody has spoken for a while."""
         if self._searched_at is not None and self._now - self._searched_at >= REMEMBERED:
             self._searched_at = None
-            self._forget()
+            self._channels.forget()
 
     def _close(self, cut: bool = False) -> None:
         """Close the open stretch, or `cut` it: submit it, unless all of it has been reported."""
         stretch, self._open = self._open, None
         if stretch is None:
             return
+        stretch.after = None
         if cut:
             stretch.end = self._now
-            self._open = _Open(self._now, self._now, [self._now], self._now + MORE, True, stretch)
+            self._open = _Stretch(self._now, self._now, [self._now], self._now + MORE, True, stretch)
         before = next((each for each in self._closed if each.unfinished is not None), None)
         whole = before is not None and before.begin >= self._whole_from
         if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
@@ -305,7 +308,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()
 
-    def _is_dealt_with(self, stretch: _Open) -> bool:
+    def _is_dealt_with(self, stretch: _Stretch) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
         if not stretch.held:
             length = stretch.end - stretch.begin - EARLIER
@@ -328,7 +331,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
             due = event.start_sample + LONGEST
-            there = self._open = self._open or _Open(event.start_sample, event.end_sample, [event.start_sample], due)
+            there = self._open = self._open or _Stretch(event.start_sample, event.end_sample, [event.start_sample], due)
         if there.result is not None and there.unfinished is None:
             return self._released(event, there.result)
         there.held.append(event)
@@ -351,7 +354,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                 return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
-    def _is_over(self, stretch: _Open) -> bool:
+    def _is_over(self, stretch: _Stretch) -> bool:
         return self._now - stretch.closed_at > MOST_WAIT
 
     def _is_reported(self, sentence: Recognised) -> bool:

@@ -87,11 +87,11 @@ class Belief:
         self,
         texts: frozenset[str],
         settings: BeliefSettings | None = None,
-        left: Left = lambda _sentence, _start, _end: None,
+        left: Left | None = None,
     ) -> None:
         """`texts`: the written words that sound like the keyword, including the keyword itself."""
         self._settings = settings or BeliefSettings()
-        self._left = left
+        self._left: Left = left or (lambda _sentence, _start, _end: None)
         self._texts = texts
         self._open: list[_Word] = []
         self._told: Recognised | None = None

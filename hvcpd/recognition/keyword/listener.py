@@ -9,10 +9,9 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
-from hvcpd.recognition.keyword.net import Chances
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import KeywordSpotter, Net
-from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.stream import CHUNK_SAMPLES, Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
@@ -23,9 +22,6 @@ LAST_WORD, LATE = 4 * SAMPLE_RATE_HZ // 5, 3 * SAMPLE_RATE_HZ // 10
 """Samples before (0.8 s) and after (0.3 s) the end of a sentence within which its last word is detected."""
 SPANS_KEPT = 32
 """Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
-SLICE = 1600
-"""Samples (0.1 s) that the other ears get at most at once: what a whole recording's signs of speech are at its end says
-nothing of its beginning."""
 
 
 class KeywordEars:
@@ -37,7 +33,7 @@ class KeywordEars:
         self._ears = ears
         self._spotter = KeywordSpotter(net)
         self._remainder = remainder
-        self._belief = Belief(TEXTS, settings, self._left)
+        self._belief = Belief(TEXTS, settings, remainder.chances if remainder is not None else None)
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
@@ -63,20 +59,18 @@ class KeywordEars:
         return self._ears.ends
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`."""
-        told: list[Event] = []
-        for first in range(0, len(samples), SLICE):
-            told += self._told(self._ears.push(samples[first : first + SLICE], masked))
-            told += self._interrupted() if masked else []
-        return told
+        """As `Recogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
+        parts = [samples[at : at + CHUNK_SAMPLES] for at in range(0, max(len(samples), 1), CHUNK_SAMPLES)]
+        events = [event for part in parts for event in self._with_calls(self._ears.push(part, masked))]
+        return events + self._interrupted() if masked else events
 
     def lost(self, n_samples: int) -> list[Event]:
         """As `Recogniser.lost`."""
-        return self._told(self._ears.lost(n_samples)) + self._interrupted()
+        return self._with_calls(self._ears.lost(n_samples)) + self._interrupted()
 
     def flush(self) -> list[Event]:
         """As `Recogniser.flush`."""
-        return self._told(self._ears.flush()) + self._interrupted()
+        return self._with_calls(self._ears.flush()) + self._interrupted()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations while `go_on` holds, in any thread."""
@@ -86,9 +80,9 @@ class KeywordEars:
         """Continue from `predecessor`, with what it knows of the keyword."""
         self._ears.succeed(predecessor._ears)
         self._spotter, self._remainder = predecessor._spotter, predecessor._remainder
-        self._belief, self._span = predecessor._belief, predecessor._span
+        self._belief, self._span, self._spans = predecessor._belief, predecessor._span, predecessor._spans
 
-    def _told(self, events: list[Event]) -> list[Event]:
+    def _with_calls(self, events: list[Event]) -> list[Event]:
         """The events of the other ears, and what follows from them and from the frames."""
         events = [self._supported(event) for event in events]
         told = [each for event in events for each in self._found(event)]
@@ -119,9 +113,6 @@ class KeywordEars:
         begin, end = event.end_sample - LAST_WORD, event.end_sample + LATE
         heard = any(start < end and begin < last for start, last in self._spans)
         return event if heard else Garbled(event.start_sample, event.end_sample)
-
-    def _left(self, sentence: Recognised, start: int, end: int) -> Chances | None:
-        return self._remainder.chances(sentence, start, end) if self._remainder is not None else None
 
     def _found(self, event: Event) -> list[Event]:
         if isinstance(event, Recognised):
