@@ -29,6 +29,9 @@ BEFORE, BEFORE_SHARE = 100.0, 0.05
 before it. Chance reaches 20."""
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
+MOST_OF_TALK = 1800.0
+"""Energy, in variances of the noise, above which no sentence that people's talk or unknown robots seemed to say was
+ahead of others (`benchmarks.channel_confidence`)."""
 MOST_LEAD_SHARE = 0.6
 """Share of a sentence's score up to which its lead carries information."""
 
@@ -44,12 +47,10 @@ class Evidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """Features of `confidence`: log score, log lead (at least 0), lead over score (from -MOST_LEAD_SHARE), and fit
-        (at most 1). Where noise decides, the lead itself counts; where echoes do, which no response explains, its
-        share of the score."""
-        score = max(self.path.score, 1.0)
-        ahead = max(self.lead / score, -MOST_LEAD_SHARE)
-        return (math.log(score), math.log(max(self.lead, 1.0)), ahead, min(self.fit, 1.0))
+        """Features of `confidence`: log lead (at least 0), fit (at most 1), and log score over MOST_OF_TALK (at least
+        0)."""
+        beyond = math.log(max(self.path.score / MOST_OF_TALK, 1.0))
+        return (math.log(max(self.lead, 1.0)), min(self.fit, 1.0), beyond)
 
     @property
     def confidence(self) -> float:
@@ -132,7 +133,7 @@ BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 """A sentence this close (0.6 s) to a cut may have more words."""
-LEAST_CONFIDENCE = 0.7
+LEAST_CONFIDENCE = 0.6
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 LEAST_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
