@@ -15,8 +15,6 @@ from hvcpd.recognition.stream import CHUNK_SAMPLES, Chunk
 
 TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
-
-
 CALL = "stop"
 LAST_WORD, LATE = 4 * SAMPLE_RATE_HZ // 5, 3 * SAMPLE_RATE_HZ // 10
 """Samples before (0.8 s) and after (0.3 s) the end of a sentence within which its last word is detected."""
