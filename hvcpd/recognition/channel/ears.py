@@ -42,8 +42,8 @@ CLATTER = 8 * SAMPLE_RATE_HZ
 """Samples (8 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
 beginnings and ends, since a slow sentence takes 8 s or less, and then somebody waits."""
 SHOWN = 0.6
-"""Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that stands
-out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
+"""Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
+stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
 NEAR = 3 * SAMPLE_RATE_HZ // 5
 """Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
 CUT = 5 * SAMPLE_RATE_HZ // 2
