@@ -186,7 +186,7 @@ def test_a_daemon_makes_nothing_anew_after_prerendering(
     assert robot.stderr is not None
     with robot:
         for line in robot.stderr:
-            if "knows the others" in line:
+            if "waveforms of the others' voices ready" in line:
                 robot.terminate()  # once to say that it leaves, and again
                 robot.terminate()
     assert files_of(state) == before

@@ -40,7 +40,7 @@ class CountingCache(UnitCache):
 
 def planned(directory: Path, cache: UnitCache | None, **more: object) -> tuple[RobotPlan, Sound]:
     wiring = wire_up(replace(Settings(name="Rob", names=("Rob", "Bot", "Zoe"), state_dir=directory), **more))  # type: ignore[arg-type]
-    return wiring.plan(second=AtOnce()), replace(wiring.sound, cache=cache)
+    return wiring.plan(channel=AtOnce(), second=AtOnce()), replace(wiring.sound, cache=cache)
 
 
 @pytest.mark.slow

@@ -37,8 +37,10 @@ from tests.daemon.virtual import VirtualStream, devices_of, shared_room
 STRANGER = Voice("child", 240.0, 1.35, 0.92, -32.0, 0.6, 3000.0)
 """Unlike all robots' voices."""
 SENTENCES = (("rob", "what", "is", "left"), ("rob", "stop"), ("rob", "resume"))
-QUIET_S = 20.0
-"""Before the first sentence, for the greeting, and between two."""
+BETWEEN_S = 20.0
+"""Before the first sentence, for the greeting, and after each."""
+PAUSE_S = 2.0
+"""Strangers wait until the robot has been silent for so long, as people do: when it speaks depends on its threads."""
 
 
 class OverError(HvcpdError):
@@ -49,24 +51,30 @@ class OverError(HvcpdError):
 class Overheard(VirtualStream):
     """A microphone that also hears somebody without a body."""
 
-    talk: Samples = field(default_factory=lambda: np.zeros(0, np.float32))
-    at: int = 0
+    talk: list[Samples] = field(default_factory=list)
+    """What is still to be said."""
+    silent: int = 0
+    """Samples since the robot spoke last."""
+    waited: int = 0
+    """Samples since the last sentence ended."""
+    saying: Samples = field(default_factory=lambda: np.zeros(0, np.float32))
 
     async def read(self) -> Samples:
         heard = await super().read()
-        piece = self.talk[self.at : self.at + len(heard)]
-        self.at += len(heard)
-        if len(piece) < len(heard):
-            raise OverError("everything was said")
-        return heard + piece
+        self.silent = 0 if np.any(self.playing) else self.silent + len(heard)
+        self.waited = 0 if len(self.saying) else self.waited + len(heard)
+        if self.waited >= BETWEEN_S * SAMPLE_RATE_HZ and self.silent >= PAUSE_S * SAMPLE_RATE_HZ:
+            if not self.talk:
+                raise OverError("everything was said")
+            self.saying = self.talk.pop(0)
+        piece, self.saying = self.saying[: len(heard)], self.saying[len(heard) :]
+        return heard + np.pad(piece, (0, len(heard) - len(piece)))
 
 
-def talk() -> Samples:
-    """What strangers say, with quiet around it."""
+def talk() -> list[Samples]:
+    """What strangers say."""
     speaker = Speaker(STRANGER, Lexicon.load())
-    quiet = np.zeros(round(QUIET_S * SAMPLE_RATE_HZ), np.float32)
-    parts = [part for words in SENTENCES for part in (quiet, 0.5 * speaker.render([words]))]
-    return np.concatenate([*parts, quiet])
+    return [0.5 * speaker.render([words]) for words in SENTENCES]
 
 
 def main(state: Path) -> None:

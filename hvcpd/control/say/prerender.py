@@ -63,7 +63,7 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
     sound = replace(wiring.sound, cache=UnitCache(folder))
     if for_service:
         find_confusable(replace(wiring, sound=sound))
-    plan = wiring.plan(second=AtOnce())
+    plan = wiring.plan(channel=AtOnce(), second=AtOnce())
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task(settings.name, total=None)
 

@@ -164,6 +164,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         for each in self._closed:
             if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
+            elif each.result is not None:  # what goes on may be another sentence, or nothing
+                agreed = [event for event in each.held if self._agrees(event, each.result)]
+                each.held = [event for event in each.held if event not in agreed]
+                out += [found for event in agreed for found in self._released(event, each.result)]
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
@@ -332,7 +336,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if there is None:
             due = event.start_sample + LONGEST
             there = self._open = self._open or _Stretch(event.start_sample, event.end_sample, [event.start_sample], due)
-        if there.result is not None and there.unfinished is None:
+        if there.result is not None and (there.unfinished is None or self._agrees(event, there.result)):
             return self._released(event, there.result)
         there.held.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on
@@ -348,11 +352,15 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """
         if any(_overlaps(event, each) for each in self._reported):
             return []
-        if isinstance(event, Recognised):
-            agrees = event.words == result.likeliest or self._varied.intersection(event.words)
-            if not result.robot or agrees:
-                return [self._report(event)]
+        if isinstance(event, Recognised) and (not result.robot or self._agrees(event, result)):
+            return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
+
+    def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
+        """Whether it is the likeliest sentence, or one that the listener cannot know."""
+        if isinstance(event, Garbled):
+            return False
+        return event.words == result.likeliest or not self._varied.isdisjoint(event.words)
 
     def _is_over(self, stretch: _Stretch) -> bool:
         return self._now - stretch.closed_at > MOST_WAIT
@@ -365,6 +373,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     def _report(self, sentence: Recognised) -> Recognised:
         self._reported = [*self._reported[-3:], sentence]
+        if self._since is not None:  # the signs until then were that sentence's
+            self._since = max(self._since, sentence.end_sample)
         return sentence
 
 

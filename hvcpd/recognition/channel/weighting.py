@@ -198,7 +198,10 @@ class WeightedSound:
         white = np.square(_filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
         variance = max(float(np.mean(white)), TINY)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
-        steps = np.pad(np.square(weights), (SIZE, 2 * SIZE))
+        squares = np.square(weights)
+        beyond = np.maximum(1.0 - squares / np.maximum(LOUD * (1.0 - squares), TINY), 0.0)
+        self._speech = np.concatenate([[0.0], np.cumsum(white * beyond / variance)])
+        steps = np.pad(squares, (SIZE, 2 * SIZE))
         steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
         self._steps = np.lib.stride_tricks.sliding_window_view(steps, SIZE // STEP)
         self._inverse = at_bins(inverse / variance, SIZE)
@@ -211,6 +214,11 @@ class WeightedSound:
         """The received energy from sample `first` up to `last`, in variances of the noise."""
         begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
         return float(self._energy[end] - self._energy[begin])
+
+    def speech(self, first: int, last: int) -> float:
+        """The received energy from sample `first` up to `last` beyond the noise's, in variances of the noise."""
+        begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
+        return float(self._speech[end] - self._speech[begin])
 
     def seek(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
