@@ -89,6 +89,14 @@ def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
     assert (found.sentences, found.robot, found.unfinished) == ((), True, None)
 
 
+def test_a_sentence_of_which_the_end_is_not_in_the_sound_is_not_told() -> None:
+    whole = heard("stop")
+    sound = scene(AT + len(whole), (AT, whole))
+    for end, sentences in ((len(whole), 1), (len(whole) - 2000, 0)):
+        found = LISTENER.search(Stretch(sound[: AT + end], 0, AT, (AT,)))
+        assert len(found.sentences) == sentences
+
+
 def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
     cut = heard("hi rob, water rose")[: len(heard("hi rob, water"))]
     begun = 0.5 * heard("all, who is here", "willow")[: len(heard("all, who", "willow")) // 2]
