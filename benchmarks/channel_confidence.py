@@ -29,10 +29,10 @@ from benchmarks.keyword.clips import part_of
 from hvcpd.assembly.make import make_books
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.ears import EVERY
 from hvcpd.recognition.channel.listener import ChannelListener, Evidence, quiet_part
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.search import Path as Sentence
+from hvcpd.recognition.channel.stretches import EVERY
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio

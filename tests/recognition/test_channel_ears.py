@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.ears import CLATTER, CUT, MOST_WAIT, REMEMBERED, ChannelEars
+from hvcpd.recognition.channel.ears import MOST_WAIT, REMEMBERED, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.channel.stretches import CLATTER, CUT
 from hvcpd.recognition.channel.weighting import words_kept
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener, Worker

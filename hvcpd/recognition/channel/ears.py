@@ -8,97 +8,38 @@ deceives, and garbled speech.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.beginnings import SIZE, STEP
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.channel.stretches import (
+    CLATTER,
+    CUT,
+    EARLIER,
+    LONGEST,
+    MORE,
+    QUIET,
+    RISEN_AFTER,
+    SHORTEST,
+    OpenStretch,
+)
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import LaterEars, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
-EARLIER = SAMPLE_RATE_HZ // 4
-"""Longest time (samples) from the beginning of speech to its first sign."""
-RISEN_AFTER = SAMPLE_RATE_HZ
-"""The same (1 s) for a voice that hardly rises over the noise: its first word may not have."""
-QUIET = SAMPLE_RATE_HZ // 2
-"""Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
 AGAIN = SAMPLE_RATE_HZ
 """Samples within which speech after a sentence that seemed to go on belongs to that sentence."""
-SHORTEST = SAMPLE_RATE_HZ // 4
-"""Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
-LONG = 7 * SAMPLE_RATE_HZ
-"""Samples (7 s) after a greeting by which nearly all sentences have ended: if signs of speech go on, clatter hides
-the end."""
-LONGEST = 10 * SAMPLE_RATE_HZ
-"""Samples (10 s) after which a stretch is cut: no sentence takes longer. Speech in progress at that point is searched
-again, with the sound after it."""
 MOST_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
-CLATTER = 8 * SAMPLE_RATE_HZ
-"""Samples (8 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
-beginnings and ends, since a slow sentence takes 8 s or less, and then somebody waits."""
-SHOWN = 0.6
-"""Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
-stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
-NEAR = 3 * SAMPLE_RATE_HZ // 5
-"""Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
-CUT = 5 * SAMPLE_RATE_HZ // 2
-"""Samples (2.5 s) after which a stretch is cut whose end no sign shows. Otherwise the speaker would wait for an answer
-until the clatter ends."""
-MORE = 5 * SAMPLE_RATE_HZ // 4
-"""The same (1.25 s) while a sentence seemed to go on at the last cut."""
-EVERY = 17 * SAMPLE_RATE_HZ // 20
-"""Where there was no greeting, beginnings are searched for around points this far apart (0.85 s), so everywhere: see
-`search`."""
 TORN = SAMPLE_RATE_HZ // 5
 """Samples (0.2 s) after lost sound, or the robot's own voice, within which a sentence that seems to begin there may be
 the end of a longer one, and is not believed. Robots wait for 0.5 s before they answer."""
 REMEMBERED = 20 * SAMPLE_RATE_HZ
 """Samples (20 s) after the submission of a stretch until the search's data are dropped, up to 40 MB of spectra and
 waveforms: between two sentences of a talk they are kept."""
-
-
-@dataclass(eq=False)
-class _Stretch:
-    """A stretch of sound: from its first sign of speech to the last; candidate onsets of speech, `noticed`; and its
-    held events."""
-
-    begin: int
-    end: int
-    noticed: list[int]
-    due: int
-    """The sample at which it is cut."""
-    hidden: bool = False
-    """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
-    after: _Stretch | None = None
-    """The stretch before the cut at which it begins."""
-    first_sign: int | None = None
-    signed: int = 0
-    """Samples with signs of speech, the first of which was `first_sign`."""
-    greeted: bool = False
-    """Whether a greeting was found in it."""
-    held: list[Recognised | Garbled] = field(default_factory=list)
-    closed_at: int = 0
-    whole_from: int = 0
-    """A sentence that begins before this sample may lack its beginning."""
-    job: Stretch | None = None
-    result: SearchResult | None = None
-
-    @property
-    def shows_end(self) -> bool:
-        """Whether there were signs of speech for most of the time: then none are left once the speaker has ended."""
-        if self.first_sign is None:
-            return False
-        return self.signed >= max(SHOWN * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
-
-    @property
-    def unfinished(self) -> int | None:
-        """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
-        return self.result.unfinished if self.result is not None else None
 
 
 class ChannelEars(LaterEars[Stretch, SearchResult]):
@@ -124,8 +65,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """There have been signs of speech since this sample, with no QUIET among them."""
         self._sign = 0
         """The sample after the last sign of speech."""
-        self._open: _Stretch | None = None
-        self._closed: list[_Stretch] = []
+        self._open: OpenStretch | None = None
+        self._closed: list[OpenStretch] = []
         """Stretches being searched, or searched a moment ago."""
         self._reported: list[Recognised] = []
         self._searched_at: int | None = None
@@ -160,7 +101,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                     each.result = result
                     out += self._believed(each, result)
                     if self._open is None and result.unfinished is not None and result.until > each.end:
-                        self._open = _Stretch(self._now, self._now, [self._now], self._now + MORE, True, each)
+                        self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, True, each)
         for each in self._closed:
             if self._is_over(each) or (each.result is not None and each.unfinished is None):
                 out += self._let_go(each)
@@ -171,12 +112,12 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
-    def _believed(self, stretch: _Stretch, result: SearchResult) -> list[Recognised]:
+    def _believed(self, stretch: OpenStretch, result: SearchResult) -> list[Recognised]:
         """The sentences of a search that are whole and not reported yet."""
         whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
         return [self._report(each) for each in whole if not self._is_reported(each)]
 
-    def _let_go(self, stretch: _Stretch) -> list[Event]:
+    def _let_go(self, stretch: OpenStretch) -> list[Event]:
         """The events to report for everything that a stretch held."""
         held, stretch.held = stretch.held, []
         return [each for event in held for each in self._released(event, stretch.result or SearchResult())]
@@ -219,15 +160,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Note a sign of speech in the block from sample `at` on; `rises`: somebody begins to speak."""
         if self._open is None:
             due = at + (CUT if self._clatters else LONGEST)
-            self._open = _Stretch(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
-        elif rises or (not self._open.greeted and at - max(self._open.noticed) >= EVERY):
-            self._open.noticed.append(at)
-        self._open.end = self._now
-        self._open.signed += self._now - at
-        if self._open.first_sign is None:
-            self._open.first_sign = at
-        if self._clatters and not self._open.hidden and not self._open.greeted:
-            self._open.hidden, self._open.due = True, min(self._open.due, self._now + MORE)
+            self._open = OpenStretch(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
+            rises = False
+        self._open.note_sign(at, self._now, rises, self._clatters)
 
     def _note_beginning(self) -> None:
         """Seek a beginning in the newest sound."""
@@ -247,18 +182,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         begin = max(at - (EARLIER if found.greeting else RISEN_AFTER), self._whole_from)
         if self._open is None:
-            self._open = _Stretch(begin, self._now, [at], at + LONGEST)
-        else:
-            self._open.noticed.append(at)
-            self._open.begin = min(self._open.begin, begin)
-        self._open.greeted = self._open.greeted or found.greeting
-        if self._since is not None and abs(self._since - at) <= NEAR:
-            self._open.hidden, self._open.due = False, at + LONG
-        else:
-            self._open.hidden = True
-            self._open.due = at + CUT if self._open.after is None else min(self._open.due, at + CUT)
+            self._open = OpenStretch(begin, self._now, [at], at + LONGEST)
+        self._open.note_beginning(found, at, begin, self._since)
 
-    def _close_if_due(self, stretch: _Stretch) -> None:
+    def _close_if_due(self, stretch: OpenStretch) -> None:
         before = stretch.after
         if before is not None:
             if before.result is None and not self._is_over(before):
@@ -269,8 +196,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                 if not stretch.signed and not stretch.greeted:
                     self._open = None
                     return
-        shows_end = not stretch.hidden or stretch.shows_end
-        if shows_end and self._now - stretch.end >= QUIET:
+        if stretch.is_over(self._now):
             self._close()
         elif self._now >= stretch.due:
             self._close(cut=True)
@@ -289,7 +215,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         stretch.after = None
         if cut:
             stretch.end = self._now
-            self._open = _Stretch(self._now, self._now, [self._now], self._now + MORE, True, stretch)
+            self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, True, stretch)
         before = next((each for each in self._closed if each.unfinished is not None), None)
         whole = before is not None and before.begin >= self._whole_from
         if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
@@ -312,7 +238,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()
 
-    def _is_dealt_with(self, stretch: _Stretch) -> bool:
+    def _is_dealt_with(self, stretch: OpenStretch) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
         if not stretch.held:
             length = stretch.end - stretch.begin - EARLIER
@@ -335,7 +261,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
             due = event.start_sample + LONGEST
-            there = self._open = self._open or _Stretch(event.start_sample, event.end_sample, [event.start_sample], due)
+            there = self._open = self._open or OpenStretch(
+                event.start_sample, event.end_sample, [event.start_sample], due
+            )
         if there.result is not None and (there.unfinished is None or self._agrees(event, there.result)):
             return self._released(event, there.result)
         there.held.append(event)
@@ -362,7 +290,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return False
         return event.words == result.likeliest or not self._varied.isdisjoint(event.words)
 
-    def _is_over(self, stretch: _Stretch) -> bool:
+    def _is_over(self, stretch: OpenStretch) -> bool:
         return self._now - stretch.closed_at > MOST_WAIT
 
     def _is_reported(self, sentence: Recognised) -> bool:

@@ -1,0 +1,109 @@
+"""Stretches of sound in which somebody seems to speak, which the channel search takes as a whole, and when they end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.channel.beginnings import Beginning
+from hvcpd.recognition.channel.listener import SearchResult, Stretch
+from hvcpd.recognition.events import Garbled, Recognised
+
+EARLIER = SAMPLE_RATE_HZ // 4
+"""Longest time (samples) from the beginning of speech to its first sign."""
+RISEN_AFTER = SAMPLE_RATE_HZ
+"""The same (1 s) for a voice that hardly rises over the noise: its first word may not have."""
+QUIET = SAMPLE_RATE_HZ // 2
+"""Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
+SHORTEST = SAMPLE_RATE_HZ // 4
+"""Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
+LONG = 7 * SAMPLE_RATE_HZ
+"""Samples (7 s) after a greeting by which nearly all sentences have ended: if signs of speech go on, clatter hides
+the end."""
+LONGEST = 10 * SAMPLE_RATE_HZ
+"""Samples (10 s) after which a stretch is cut: no sentence takes longer. Speech in progress at that point is searched
+again, with the sound after it."""
+CLATTER = 8 * SAMPLE_RATE_HZ
+"""Samples (8 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
+beginnings and ends, since a slow sentence takes 8 s or less, and then somebody waits."""
+SHOWN = 0.6
+"""Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
+stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
+NEAR = 3 * SAMPLE_RATE_HZ // 5
+"""Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
+CUT = 5 * SAMPLE_RATE_HZ // 2
+"""Samples (2.5 s) after which a stretch is cut whose end no sign shows. Otherwise the speaker would wait for an answer
+until the clatter ends."""
+MORE = 5 * SAMPLE_RATE_HZ // 4
+"""The same (1.25 s) while a sentence seemed to go on at the last cut."""
+EVERY = 17 * SAMPLE_RATE_HZ // 20
+"""Where there was no greeting, beginnings are searched for around points this far apart (0.85 s), so everywhere: see
+`search`."""
+
+
+@dataclass(eq=False)
+class OpenStretch:
+    """A stretch of sound: from its first sign of speech to the last; candidate onsets of speech, `noticed`; and its
+    held events."""
+
+    begin: int
+    end: int
+    noticed: list[int]
+    due: int
+    """The sample at which it is cut."""
+    hidden: bool = False
+    """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
+    after: OpenStretch | None = None
+    """The stretch before the cut at which it begins."""
+    first_sign: int | None = None
+    signed: int = 0
+    """Samples with signs of speech, the first of which was `first_sign`."""
+    greeted: bool = False
+    """Whether a greeting was found in it."""
+    held: list[Recognised | Garbled] = field(default_factory=list)
+    closed_at: int = 0
+    whole_from: int = 0
+    """A sentence that begins before this sample may lack its beginning."""
+    job: Stretch | None = None
+    result: SearchResult | None = None
+
+    @property
+    def shows_end(self) -> bool:
+        """Whether there were signs of speech for most of the time: then none are left once the speaker has ended."""
+        if self.first_sign is None:
+            return False
+        return self.signed >= max(SHOWN * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
+
+    @property
+    def unfinished(self) -> int | None:
+        """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
+        return self.result.unfinished if self.result is not None else None
+
+    def note_sign(self, at: int, now: int, rises: bool, clatters: bool) -> None:
+        """There were signs of speech from sample `at` up to `now`; `rises`: somebody began to speak; `clatters`: there
+        have been signs for so long that they show nothing."""
+        if rises or (not self.greeted and at - max(self.noticed) >= EVERY):
+            self.noticed.append(at)
+        self.end = now
+        self.signed += now - at
+        if self.first_sign is None:
+            self.first_sign = at
+        if clatters and not self.hidden and not self.greeted:
+            self.hidden, self.due = True, min(self.due, now + MORE)
+
+    def note_beginning(self, found: Beginning, at: int, begin: int, since: int | None) -> None:
+        """A sentence may begin at sample `at`, and no earlier than `begin`; `since`: there have been signs of speech
+        since this sample; None: there are none."""
+        if at not in self.noticed:
+            self.noticed.append(at)
+        self.begin = min(self.begin, begin)
+        self.greeted = self.greeted or found.greeting
+        if since is not None and abs(since - at) <= NEAR:
+            self.hidden, self.due = False, at + LONG
+        else:
+            self.hidden = True
+            self.due = at + CUT if self.after is None else min(self.due, at + CUT)
+
+    def is_over(self, now: int) -> bool:
+        """Whether the speaker has surely ended."""
+        return (not self.hidden or self.shows_end) and now - self.end >= QUIET
