@@ -17,10 +17,11 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.frontend import snr_db
 from hvcpd.recognition.long_talk import LongTalk, Stretch
-from hvcpd.recognition.stream import Chunk, History, cleaned
+from hvcpd.recognition.stream import History, cleaned
 
 LEAD_S = 3.0
 """Sound kept before the speech, for its noise: the noise tracker's memory."""
@@ -141,14 +142,14 @@ class AtOnce(Generic[Job, Found]):
         return found
 
 
-class LaterEars(ABC, Generic[Job, Found]):
+class LaterEars(EarsAround, ABC, Generic[Job, Found]):
     """`Ears` around others that submit sound for a second pass, and keep the last seconds for it."""
 
     def __init__(
         self, ears: Ears, listener: SegmentListener[Job, Found], worker: Worker[Job, Found], keep: int
     ) -> None:
         """`keep`: samples of sound that are kept."""
-        self._ears = ears
+        super().__init__(ears)
         self._listener = listener
         self._worker = worker
         self._earlier = ears if isinstance(ears, LaterEars) else None
@@ -157,28 +158,13 @@ class LaterEars(ABC, Generic[Job, Found]):
         self._history.keep(keep)
         self._began = self._now = 0
 
-    @property
-    def signs(self) -> bool:
-        """As `Ears.signs`."""
-        return self._ears.signs
-
-    @property
-    def chunks(self) -> Sequence[Chunk]:
-        """As `Ears.chunks`."""
-        return self._ears.chunks
-
-    @property
-    def ends(self) -> bool:
-        """As `Ears.ends`."""
-        return self._ears.ends
-
     def flush(self) -> list[Event]:
         """As `Recogniser.flush`."""
         return self.take(self._ears.flush())
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make the slow first-time preparations while `go_on` holds, in any thread."""
-        self._ears.prepare(go_on)
+        """As `EarsAround.prepare`, and of the listener."""
+        super().prepare(go_on)
         self._listener.prepare(go_on)
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:

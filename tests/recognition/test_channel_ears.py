@@ -142,8 +142,14 @@ def test_sentences_from_others_than_templates_pass_and_are_told_once(source: Sou
     assert run(ears(Script([(END, sentence), (END + 3000, sentence), (END + 5000, GARBLED)]))) == [sentence]
 
 
-def test_a_sentence_without_any_sign_of_speech_is_found() -> None:
-    the_sentence(run(ears(Script(speech=()))))
+def test_a_sentence_without_any_sign_of_speech_is_found_and_somebody_speaks_meanwhile() -> None:
+    listening = ears(Script(speech=()))
+    assert run(listening, 0, AT) == []
+    assert not listening.busy
+    assert run(listening, AT, END) == []
+    assert listening.busy
+    the_sentence(run(listening, END))
+    assert not listening.busy
 
 
 def test_a_sentence_whose_signs_end_early_is_told_whole() -> None:
@@ -174,8 +180,8 @@ def test_what_no_robot_is_known_to_have_said_stands(event: Event) -> None:
 def test_a_worker_that_is_full_loses_nothing(event: Event, after: int) -> None:
     listening = ears(Script([(END + after, event)]), Slow(room=0))
     assert run(listening, 0, END + 24_000) == [event]
-    assert not listening.busy
     assert run(listening, END + 24_000) == []
+    assert not listening.busy
 
 
 @pytest.mark.parametrize("event", [GARBLED, guess()])

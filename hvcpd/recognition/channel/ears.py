@@ -73,14 +73,15 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """When the last stretch was submitted; None once its data are dropped."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `LaterEars.prepare`: robots' words come first."""
+        """As `LaterEars.prepare`; robots' words come first."""
         self._listener.prepare(go_on)
         self._ears.prepare(go_on)
 
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
-        return self._ears.busy or any(each.result is None for each in self._closed)
+        greeted = self._open is not None and self._open.greeted
+        return self._ears.busy or greeted or any(each.result is None for each in self._closed)
 
     def succeed(self, predecessor: Self) -> None:
         """As `LaterEars.succeed`."""

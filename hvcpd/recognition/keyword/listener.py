@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
@@ -22,39 +22,19 @@ SPANS_KEPT = 32
 """Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
 
 
-class KeywordEars:
+class KeywordEars(EarsAround):
     """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
     def __init__(
         self, ears: Ears, net: Net, remainder: Remainder | None = None, settings: BeliefSettings | None = None
     ) -> None:
-        self._ears = ears
+        super().__init__(ears)
         self._spotter = KeywordSpotter(net)
         self._remainder = remainder
         self._belief = Belief(TEXTS, settings, remainder.chances if remainder is not None else None)
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
-
-    @property
-    def busy(self) -> bool:
-        """As `Ears.busy`."""
-        return self._ears.busy
-
-    @property
-    def signs(self) -> bool:
-        """As `Ears.signs`."""
-        return self._ears.signs
-
-    @property
-    def chunks(self) -> Sequence[Chunk]:
-        """As `Ears.chunks`."""
-        return self._ears.chunks
-
-    @property
-    def ends(self) -> bool:
-        """As `Ears.ends`."""
-        return self._ears.ends
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """As `Recogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
@@ -69,10 +49,6 @@ class KeywordEars:
     def flush(self) -> list[Event]:
         """As `Recogniser.flush`."""
         return self._with_calls(self._ears.flush()) + self._interrupted()
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make the slow first-time preparations while `go_on` holds, in any thread."""
-        self._ears.prepare(go_on)
 
     def succeed(self, predecessor: KeywordEars) -> None:
         """Continue from `predecessor`, with what it knows of the keyword."""
