@@ -92,7 +92,7 @@ def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
 def test_a_sentence_of_which_the_end_is_not_in_the_sound_is_not_told() -> None:
     whole = heard("stop")
     sound = scene(AT + len(whole), (AT, whole))
-    for end, sentences in ((len(whole), 1), (len(whole) - 2000, 0)):
+    for end, sentences in ((len(whole), 1), (len(whole) - 3000, 0)):
         found = LISTENER.search(Stretch(sound[: AT + end], 0, AT, (AT,)))
         assert len(found.sentences) == sentences
 

@@ -145,6 +145,8 @@ ROBOTS_SHARE = 0.15
 """Share of the energy beyond the noise's from which on it is a robot that somebody heard, though not what it said:
 of 163 cases of talk of unknown robots and people (`benchmarks.channel_confidence`) 154 had less than 0.13, all less
 than 0.20. As a feature of `confidence` it got no weight."""
+TAIL = SAMPLE_RATE_HZ // 10
+"""Most samples (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
 LEAST_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
 MOST_AT_ONCE = 2
@@ -266,7 +268,7 @@ class ChannelListener:
     def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:
         most likely first."""
-        whole = (path for path in paths if self._searches[0].is_whole(path) and path.end <= sound.n)
+        whole = (path for path in paths if self._searches[0].is_whole(path) and path.end <= sound.n + TAIL)
         fits = ((path, least_fit(sound, path)) for path in whole)
         return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_FIT), None)
 
