@@ -188,15 +188,13 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     def _close_if_due(self, stretch: OpenStretch) -> None:
         before = stretch.after
-        if before is not None:
+        if before is not None and before.unfinished is None:
             if before.result is None and not self._is_over(before):
                 return
-            stretch.after = None
-            if before.unfinished is None:
-                stretch.due = stretch.begin + CUT
-                if not stretch.signed and not stretch.greeted:
-                    self._open = None
-                    return
+            stretch.after, stretch.due = None, stretch.begin + CUT
+            if not stretch.signed and not stretch.greeted:
+                self._open = None
+                return
         if stretch.is_over(self._now):
             self._close()
         elif self._now >= stretch.due:

@@ -54,7 +54,7 @@ class OpenStretch:
     hidden: bool = False
     """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
     after: OpenStretch | None = None
-    """The stretch before the cut at which it begins."""
+    """The stretch before the cut at which it begins, in which speech seemed to go on or still may."""
     first_sign: int | None = None
     signed: int = 0
     """Samples with signs of speech, the first of which was `first_sign`."""
@@ -98,11 +98,12 @@ class OpenStretch:
             self.noticed.append(at)
         self.begin = min(self.begin, begin)
         self.greeted = self.greeted or found.greeting
-        if since is not None and abs(since - at) <= NEAR:
+        if self.after is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
+            self.due = min(self.due, at + CUT)
+        elif since is not None and abs(since - at) <= NEAR:
             self.hidden, self.due = False, at + LONG
         else:
-            self.hidden = True
-            self.due = at + CUT if self.after is None else min(self.due, at + CUT)
+            self.hidden, self.due = True, at + CUT
 
     def is_over(self, now: int) -> bool:
         """Whether the speaker has surely ended."""

@@ -1,0 +1,41 @@
+"""When a stretch of sound in which somebody seems to speak is searched."""
+
+from __future__ import annotations
+
+import pytest
+
+from hvcpd.recognition.channel.beginnings import Beginning
+from hvcpd.recognition.channel.stretches import CUT, LONG, MORE, QUIET, OpenStretch
+
+GREETING = Beginning(0, greeting=True)
+
+
+def stretch(after: OpenStretch | None = None) -> OpenStretch:
+    return OpenStretch(0, 0, [0], MORE, hidden=True, after=after)
+
+
+@pytest.mark.parametrize("since", [None, 9_000])
+def test_another_greeting_does_not_delay_the_search_for_a_sentence_in_progress(since: int | None) -> None:
+    before = stretch()
+    follows = stretch(before)
+    follows.note_beginning(GREETING, 10_000, 6_000, since)
+    assert (follows.due, follows.hidden) == (MORE, True)
+
+
+def test_signs_that_begin_with_a_greeting_show_the_end_and_others_do_not() -> None:
+    shown, hidden = stretch(), stretch()
+    shown.note_beginning(GREETING, 10_000, 6_000, 9_000)
+    hidden.note_beginning(GREETING, 40_000, 36_000, 9_000)
+    assert (shown.due, hidden.due) == (10_000 + LONG, 40_000 + CUT)
+    assert shown.is_over(QUIET)
+    assert not hidden.is_over(QUIET)
+
+
+def test_a_voice_that_stands_out_shows_its_end_in_any_noise() -> None:
+    loud, faint = stretch(), stretch()
+    for at in range(0, 32_000, 400):
+        loud.note_sign(at, at + 400, rises=False, clatters=False)
+        if at % 1_600 == 0:
+            faint.note_sign(at, at + 400, rises=False, clatters=False)
+    assert loud.is_over(32_000 + QUIET)
+    assert not faint.is_over(32_000 + QUIET)
