@@ -139,7 +139,7 @@ BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 """A sentence this close (0.6 s) to a cut may have more words."""
-LEAST_CONFIDENCE = 0.6
+LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 ROBOTS_SHARE = 0.15
 """Share of the energy beyond the noise's from which on it is a robot that somebody heard, though not what it said:
