@@ -104,12 +104,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                     if self._open is None and result.unfinished is not None and result.until > each.end:
                         self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, True, each)
         for each in self._closed:
-            if self._is_over(each) or (each.result is not None and each.unfinished is None):
-                out += self._let_go(each)
-            elif each.result is not None:  # what goes on may be another sentence, or nothing
-                agreed = [event for event in each.held if self._agrees(event, each.result)]
-                each.held = [event for event in each.held if event not in agreed]
-                out += [found for event in agreed for found in self._released(event, each.result)]
+            over = self._is_over(each)
+            if over or each.result is not None:
+                out += self._let_go(each, over or each.unfinished is None)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
@@ -118,10 +115,13 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
         return [self._report(each) for each in whole if not self._is_reported(each)]
 
-    def _let_go(self, stretch: OpenStretch) -> list[Event]:
-        """The events to report for everything that a stretch held."""
-        held, stretch.held = stretch.held, []
-        return [each for event in held for each in self._released(event, stretch.result or SearchResult())]
+    def _let_go(self, stretch: OpenStretch, everything: bool = True) -> list[Event]:
+        """The events to report for what a stretch held: `everything`, or what the search agrees with, since what goes
+        on may be another sentence, or nothing."""
+        result = stretch.result or SearchResult()
+        freed = [event for event in stretch.held if everything or self._agrees(event, result)]
+        stretch.held = [event for event in stretch.held if event not in freed]
+        return [each for event in freed for each in self._released(event, result)]
 
     def flush(self) -> list[Event]:
         """As `Recogniser.flush`: what the first ears and the open stretches still held."""
@@ -162,7 +162,6 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if self._open is None:
             due = at + (CUT if self._clatters else LONGEST)
             self._open = OpenStretch(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
-            rises = False
         self._open.note_sign(at, self._now, rises, self._clatters)
 
     def _note_beginning(self) -> None:

@@ -230,11 +230,10 @@ class ChannelListener:
                 if not paths:
                     break
                 best = evidence.path if evidence is not None else paths[0]
-                last = _going_on((best, *paths), len(heard), BEGUN if stretch.cut else LEAST_SCORE)
-                first = stretch.origin + begin
                 robot = best.score >= LEAST_SCORE and share_of(sound, best) >= ROBOTS_SHARE
-                if not robot and not stretch.cut:
-                    last = None
+                least = BEGUN if stretch.cut else LEAST_SCORE
+                last = _going_on((best, *paths), len(heard), least) if robot or stretch.cut else None
+                first = stretch.origin + begin
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
                 found = SearchResult(tuple(sentences), robot, likeliest=words)

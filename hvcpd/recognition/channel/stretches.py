@@ -82,7 +82,7 @@ class OpenStretch:
     def note_sign(self, at: int, now: int, rises: bool, clatters: bool) -> None:
         """There were signs of speech from sample `at` up to `now`; `rises`: somebody began to speak; `clatters`: there
         have been signs for so long that they show nothing."""
-        if rises or (not self.greeted and at - max(self.noticed) >= EVERY):
+        if at not in self.noticed and (rises or (not self.greeted and at - max(self.noticed) >= EVERY)):
             self.noticed.append(at)
         self.end = now
         self.signed += now - at

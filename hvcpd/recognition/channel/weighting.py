@@ -212,13 +212,16 @@ class WeightedSound:
 
     def energy(self, first: int, last: int) -> float:
         """The received energy from sample `first` up to `last`, in variances of the noise."""
-        begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
-        return float(self._energy[end] - self._energy[begin])
+        return self._between(self._energy, first, last)
 
     def speech(self, first: int, last: int) -> float:
         """The received energy from sample `first` up to `last` beyond the noise's, in variances of the noise."""
+        return self._between(self._speech, first, last)
+
+    def _between(self, total: NDArray[np.float64], first: int, last: int) -> float:
+        """What a cumulative sum, shape (n + 1,), gains from sample `first` up to `last`."""
         begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
-        return float(self._speech[end] - self._speech[begin])
+        return float(total[end] - total[begin])
 
     def seek(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
