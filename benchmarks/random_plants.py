@@ -36,8 +36,8 @@ class PlantRoom:
 
 def random_room(seed: int, plants: tuple[int, int], noise_db: tuple[float, float]) -> PlantRoom:
     """A room drawn by seed: the ranges of the number of plants and of the noise, both ends included."""
-    chance = random.Random(f"plants {seed}")
-    colours = chance.sample(COLOURS, chance.randint(*plants))
-    place = lambda: chance.uniform(-ROOM_M, ROOM_M)  # noqa: E731
-    drawn = tuple((colour, place(), place(), chance.uniform(*WATERING_S)) for colour in colours)
-    return PlantRoom(drawn, round(chance.uniform(*noise_db), 1))
+    rng = random.Random(f"plants {seed}")
+    colours = rng.sample(COLOURS, rng.randint(*plants))
+    place = lambda: rng.uniform(-ROOM_M, ROOM_M)  # noqa: E731
+    drawn = tuple((colour, place(), place(), rng.uniform(*WATERING_S)) for colour in colours)
+    return PlantRoom(drawn, round(rng.uniform(*noise_db), 1))

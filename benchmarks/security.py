@@ -75,12 +75,12 @@ def book_of_team(encrypts: bool) -> Phrasebook:
 
 def sealed_sentences(book: Phrasebook, n: int, seed: int, encrypts: bool) -> list[m.Utterance]:
     """Random ones of those that have a seal, sealed or encrypted by their speakers."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     ring = KeyRing(TeamKey(bytes(KEY_BYTES)))
     sealings = {name: Sealing(Guard(name, ring), encrypts) for name in NAMES}
     found: list[m.Utterance] = []
     while len(found) < n:
-        drawn = book.sample(chance)
+        drawn = book.sample(rng)
         if is_sealed(drawn.statement) and drawn.speaker is not None:
             found.append(sealings[drawn.speaker].marked(replace(drawn, mark=None), book, 0.0))
     return found
@@ -88,7 +88,7 @@ def sealed_sentences(book: Phrasebook, n: int, seed: int, encrypts: bool) -> lis
 
 def honest(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
     book = book_of_team(encrypts)
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     for colour in ("white", "pink"):
         utterances = sealed_sentences(book, n, seed, encrypts)
         pieces = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)]
@@ -96,7 +96,7 @@ def honest(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
         for utterance in utterances:
             said = spoken(sound.speaker_of(utterance.speaker or ""), utterance, book)
             places.append(Spoken(book.render(utterance), at, at + audible(said)[1]))
-            pieces += [said, np.zeros(round(chance.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)]
+            pieces += [said, np.zeros(round(rng.uniform(*GAP_S) * SAMPLE_RATE_HZ), np.float32)]
             at += len(pieces[-2]) + len(pieces[-1])
         heard = add_noise(np.concatenate(pieces), places, 0.0, colour, SPEECH_DBFS, seed)
         print(f"{colour} noise, 0 dB: {_accepted(book, heard, sound)} of {n} accepted")
@@ -131,14 +131,14 @@ def airtime(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
 
 
 def guess(n: int, seed: int, _sound: Sound, _encrypts: bool) -> None:
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     sentence = Sentence("Rob", "Bot", ("hi", "bot"))
     for bits in (6, 8):
         hits: Counter[bool] = Counter()
         for _ in range(n):
-            ring = KeyRing(TeamKey(chance.randbytes(KEY_BYTES)))  # the seals that fit one sentence are always the same
+            ring = KeyRing(TeamKey(rng.randbytes(KEY_BYTES)))  # the seals that fit one sentence are always the same
             bot = Guard("Bot", ring, bits=bits, patience=CALM)
-            hits[bot.judge(sentence, chance.getrandbits(bits), None, 0.0).trust.proves_speaker] += 1
+            hits[bot.judge(sentence, rng.getrandbits(bits), None, 0.0).trust.proves_speaker] += 1
         computed = 1.0 - (1.0 - 2.0**-bits) ** NEAR
         print(f"{bits} bits: {hits[True]} of {n} guesses believed, {hits[True] / n:.3%}; computed {computed:.3%}")
 

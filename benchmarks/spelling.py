@@ -30,13 +30,13 @@ GAP_S = 1.5
 
 def spelled_stream(team: Team, n: int, seed: int) -> tuple[Samples, list[Spoken]]:
     """Names of two to seven letters and digits."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     signs = tuple(WORD_OF)
     pieces, spoken = [np.zeros(round(LEAD_S * SAMPLE_RATE_HZ), np.float32)], []
     at = len(pieces[0])
     gap = np.zeros(round(GAP_S * SAMPLE_RATE_HZ), np.float32)
     for number in range(n):
-        letters = chance.choice(signs[:26]) + "".join(chance.choice(signs) for _ in range(chance.randint(1, 6)))
+        letters = rng.choice(signs[:26]) + "".join(rng.choice(signs) for _ in range(rng.randint(1, 6)))
         name = m.Utterance(letters.capitalize(), m.ToAll(), None, m.Spelled(letters))
         phrases = team.book.phrases(name)
         speech = Speaker(VOICES[number % len(VOICES)], team.sound.lexicon, team.sound.cache).render(phrases)

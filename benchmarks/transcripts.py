@@ -63,11 +63,11 @@ def on_air(sound: Samples, seed: int, noise: Samples | None = None, snr_db: floa
     """The sound at the common level, with silence around it, in a little noise and in any stretch of `noise`, whose
     mean power over all of it is `snr_db` below the speech's."""
     padded = np.pad(sound * (LEVEL_RMS / float(np.sqrt(np.mean(sound**2)))), round(PAD_S / 2 * SAMPLE_RATE_HZ))
-    chance = np.random.default_rng(seed)
-    out = padded + NOISE_RMS * chance.standard_normal(len(padded))
+    rng = np.random.default_rng(seed)
+    out = padded + NOISE_RMS * rng.standard_normal(len(padded))
     if noise is not None:
         level = LEVEL_RMS * 10.0 ** (-snr_db / 20.0) / float(np.sqrt(np.mean(np.square(noise, dtype=np.float64))))
-        out += level * np.roll(noise, -int(chance.integers(len(noise))))[: len(padded)]
+        out += level * np.roll(noise, -int(rng.integers(len(noise))))[: len(padded)]
     return np.asarray(out, np.float32)
 
 

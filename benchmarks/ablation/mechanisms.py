@@ -110,7 +110,7 @@ RULES = (
     Mechanism(
         "keyword-remainder",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.remainder:Remainder.chances", None),
+        answering(f"{HEARING}.keyword.remainder:Remainder.probabilities", None),
     ),
     Mechanism(
         "look-surer",

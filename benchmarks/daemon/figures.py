@@ -147,11 +147,11 @@ def replies(orders: int) -> list[float]:
         asked = Utterance("Bot", ToRobot("Rob"), statement=WhatDoing())
         spoken = sound.speaker_of("Bot").render(book.phrases(asked))
         audible = np.flatnonzero(np.abs(spoken) > 0.01 * np.abs(spoken).max())[-1]
-        chance = random.Random(1)
+        rng = random.Random(1)
         noise = np.random.default_rng(1)
         waits: list[float] = []
         for _ in range(orders):
-            quiet = round((8.0 + chance.random()) * SAMPLE_RATE_HZ)
+            quiet = round((8.0 + rng.random()) * SAMPLE_RATE_HZ)
             script = np.concatenate(
                 [np.zeros(quiet), LEVEL / np.abs(spoken).max() * spoken, np.zeros(5 * SAMPLE_RATE_HZ)]
             )

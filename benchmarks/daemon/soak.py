@@ -73,7 +73,7 @@ class Talker:
 
     wiring: Wiring
     talk_every_s: float
-    chance: random.Random
+    rng: random.Random
     waiting: deque[Samples] = field(default_factory=deque)
     said: int = 0
     _next_s: float = 60.0
@@ -88,7 +88,7 @@ class Talker:
     def block(self, now_s: float) -> Samples:
         """What is played at that time; shape (BLOCK,), float32."""
         if not self.waiting and now_s >= self._next_s:
-            self._next_s = now_s + self.chance.expovariate(1.0 / self.talk_every_s)
+            self._next_s = now_s + self.rng.expovariate(1.0 / self.talk_every_s)
             self._queue(self._sound(now_s))
         return self.waiting.popleft() if self.waiting else np.zeros(BLOCK, np.float32)
 
@@ -98,11 +98,11 @@ class Talker:
         self.waiting.extend(np.split(padded, len(padded) // BLOCK))
 
     def _sound(self, now_s: float) -> Samples:
-        if self.chance.random() < DOOR_SHARE:
+        if self.rng.random() < DOOR_SHARE:
             noise = np.random.default_rng(self.said).standard_normal(SAMPLE_RATE_HZ // 2)
             return (0.5 * noise * np.exp(-np.arange(len(noise)) / (0.1 * SAMPLE_RATE_HZ))).astype(np.float32)
         sound = self._speaker.render(self._book.phrases(self._utterance(now_s)))
-        return sound[: len(sound) // 2] if self.chance.random() < CUT_SHARE else sound
+        return sound[: len(sound) // 2] if self.rng.random() < CUT_SHARE else sound
 
     def _utterance(self, now_s: float) -> m.Utterance:
         if self._resume_due:
@@ -114,11 +114,11 @@ class Talker:
             first = self._strangers < FIRST_STRANGERS
             self._next_stranger_s += FIRST_STRANGERS_EVERY_S if first else STRANGER_EVERY_S
             return m.Utterance(name.capitalize(), m.ToAll(), statement=m.Spelled(name))
-        if self.chance.random() < STOP_SHARE:
+        if self.rng.random() < STOP_SHARE:
             self._resume_due = True
             return m.Utterance(None, statement=m.Stop())
         while True:
-            utterance = self._book.sample(self.chance)
+            utterance = self._book.sample(self.rng)
             if utterance.speaker in (None, "Bot") and not isinstance(utterance.statement, m.NameTaken | m.Stop):
                 return utterance
 
@@ -147,7 +147,7 @@ class SoakStream:
         air = Air()
         self._gain = air.source_gain
         self._own_gain = air.source_gain / air.own_distance_m
-        self._chance = np.random.default_rng(self.seed)
+        self._rng = np.random.default_rng(self.seed)
         self._noise = PinkNoise(air.noise_rms, self.seed).take(60 * SAMPLE_RATE_HZ)
         self._began_s = time.perf_counter()
 
@@ -183,7 +183,7 @@ class SoakStream:
 
     def _pass(self) -> Samples:
         """A block of what the microphone takes: the talker at 1 m, itself, noise of the room."""
-        at = int(self._chance.integers(len(self._noise) - BLOCK))
+        at = int(self._rng.integers(len(self._noise) - BLOCK))
         said = self.talker.block(self.now_s)
         if said.any() or self._playing.any():
             self._sound_s = self.now_s

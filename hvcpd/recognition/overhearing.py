@@ -168,7 +168,11 @@ class Overhearing:
         for chunk in self._rest.push(self._echo.take(line[: len(samples)], samples), False):
             self._left_powers = _recent(self._left_powers, chunk.energies, LENGTH_FRAMES)
             word = self._spotter.hear(chunk)
-            if word is not None and word.chance >= CERTAIN and np.quantile(self._left_powers, LEVEL_QUANTILE) >= least:
+            if (
+                word is not None
+                and word.probability >= CERTAIN
+                and np.quantile(self._left_powers, LEVEL_QUANTILE) >= least
+            ):
                 found += self._reported(word)
         return found
 

@@ -164,8 +164,8 @@ def test_a_robot_that_stays_inside_says_so_less_and_less_and_nobody_enters(seed:
     unable = {"Bot": frozenset({2}), "Rob": frozenset({1})}
     mission = Corridor(("Bot", "Rob"), (inside, across(2, WEST)), starts=(WEST, EAST), unable=unable, seed=seed)
     mission.until_inside("Bot")
-    chance = random.Random(seed)
-    mission.air.misses = lambda listener, _: listener == "Bot" or chance.random() < 1 / 3
+    rng = random.Random(seed)
+    mission.air.misses = lambda listener, _: listener == "Bot" or rng.random() < 1 / 3
     began_s = mission.air.now
     while mission.robots["Bot"].knowledge.passes[0].inside:
         mission.air.run_until(mission.air.now + 5.0)

@@ -170,8 +170,8 @@ def test_what_recurs_is_done_by_two_each_time(seed: int) -> None:
 @given(st.integers(0, 10**6), st.integers(2, 3), st.booleans())
 def test_random_teams_do_each_once_and_nobody_begins_alone(seed: int, most: int, with_outages: bool) -> None:
     plan = random_plan(seed, loss=(0.0, 0.2), robots=(most, 6), tasks=(2, 8), outages_max=int(with_outages))
-    chance = random.Random(seed)
-    tasks = tuple(replace(task, robots=chance.randint(1, most)) for task in plan.tasks)
+    rng = random.Random(seed)
+    tasks = tuple(replace(task, robots=rng.randint(1, most)) for task in plan.tasks)
     outages = tuple(replace(outage, back_s=outage.back_s or 60.0) for outage in plan.outages)
     mission = Watched(replace(plan, tasks=tasks, outages=outages, late={}))
     result = mission.run()

@@ -11,7 +11,7 @@ from scipy.special import expit, logit
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
-from hvcpd.recognition.keyword.net import Chances
+from hvcpd.recognition.keyword.net import Probabilities
 
 SETTINGS = BeliefSettings()
 SURE = 0.999
@@ -137,18 +137,18 @@ def test_a_doubtful_word_over_a_sentence_that_shows_something_else_there_is_the_
     assert held.sentence(sentence(6.0, unsure=0)) is Verdict.UNCHANGED
 
 
-@pytest.mark.parametrize("chances", [(DOUBTFUL, FAIR - 0.01), (FAIR - 0.01, DOUBTFUL), (FAIR, FAIR)])
-def test_two_words_that_are_not_certain_together_are_none(chances: tuple[float, float]) -> None:
+@pytest.mark.parametrize("probabilities", [(DOUBTFUL, FAIR - 0.01), (FAIR - 0.01, DOUBTFUL), (FAIR, FAIR)])
+def test_two_words_that_are_not_certain_together_are_none(probabilities: tuple[float, float]) -> None:
     held = hold()
-    for begin_s, chance in zip((1.2, 2.2), chances, strict=True):
+    for begin_s, chance in zip((1.2, 2.2), probabilities, strict=True):
         assert word(held, begin_s, chance) is Verdict.HELD
     assert held.at(samples(4.9)) is Verdict.RELEASED
 
 
 @given(st.lists(st.floats(0.0, 0.79), min_size=2, max_size=5))
-def test_words_soon_after_one_another_count_once_their_log_odds_add_up(chances: list[float]) -> None:
+def test_words_soon_after_one_another_count_once_their_log_odds_add_up(probabilities: list[float]) -> None:
     held, odds = hold(), 1.0
-    for k, chance in enumerate(chances):
+    for k, chance in enumerate(probabilities):
         odds *= chance / (1.0 - chance) if chance >= FAIR else 1.0
         count = k > 0 and chance >= FAIR and odds >= SETTINGS.certain / (1.0 - SETTINGS.certain)
         assume(abs(odds - 4.0) > 1e-6)
@@ -208,8 +208,8 @@ GONE, LEFT = SETTINGS.gone, SETTINGS.left
 
 
 def asked(left: float, call: float = SETTINGS.certain) -> Belief:
-    """In every sentence, these chances of the word and of a call are left without it."""
-    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: Chances(left, call if left >= LEFT else 0.0))
+    """In every sentence, these probabilities of the word and of a call are left without it."""
+    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: Probabilities(left, call if left >= LEFT else 0.0))
 
 
 @pytest.mark.parametrize("left", [0.5, 0.6, 0.77, 0.95])

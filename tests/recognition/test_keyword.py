@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, Chances, KeywordNet, Levels, Weights
+from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, KeywordNet, Levels, Probabilities, Weights
 from hvcpd.recognition.keyword.words import (
     CALL_FRAMES,
     DELAY_FRAMES,
@@ -59,24 +59,24 @@ def heard(sound: Samples, at_s: float = 1.5, rest_s: float = 0.6, noise_dbfs: fl
     return np.asarray(np.clip(np.round((whole + noise) * 32767.0) / 32767.0, -1.0, 1.0), np.float32)
 
 
-def curves(sound: Samples) -> list[tuple[float, Chances]]:
-    """When the net tells, s, and the chances that count then."""
-    net, told, chances = KeywordNet(weights()), [], deque([Chances(0.0, 0.0)] * LOOKS, LOOKS)
+def curves(sound: Samples) -> list[tuple[float, Probabilities]]:
+    """When the net tells, s, and the probabilities that count then."""
+    net, told, probabilities = KeywordNet(weights()), [], deque([Probabilities(0.0, 0.0)] * LOOKS, LOOKS)
     for k, chunk in enumerate(FrameStream().push(sound, False)):
-        chances.append(net.hear(chunk.energies))
-        counts = Chances(*map(second_highest, zip(*chances, strict=True)))
+        probabilities.append(net.hear(chunk.energies))
+        counts = Probabilities(*map(second_highest, zip(*probabilities, strict=True)))
         told.append((((k + 1) * CHUNK_FRAMES * 160 + 240) / SAMPLE_RATE_HZ, counts))
     return told
 
 
 def highest(sound: Samples, since_s: float = 0.0, until_s: float = 99.0) -> float:
     """Chance of the word."""
-    return max(chances.word for at_s, chances in curves(sound) if since_s <= at_s <= until_s)
+    return max(probabilities.word for at_s, probabilities in curves(sound) if since_s <= at_s <= until_s)
 
 
 def call(sound: Samples) -> float:
     """Chance of a call, ever."""
-    return max(chances.call for _, chances in curves(sound))
+    return max(probabilities.call for _, probabilities in curves(sound))
 
 
 def in_time(word: Samples, at_s: float = 1.5) -> tuple[float, float]:
@@ -169,19 +169,21 @@ def test_the_weights_are_small_and_say_where_they_come_from() -> None:
 
 
 class Scripted:
-    """Chances as they come, of the word and of a call."""
+    """Probabilities as they come, of the word and of a call."""
 
-    def __init__(self, *chances: float | tuple[float, float]) -> None:
-        self._chances = [Chances(*(c if isinstance(c, tuple) else (c, c))) for c in chances]
+    def __init__(self, *probabilities: float | tuple[float, float]) -> None:
+        self._probabilities = [Probabilities(*(c if isinstance(c, tuple) else (c, c))) for c in probabilities]
 
-    def hear(self, _energies: np.ndarray) -> Chances:
-        return self._chances.pop(0)
+    def hear(self, _energies: np.ndarray) -> Probabilities:
+        return self._probabilities.pop(0)
 
 
-def words_of(*chances: float | tuple[float, float]) -> list[Word | None]:
-    spotter = KeywordSpotter(Scripted(*chances))
+def words_of(*probabilities: float | tuple[float, float]) -> list[Word | None]:
+    spotter = KeywordSpotter(Scripted(*probabilities))
     silence = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
-    chunks = (Chunk(k * CHUNK_FRAMES, silence, False, np.zeros(640, np.float32)) for k in range(25, 25 + len(chances)))
+    chunks = (
+        Chunk(k * CHUNK_FRAMES, silence, False, np.zeros(640, np.float32)) for k in range(25, 25 + len(probabilities))
+    )
     return [spotter.hear(chunk) for chunk in chunks]
 
 
@@ -192,14 +194,14 @@ def test_a_word_is_told_when_it_is_possible_and_again_when_it_is_surer() -> None
     assert first is not None
     assert surer is not None
     assert first[:2] == surer[:2]
-    assert (first.chance, surer.chance) == (POSSIBLE, POSSIBLE + 0.1)
+    assert (first.probability, surer.probability) == (POSSIBLE, POSSIBLE + 0.1)
     assert first.end_frame == 28 * CHUNK_FRAMES - DELAY_FRAMES
 
 
 def test_that_it_was_a_call_is_told_of_a_word_after_its_end_and_of_nothing_else() -> None:
     wait = [(0.0, 0.0)] * 9
     told = [word for word in words_of((0.9, 0.3), (0.9, 0.3), *wait, (0.0, 0.8), (0.0, 0.8)) if word is not None]
-    assert [(word.chance, word.call) for word in told] == [(0.9, 0.3), (0.9, 0.8)]
+    assert [(word.probability, word.call) for word in told] == [(0.9, 0.3), (0.9, 0.8)]
     assert words_of((0.0, 0.9), (0.0, 0.9)) == [None] * 2
     late = [(0.0, 0.0)] * (CALL_FRAMES // CHUNK_FRAMES)
     assert words_of((0.9, 0.3), (0.9, 0.3), *late, (0.0, 0.8), (0.0, 0.8))[2:] == [None] * (len(late) + 2)

@@ -14,7 +14,7 @@ from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Rel
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import BeliefSettings
 from hvcpd.recognition.keyword.listener import KeywordEars
-from hvcpd.recognition.keyword.net import Chances, KeywordNet, Weights
+from hvcpd.recognition.keyword.net import KeywordNet, Probabilities, Weights
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import POSSIBLE
 from hvcpd.recognition.recogniser import Recogniser
@@ -100,8 +100,8 @@ class Scripted:
     def __init__(self) -> None:
         self.chance = 0.0
 
-    def hear(self, _energies: np.ndarray) -> Chances:
-        return Chances(self.chance, self.chance)
+    def hear(self, _energies: np.ndarray) -> Probabilities:
+        return Probabilities(self.chance, self.chance)
 
 
 class Silent:
@@ -140,9 +140,9 @@ class Bench:
         self.listener = KeywordEars(self.ears, self.net)
         self._frame = 0
 
-    def live(self, *chances: float, ends: bool = False) -> list[type]:
+    def live(self, *probabilities: float, ends: bool = False) -> list[type]:
         told: list[Event] = []
-        for self.net.chance in chances:
+        for self.net.chance in probabilities:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
             chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
             self.ears.chunks, self.ears.ends = [chunk], ends

@@ -46,8 +46,8 @@ def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: f
     begin, end = BEGIN + late, BEGIN + late + len(talk)
     received = Received(begin, np.float32(GAIN) * talk)
     told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, (), received=received)
-    chances = remainder.chances(told, BEGIN + at, BEGIN + at + len(CALL))
-    return chances.word if chances is not None else None
+    probabilities = remainder.probabilities(told, BEGIN + at, BEGIN + at + len(CALL))
+    return probabilities.word if probabilities is not None else None
 
 
 @pytest.mark.parametrize("at", [6_000, 14_000, 30_000])
@@ -65,5 +65,5 @@ def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
     remainder = Remainder(KeywordNet(Weights.load()))
-    assert remainder.chances(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
+    assert remainder.probabilities(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
     assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=0.04 * KEPT_CHUNKS) is None

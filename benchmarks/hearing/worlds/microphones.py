@@ -110,14 +110,14 @@ def coded(sound: Sound, bits: int, high_hz: float) -> Sound:
     return out[half : half + len(sound)]
 
 
-def draw_microphone(chance: np.random.Generator) -> Microphone:
+def draw_microphone(rng: np.random.Generator) -> Microphone:
     """Half have no effect; the others any combination."""
-    if chance.random() < 0.5:
+    if rng.random() < 0.5:
         return Microphone()
-    bits = int(chance.choice([0, 0, 4, 5, 6]))
+    bits = int(rng.choice([0, 0, 4, 5, 6]))
     return Microphone(
-        float(chance.choice([0.0, chance.uniform(6.0, 18.0)])),
-        bool(chance.random() < 0.5),
+        float(rng.choice([0.0, rng.uniform(6.0, 18.0)])),
+        bool(rng.random() < 0.5),
         bits,
-        float(chance.uniform(5500.0, 8000.0)),
+        float(rng.uniform(5500.0, 8000.0)),
     )

@@ -37,32 +37,32 @@ def kinds(data: Path | None) -> tuple[str, ...]:
 
 def noise(kind: str, n: int, seed: int, team: Team, data: Path | None) -> NDArray[np.float64]:
     """`n` samples of RMS 1. Raises ValueError for an unknown kind, or where there is no recording of it."""
-    chance = np.random.default_rng([seed, len(kind)])
+    rng = np.random.default_rng([seed, len(kind)])
     if kind == "vacuum":
-        return unit(vacuum(n, chance))
+        return unit(vacuum(n, rng))
     if kind == "talk":
         return unit(babble(n, seed, team, data / "negatives" if data is not None else None, talkers=1))
     if kind in RECORDED:
-        return unit(_recorded(data, RECORDED[kind], n, chance))
+        return unit(_recorded(data, RECORDED[kind], n, rng))
     return make_noise(kind, n, seed, team, data / "words" if data is not None else None)
 
 
-def vacuum(n: int, chance: np.random.Generator) -> NDArray[np.float64]:
+def vacuum(n: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """A vacuum cleaner: air through a nozzle, the motor's turns and the fan's blades, all wandering a little.
 
     A universal motor makes 400 to 600 turns a second under load, its fan has seven to nine blades; the air's noise
     falls by 6 dB an octave from some corner between 400 and 1,200 Hz on.
     """
-    pole = np.exp(-2.0 * np.pi * chance.uniform(400.0, 1200.0) / SAMPLE_RATE_HZ)
-    air = lfilter([1.0], [1.0, -pole], chance.standard_normal(n))
+    pole = np.exp(-2.0 * np.pi * rng.uniform(400.0, 1200.0) / SAMPLE_RATE_HZ)
+    air = lfilter([1.0], [1.0, -pole], rng.standard_normal(n))
     air = sosfilt(butter(1, 100.0, "highpass", fs=SAMPLE_RATE_HZ, output="sos"), air)
-    turns_hz = chance.uniform(400.0, 600.0)
+    turns_hz = rng.uniform(400.0, 600.0)
     points = max(n // 4000, 1) + 2
-    drift = np.interp(np.linspace(0, points - 1, n), np.arange(points), chance.standard_normal(points))
+    drift = np.interp(np.linspace(0, points - 1, n), np.arange(points), rng.standard_normal(points))
     phase = 2.0 * np.pi * np.cumsum(turns_hz * (1.0 + 0.004 * drift)) / SAMPLE_RATE_HZ
-    blades = int(chance.integers(7, 10))
+    blades = int(rng.integers(7, 10))
     tones = sum(level * np.sin(order * phase + order) for order, level in ((1, 1.0), (2, 0.7), (3, 0.3), (blades, 0.8)))
-    return np.asarray(unit(air) + unit(np.asarray(tones)) * 10.0 ** (chance.uniform(-12.0, -5.0) / 20.0))
+    return np.asarray(unit(air) + unit(np.asarray(tones)) * 10.0 ** (rng.uniform(-12.0, -5.0) / 20.0))
 
 
 @lru_cache(maxsize=64)
@@ -70,7 +70,7 @@ def _read(path: Path) -> NDArray[np.float64]:
     return read_wav(path).astype(np.float64)
 
 
-def _recorded(data: Path | None, pattern: str, n: int, chance: np.random.Generator) -> NDArray[np.float64]:
+def _recorded(data: Path | None, pattern: str, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """A stretch of one of the recordings from anywhere in it, and of others when it is over, faded into each other."""
     paths = sorted(data.glob(pattern)) if data is not None else []
     if not paths:
@@ -79,8 +79,8 @@ def _recorded(data: Path | None, pattern: str, n: int, chance: np.random.Generat
     ramp = np.sin(np.linspace(0.0, np.pi / 2, fade)) ** 2
     out = np.zeros(0)
     while len(out) < n:
-        whole = _read(paths[int(chance.integers(len(paths)))])
-        piece = whole[int(chance.integers(max(len(whole) - n, 0) + 1)) :][: n + fade]
+        whole = _read(paths[int(rng.integers(len(paths)))])
+        piece = whole[int(rng.integers(max(len(whole) - n, 0) + 1)) :][: n + fade]
         if len(piece) < 2 * fade or not np.any(piece):
             continue
         if len(out):

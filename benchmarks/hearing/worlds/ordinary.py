@@ -144,28 +144,28 @@ RECIPES = (
 )
 
 
-def clip(recipe: Recipe, chance: np.random.Generator) -> Sound:
+def clip(recipe: Recipe, rng: np.random.Generator) -> Sound:
     """CLIP_S seconds of it, RMS 1."""
     n = round(CLIP_S * SAMPLE_RATE_HZ)
     out = np.zeros(n)
-    rate_hz = chance.uniform(*recipe.rate_hz)
-    pitch_hz, timbre = chance.uniform(*recipe.pitch_hz), [chance.uniform(*span) for span in recipe.resonances_hz]
-    at_s = chance.uniform(0.0, min(0.5 / rate_hz, 1.0))
+    rate_hz = rng.uniform(*recipe.rate_hz)
+    pitch_hz, timbre = rng.uniform(*recipe.pitch_hz), [rng.uniform(*span) for span in recipe.resonances_hz]
+    at_s = rng.uniform(0.0, min(0.5 / rate_hz, 1.0))
     while at_s < CLIP_S - 0.05:
-        event = _event(recipe, pitch_hz * chance.uniform(0.9, 1.1), timbre, chance) * chance.uniform(0.5, 1.0)
+        event = _event(recipe, pitch_hz * rng.uniform(0.9, 1.1), timbre, rng) * rng.uniform(0.5, 1.0)
         at = round(at_s * SAMPLE_RATE_HZ)
         out[at : at + len(event)] += event[: n - at]
-        jitter = np.exp(chance.normal(0.0, 1.0 - recipe.regular))
+        jitter = np.exp(rng.normal(0.0, 1.0 - recipe.regular))
         at_s += jitter / rate_hz
     return unit(out + 1e-9)
 
 
-def _event(recipe: Recipe, pitch_hz: float, timbre: list[float], chance: np.random.Generator) -> Sound:
-    length_s = chance.uniform(*recipe.length_s)
+def _event(recipe: Recipe, pitch_hz: float, timbre: list[float], rng: np.random.Generator) -> Sound:
+    length_s = rng.uniform(*recipe.length_s)
     n = max(round(length_s * SAMPLE_RATE_HZ), 64)
     t = np.linspace(0.0, 1.0, n)
-    hz = pitch_hz * chance.uniform(*recipe.glide) ** np.sin(0.5 * np.pi * t * chance.uniform(0.6, 2.0))
-    hz *= 1.0 + 0.01 * np.interp(np.linspace(0, 9, n), np.arange(10), chance.standard_normal(10))
+    hz = pitch_hz * rng.uniform(*recipe.glide) ** np.sin(0.5 * np.pi * t * rng.uniform(0.6, 2.0))
+    hz *= 1.0 + 0.01 * np.interp(np.linspace(0, 9, n), np.arange(10), rng.standard_normal(10))
     phase = np.cumsum(hz) / SAMPLE_RATE_HZ
     sound = np.zeros(n)
     if pitch_hz and recipe.partials:
@@ -175,17 +175,17 @@ def _event(recipe: Recipe, pitch_hz: float, timbre: list[float], chance: np.rand
     elif pitch_hz:
         sound = np.diff(np.floor(phase), prepend=0.0)
         sound = lfilter([1.0], [1.0, -0.9], sound - sound.mean())  # as a larynx: 12 dB an octave, less what is radiated
-    share = chance.uniform(*recipe.noise)
-    breath = chance.standard_normal(n)
+    share = rng.uniform(*recipe.noise)
+    breath = rng.standard_normal(n)
     sound = (1.0 - share) * unit(sound + 1e-9) + share * breath if pitch_hz else breath
     for hz_of in timbre:
-        peak = Peak(float(np.clip(hz_of * chance.uniform(0.95, 1.05), 60.0, 7500.0)), 18.0, 4.0)
+        peak = Peak(float(np.clip(hz_of * rng.uniform(0.95, 1.05), 60.0, 7500.0)), 18.0, 4.0)
         sound = sosfilt(peaking(peak), sound)
     if timbre:
         sound = sosfilt(butter(1, min(max(timbre) * 1.3, 7500.0), fs=SAMPLE_RATE_HZ, output="sos"), sound)
     seconds = t * length_s
-    envelope = np.minimum(seconds / chance.uniform(*recipe.attack_s), 1.0) * np.exp(-t * chance.uniform(*recipe.decay))
+    envelope = np.minimum(seconds / rng.uniform(*recipe.attack_s), 1.0) * np.exp(-t * rng.uniform(*recipe.decay))
     envelope *= np.minimum((1.0 - t) * length_s / 0.01, 1.0)
     if recipe.flutter_hz[1]:
-        envelope *= 0.6 + 0.4 * np.sin(2.0 * np.pi * chance.uniform(*recipe.flutter_hz) * seconds)
+        envelope *= 0.6 + 0.4 * np.sin(2.0 * np.pi * rng.uniform(*recipe.flutter_hz) * seconds)
     return np.asarray(unit(sound) * envelope)

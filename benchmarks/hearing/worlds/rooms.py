@@ -113,7 +113,7 @@ def _box(box: Box, distance_m: float, seed: int) -> NDArray[np.float64]:
     """The response in one box, its direct sound at LEAD."""
     import pyroomacoustics as pra
 
-    chance = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     pra.random.seed(seed)
     length, width, height = box.size_m
     volume, surface = length * width * height, 2 * (length * width + length * height + width * height)
@@ -131,7 +131,7 @@ def _box(box: Box, distance_m: float, seed: int) -> NDArray[np.float64]:
     )
     room.set_ray_tracing(n_rays=8000, receiver_radius=0.3, energy_thres=1e-6)
     room.set_sound_speed(SOUND_SPEED_M_S)
-    source, microphone = _positions(box, distance_m, chance)
+    source, microphone = _positions(box, distance_m, rng)
     room.add_source(source)
     room.add_microphone(microphone)
     room.compute_rir()
@@ -141,12 +141,12 @@ def _box(box: Box, distance_m: float, seed: int) -> NDArray[np.float64]:
     return impulse[at - LEAD :]
 
 
-def _positions(box: Box, distance_m: float, chance: np.random.Generator) -> tuple[list[float], list[float]]:
+def _positions(box: Box, distance_m: float, rng: np.random.Generator) -> tuple[list[float], list[float]]:
     """Two places that far apart, as near to it as the box allows, 0.3 m from the walls at least."""
     size = np.array(box.size_m[:2])
     best: tuple[float, list[float], list[float]] | None = None
     for _ in range(400):
-        one, other = (0.3 + chance.random(2) * (size - 0.6) for _ in range(2))
+        one, other = (0.3 + rng.random(2) * (size - 0.6) for _ in range(2))
         heading = (other - one) / max(float(np.linalg.norm(other - one)), 1e-6)
         other = np.clip(one + distance_m * heading, 0.3, size - 0.3)
         miss_m = abs(float(np.linalg.norm(other - one)) - distance_m)
@@ -179,48 +179,48 @@ def acoustic(impulse: Response) -> Acoustic:
     return Acoustic(decay_s(impulse), 10.0 * float(np.log10(max(direct, 1e-12) / max(rest, 1e-12))))
 
 
-def _like(chance: np.random.Generator, size_m: tuple[float, float, float], rt60_s: float, tilt: float = 0.08) -> Box:
+def _like(rng: np.random.Generator, size_m: tuple[float, float, float], rt60_s: float, tilt: float = 0.08) -> Box:
     """A room such as this, its measures within 12 %."""
-    length, width, height = (float(m * chance.uniform(0.88, 1.12)) for m in size_m)
-    return Box((length, width, height), float(rt60_s * chance.uniform(0.9, 1.1)), tilt, float(chance.uniform(0.1, 0.5)))
+    length, width, height = (float(m * rng.uniform(0.88, 1.12)) for m in size_m)
+    return Box((length, width, height), float(rt60_s * rng.uniform(0.9, 1.1)), tilt, float(rng.uniform(0.1, 0.5)))
 
 
 def living_room(seed: int) -> Place:
     """RT60 about 0.8 s, 2.8 m apart."""
-    chance = np.random.default_rng([seed, 1])
-    return Place(_like(chance, (5.6, 4.4, 2.6), 0.8), 2.8, seed)
+    rng = np.random.default_rng([seed, 1])
+    return Place(_like(rng, (5.6, 4.4, 2.6), 0.8), 2.8, seed)
 
 
 def next_room(seed: int) -> Place:
     """From a kitchen through a door to a room beside it."""
-    chance = np.random.default_rng([seed, 2])
-    kitchen, room = _like(chance, (3.8, 3.2, 2.5), 0.6, 0.03), _like(chance, (4.8, 4.0, 2.5), 0.5)
-    return Place(kitchen, float(chance.uniform(1.5, 2.2)), seed, 0.0, float(chance.uniform(-12.0, -6.0)), room)
+    rng = np.random.default_rng([seed, 2])
+    kitchen, room = _like(rng, (3.8, 3.2, 2.5), 0.6, 0.03), _like(rng, (4.8, 4.0, 2.5), 0.5)
+    return Place(kitchen, float(rng.uniform(1.5, 2.2)), seed, 0.0, float(rng.uniform(-12.0, -6.0)), room)
 
 
 def classroom(seed: int) -> Place:
     """RT60 about 0.9 s, 6 m apart, the loudspeaker to the side."""
-    chance = np.random.default_rng([seed, 3])
-    return Place(_like(chance, (9.5, 7.5, 3.1), 0.9), float(chance.uniform(5.0, 7.0)), seed, 0.0)
+    rng = np.random.default_rng([seed, 3])
+    return Place(_like(rng, (9.5, 7.5, 3.1), 0.9), float(rng.uniform(5.0, 7.0)), seed, 0.0)
 
 
 def chapel(seed: int) -> Place:
     """RT60 about 2.3 s, 10 m apart, DRR from -16 to -8 dB."""
-    chance = np.random.default_rng([seed, 4])
-    box = _like(chance, (20.0, 10.0, 8.0), 2.3, 0.1)
-    return Place(box, float(chance.uniform(8.0, 11.0)), seed, 0.0, float(chance.uniform(-16.0, -8.0)))
+    rng = np.random.default_rng([seed, 4])
+    box = _like(rng, (20.0, 10.0, 8.0), 2.3, 0.1)
+    return Place(box, float(rng.uniform(8.0, 11.0)), seed, 0.0, float(rng.uniform(-16.0, -8.0)))
 
 
 def draw_place(seed: int) -> Place:
     """Any room from 8 to 1,500 m³ with an RT60 from 0.2 to 2.3 s (the larger the longer), DRR from +7 to -27 dB."""
-    chance = np.random.default_rng([seed, 5])
-    scale = float(np.exp(chance.uniform(np.log(1.8), np.log(9.0))))
-    size = (scale * chance.uniform(1.1, 2.0), scale * chance.uniform(0.8, 1.3), float(np.clip(scale * 0.7, 2.3, 8.0)))
+    rng = np.random.default_rng([seed, 5])
+    scale = float(np.exp(rng.uniform(np.log(1.8), np.log(9.0))))
+    size = (scale * rng.uniform(1.1, 2.0), scale * rng.uniform(0.8, 1.3), float(np.clip(scale * 0.7, 2.3, 8.0)))
     middle_s = 0.25 * (scale / 1.8) ** 1.15
-    rt60_s = float(np.clip(middle_s * np.exp(chance.normal(0.0, 0.5)), 0.2, 2.3))
+    rt60_s = float(np.clip(middle_s * np.exp(rng.normal(0.0, 0.5)), 0.2, 2.3))
     longest_m = float(np.hypot(size[0] - 0.6, size[1] - 0.6))
-    distance_m = float(np.clip(np.exp(chance.uniform(np.log(0.6), np.log(12.0))), 0.5, 0.9 * longest_m))
-    drr_db = float(chance.uniform(-27.0, -10.0)) if chance.random() < 0.15 else None
-    tilt, scattering, facing_db = (float(chance.uniform(*span)) for span in ((0, 0.15), (0.1, 0.6), (-4, 6)))
+    distance_m = float(np.clip(np.exp(rng.uniform(np.log(0.6), np.log(12.0))), 0.5, 0.9 * longest_m))
+    drr_db = float(rng.uniform(-27.0, -10.0)) if rng.random() < 0.15 else None
+    tilt, scattering, facing_db = (float(rng.uniform(*span)) for span in ((0, 0.15), (0.1, 0.6), (-4, 6)))
     box = Box((float(size[0]), float(size[1]), size[2]), rt60_s, tilt, scattering)
     return Place(box, distance_m, seed, facing_db, drr_db)

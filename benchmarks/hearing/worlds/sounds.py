@@ -53,12 +53,12 @@ def made(minutes: float, seed: int) -> Iterator[tuple[str, Samples]]:
     """Minutes of synthetic ones, each at a level of its own, half of them in rooms."""
     clips = round(minutes * 60.0 / (ordinary.CLIP_S + GAP_S))
     for k in range(clips):
-        chance = np.random.default_rng([seed, k])
+        rng = np.random.default_rng([seed, k])
         recipe = ordinary.RECIPES[k % len(ordinary.RECIPES)]
-        sound = ordinary.clip(recipe, chance)
+        sound = ordinary.clip(recipe, rng)
         if k % 2 and reverberation.available():
             sound = unit(fftconvolve(sound, rooms.response(rooms.draw_place(1000 * seed + k % 24)))[: len(sound)])
-        sound = np.pad(sound * 10.0 ** (chance.uniform(*LEVELS_DBFS) / 20.0), (0, round(GAP_S * SAMPLE_RATE_HZ)))
+        sound = np.pad(sound * 10.0 ** (rng.uniform(*LEVELS_DBFS) / 20.0), (0, round(GAP_S * SAMPLE_RATE_HZ)))
         noise = PinkNoise(10.0 ** (ROOM_DBFS / 20.0), 1000 * seed + k).take(len(sound))
         yield f"{recipe.name} {k}", digitized(sound + noise)
 

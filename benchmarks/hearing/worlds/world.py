@@ -105,24 +105,24 @@ class World:
 
 def draw_world(seed: int, data: Path | None = None, simulated: bool = True) -> World:
     """Any world; the same for the same seed and data."""
-    chance = np.random.default_rng([seed, 77])
-    kind = chance.random()
+    rng = np.random.default_rng([seed, 77])
+    kind = rng.random()
     measured = rooms.measured(data) if data is not None else []
     room: Place | Path | None = None
     if kind < 0.25 and measured:
-        room = measured[int(chance.integers(len(measured)))]
+        room = measured[int(rng.integers(len(measured)))]
     elif kind < 0.85 and simulated:
         room = rooms.draw_place(seed)
     there = noises.kinds(data)
-    ppm = chance.normal(0.0, 80.0) if chance.random() < 0.7 else chance.uniform(-WORST_PPM, WORST_PPM)
+    ppm = rng.normal(0.0, 80.0) if rng.random() < 0.7 else rng.uniform(-WORST_PPM, WORST_PPM)
     return World(
-        draw_loudspeaker(chance),
+        draw_loudspeaker(rng),
         room,
-        float(chance.choice([0.0, chance.uniform(-FASTEST_M_S, FASTEST_M_S)], p=[0.75, 0.25])),
+        float(rng.choice([0.0, rng.uniform(-FASTEST_M_S, FASTEST_M_S)], p=[0.75, 0.25])),
         float(np.clip(ppm, -WORST_PPM, WORST_PPM)),
-        there[int(chance.integers(len(there)))],
-        float(chance.uniform(-10.0, 20.0)),
-        float(chance.uniform(-42.0, -20.0)),
-        draw_microphone(chance),
+        there[int(rng.integers(len(there)))],
+        float(rng.uniform(-10.0, 20.0)),
+        float(rng.uniform(-42.0, -20.0)),
+        draw_microphone(rng),
         seed,
     )

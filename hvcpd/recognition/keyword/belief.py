@@ -15,7 +15,7 @@ from enum import Enum
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import logit
-from hvcpd.recognition.keyword.net import Chances
+from hvcpd.recognition.keyword.net import Probabilities
 
 
 class Verdict(Enum):
@@ -68,7 +68,7 @@ class BeliefSettings:
     """Time after the first call in which a person who sees the robots go on can say it again."""
 
 
-Left = Callable[[Recognised, int, int], Chances | None]
+Left = Callable[[Recognised, int, int], Probabilities | None]
 """The probabilities of the word and of a call between two samples once the sentence is removed from the sound; None:
 unknown."""
 
@@ -77,7 +77,7 @@ unknown."""
 class _Word:
     start: int
     end: int
-    chance: float
+    probability: float
     told: int
     """When it was first heard."""
     certain_from: int
@@ -111,14 +111,14 @@ class Belief:
         """Whether a word is not decided yet."""
         return bool(self._open)
 
-    def word(self, start: int, end: int, chance: float, now: int, sentence_ends: bool = False) -> Verdict:
+    def word(self, start: int, end: int, probability: float, now: int, sentence_ends: bool = False) -> Verdict:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
         sentence may soon account for it."""
         s = self._settings
         before = [w for w in self._open if w.start == start]
         wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
-        word = _Word(start, end, max([chance, *(w.chance for w in before)]), told, wait)
+        word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
             return Verdict.UNCHANGED
         self._ask_from = self._ask_from or now + round(s.late_s * SAMPLE_RATE_HZ)
@@ -169,14 +169,14 @@ class Belief:
         return self._is_sure(word) and now >= word.certain_from
 
     def _is_sure(self, word: _Word) -> bool:
-        return word.chance >= self._settings.certain
+        return word.probability >= self._settings.certain
 
-    def _is_over(self, sentence: Recognised, word: _Word, left: Chances | None) -> bool:
+    def _is_over(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
         """Whether it was said over the sentence, in which something else was heard there."""
         s = self._settings
         if left is None:
-            return word in self._open and word.chance >= s.both and self._is_within(sentence, word)
-        return left.call >= s.certain or logit(word.chance) + logit(left.word) >= logit(s.both)
+            return word in self._open and word.probability >= s.both and self._is_within(sentence, word)
+        return left.call >= s.certain or logit(word.probability) + logit(left.word) >= logit(s.both)
 
     def _is_said_again(self, word: _Word) -> bool:
         """Whether this word and the unexplained ones shortly before it are certain together: as independent
@@ -184,9 +184,9 @@ class Belief:
         s = self._settings
         edge, longest = (round(seconds * SAMPLE_RATE_HZ) for seconds in (s.edge_s, s.again_s))
         before = [w for w in (*self._open, *self._let_go) if w.end - edge <= word.start]
-        fair = [w.chance for w in before if word.told - w.told <= longest and w.chance >= s.fair]
-        together = logit(word.chance) + sum(map(logit, fair))
-        return bool(fair) and word.chance >= s.fair and together >= logit(s.certain)
+        fair = [w.probability for w in before if word.told - w.told <= longest and w.probability >= s.fair]
+        together = logit(word.probability) + sum(map(logit, fair))
+        return bool(fair) and word.probability >= s.fair and together >= logit(s.certain)
 
     def _said(self) -> Verdict:
         self._open.clear()
@@ -207,7 +207,7 @@ class Belief:
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         return any(span.word in self._texts and span.deficit <= self._settings.most_own_deficit for span in there)
 
-    def _explains(self, sentence: Recognised, word: _Word, left: Chances | None) -> bool:
+    def _explains(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
         """Whether only the sentence was heard where the word was detected."""
         s = self._settings
         if not self._is_within(sentence, word):

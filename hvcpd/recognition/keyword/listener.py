@@ -31,7 +31,7 @@ class KeywordEars(EarsAround):
         super().__init__(ears)
         self._spotter = KeywordSpotter(net)
         self._remainder = remainder
-        self._belief = Belief(TEXTS, settings, remainder.chances if remainder is not None else None)
+        self._belief = Belief(TEXTS, settings, remainder.probabilities if remainder is not None else None)
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""

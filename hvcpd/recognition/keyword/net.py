@@ -42,7 +42,7 @@ GAPS = (1, 2, 4, 8, 4, 8)
 """Chunks of 40 ms between those that each further layer sees: 2.2 s in all."""
 
 
-class Chances(NamedTuple):
+class Probabilities(NamedTuple):
     """The net's outputs, each 0 to 1: one curve for standing still at once, one for the decision after the next
     words."""
 
@@ -125,7 +125,7 @@ class KeywordNet:
         self._pasts = [np.zeros((n, w), np.float32) for n, w in zip(rows, widths[1:], strict=False)]
         self._turn = 0
 
-    def hear(self, energies: Energies) -> Chances:
+    def hear(self, energies: Energies) -> Probabilities:
         """The probabilities after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
         (first, first_off), (second, second_off), *others = self._weights.layers
         self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self._levels.take(energies)])
@@ -142,4 +142,4 @@ class KeywordNet:
         matrix, offsets = self._weights.out
         logits = self._weights.slopes * (found @ matrix + offsets) + self._weights.intercepts
         word, call = 1.0 / (1.0 + np.exp(-np.clip(logits, -30.0, 30.0)))
-        return Chances(float(word), float(call))
+        return Probabilities(float(word), float(call))

@@ -15,7 +15,7 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
-from hvcpd.recognition.keyword.net import Chances, KeywordNet
+from hvcpd.recognition.keyword.net import KeywordNet, Probabilities
 from hvcpd.recognition.keyword.words import LOOKS, second_highest
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 
@@ -46,7 +46,7 @@ class Remainder:
         self._kept.append(chunk.samples)
         self._end = first + len(chunk.samples)
 
-    def chances(self, sentence: Recognised, start: int, end: int) -> Chances | None:
+    def probabilities(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
         """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
         sentence; None if the sentence's samples are unknown, or no longer kept."""
         oldest = self._end - sum(map(len, self._kept))
@@ -57,14 +57,14 @@ class Remainder:
         energies = energies_of(heard - sentence.received.between(first, len(heard)))
         chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
         self._net.reset()
-        chances = [self._net.hear(chunk) for chunk in chunks][(start - first) // CHUNK_SAMPLES :]
+        probabilities = [self._net.hear(chunk) for chunk in chunks][(start - first) // CHUNK_SAMPLES :]
         in_word = (end + AFTER - start) // CHUNK_SAMPLES
-        word = _highest([each.word for each in chances[:in_word]])
-        call = _highest([each.call for each in chances])
-        return Chances(word, call) if word is not None and call is not None else None
+        word = _highest([each.word for each in probabilities[:in_word]])
+        call = _highest([each.call for each in probabilities])
+        return Probabilities(word, call) if word is not None and call is not None else None
 
 
-def _highest(chances: Sequence[float]) -> float | None:
+def _highest(probabilities: Sequence[float]) -> float | None:
     """The highest probability that counts; None if there are too few."""
-    windows = (chances[k : k + LOOKS] for k in range(len(chances) - LOOKS + 1))
+    windows = (probabilities[k : k + LOOKS] for k in range(len(probabilities) - LOOKS + 1))
     return max(map(second_highest, windows), default=None)

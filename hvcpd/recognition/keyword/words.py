@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.keyword.net import Chances
+from hvcpd.recognition.keyword.net import Probabilities
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 
 POSSIBLE = 0.3
@@ -34,19 +34,19 @@ class Word(NamedTuple):
 
     start_frame: int
     end_frame: int
-    chance: float
+    probability: float
     call: float
 
 
 class Net(Protocol):
     """The interface of `KeywordNet` that is used here."""
 
-    def hear(self, energies: Energies) -> Chances: ...
+    def hear(self, energies: Energies) -> Probabilities: ...
 
 
-def second_highest(chances: Iterable[float]) -> float:
+def second_highest(probabilities: Iterable[float]) -> float:
     """The probability that counts, from the last LOOKS outputs of the net."""
-    return sorted(chances)[-2]
+    return sorted(probabilities)[-2]
 
 
 class KeywordSpotter:
@@ -54,7 +54,7 @@ class KeywordSpotter:
 
     def __init__(self, net: Net) -> None:
         self._net = net
-        self._chances = deque([Chances(0.0, 0.0)] * LOOKS, LOOKS)
+        self._probabilities = deque([Probabilities(0.0, 0.0)] * LOOKS, LOOKS)
         self._word: Word | None = None
         self._since = 0
 
@@ -62,17 +62,17 @@ class KeywordSpotter:
         """The word, if the next chunk makes it possible or more likely than before."""
         if len(chunk.energies) != CHUNK_FRAMES:
             return None
-        self._chances.append(self._net.hear(chunk.energies))
-        chance, call = map(second_highest, zip(*self._chances, strict=True))
+        self._probabilities.append(self._net.hear(chunk.energies))
+        probability, call = map(second_highest, zip(*self._probabilities, strict=True))
         now = chunk.first_frame + CHUNK_FRAMES
         since = now - self._since
-        if chance >= POSSIBLE and (self._word is None or since >= ONE_WORD_FRAMES):
+        if probability >= POSSIBLE and (self._word is None or since >= ONE_WORD_FRAMES):
             self._since, end = now, now - DELAY_FRAMES
-            self._word = Word(max(end - LENGTH_FRAMES, 0), end, chance, call)
+            self._word = Word(max(end - LENGTH_FRAMES, 0), end, probability, call)
             return self._word
         if self._word is None or since >= CALL_FRAMES:
             return None
         before = self._word
-        highest = max(before.chance, chance) if since < ONE_WORD_FRAMES else before.chance
-        self._word = before._replace(chance=highest, call=max(before.call, call))
+        highest = max(before.probability, probability) if since < ONE_WORD_FRAMES else before.probability
+        self._word = before._replace(probability=highest, call=max(before.call, call))
         return self._word if self._word != before else None
