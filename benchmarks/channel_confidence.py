@@ -1,12 +1,13 @@
 """How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/listener.py`'s curve.
 
     python -m benchmarks.channel_confidence [--data DIR] [--sentences 8] [--seed 401] [--names Mia,Ted,Gus,Rex]
-        [--conditions chain,small-vacuum,...] [--check]
+        [--conditions chain,small-vacuum,...] [--minutes 15] [--check]
 
 Sentences of the worlds of `benchmarks.hearing`, each sought where it is. A search gives two cases: the sentence that it
 would report; and the one that it would report if the right one were not there, which is wrong. The second ones count as
 much in all as searches are wrong in fact, and at least half a search. Every sentence is wrong that is made of what
-robots say whom the listener does not know, or, with --data, of people's talk to each other. `--check` prints how the
+robots say whom the listener does not know, of made sounds, or, with --data, of recorded sounds and people's talk to
+each other: of each sound the likeliest sentence of those that a robot's ears search for. `--check` prints how the
 weights in use fare, instead of fitting: use other seeds, names and conditions than they were fitted with.
 """
 
@@ -23,19 +24,22 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from benchmarks.hearing.material import Team, make_team
+from benchmarks.hearing.worlds import sounds
 from benchmarks.hearing.worlds.conditions import conditions
-from benchmarks.hearing.worlds.trials import Trial, make_trial
+from benchmarks.hearing.worlds.trials import Trial, hear, make_trial
 from benchmarks.keyword.clips import part_of
-from hvcpd.assembly.make import make_books
+from hvcpd.assembly.make import make_books, make_ears
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, Evidence, quiet_part
+from hvcpd.recognition.channel.listener import ChannelListener, Evidence, SearchResult, Stretch, quiet_part
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.search import Path as Sentence
 from hvcpd.recognition.channel.stretches import EVERY
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
+from hvcpd.recognition.second_pass import AtOnce, SegmentListener
 from hvcpd.synthesis.speaker import Speaker
 
 CONDITIONS = (
@@ -46,6 +50,8 @@ TALK_DB = (30.0, 10.0, 0.0)
 """People's talk over white noise."""
 TALK_DBFS = -26.0
 BEFORE, AFTER = 3 * SAMPLE_RATE_HZ, SAMPLE_RATE_HZ // 2
+LEAST = (0.95, 0.7, 0.5)
+"""Confidences that are told."""
 RIDGE = 0.001
 """Of the weights' squares, of standardised features, a case: few searches are wrong."""
 
@@ -61,12 +67,25 @@ class Case:
     """Whether no robot that the listener knows said anything."""
 
 
+class Searched(AtOnce[Stretch, SearchResult]):
+    """A worker that keeps its jobs."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.jobs: list[Stretch] = []
+
+    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
+        """As `Worker.submit`."""
+        self.jobs.append(job)
+        return super().submit(job, listener)
+
+
 class Bench:
     """Searches trials."""
 
     def __init__(self, team: Team) -> None:
         self.team = team
-        books = make_books(team.book, team.names, team.sound)
+        self.books = books = make_books(team.book, team.names, team.sound)
         self.listener = ChannelListener(team.book.marked_graph, books)
         self.search = ChannelSearch(team.book.marked_graph, books[: len({book.voice for book in books})])
 
@@ -91,6 +110,25 @@ class Bench:
             wrong = self.listener.evidence(weighted, others)
             if wrong is not None:
                 yield case(wrong, said.words, True)
+
+    def sounds(self, clips: Iterator[tuple[str, Samples]]) -> Iterator[Case]:
+        """The likeliest sentence that a robot's ears search for in each clip, if any, heard one after the other."""
+        searched = Searched()
+        plan = HearingPlan(channel=searched)
+        ears = make_ears(self.team.book, self.team.names, self.team.sound, plan, books=self.books)
+        for _, clip in clips:
+            searched.jobs.clear()
+            hear(ears, clip)
+            found = []
+            for job in searched.jobs:
+                before = min(job.lead, SAMPLE_RATE_HZ // 2)
+                noticed = [at - job.lead + before for at in job.noticed]
+                weighted, paths = self.paths(job.sound, job.lead, noticed)
+                evidence = self.listener.evidence(weighted, paths)
+                found += [evidence] if evidence is not None else []
+            if found:
+                likeliest = max(found, key=lambda each: each.confidence)
+                yield replace(case(likeliest, (), False), talk=True)
 
     def talk(self, talk: Samples, seed: int, snr_db: float) -> Iterator[Case]:
         """The sentence made of talk that no known robot said, shape (n,), if any, in white noise."""
@@ -117,6 +155,15 @@ def people(o: argparse.Namespace) -> Iterator[Samples]:
     part = [path for path in files if (part_of(path.stem, half=True) == "test") == o.check]
     for path in part[: 8 * o.sentences]:
         yield np.asarray(read_wav(path), np.float32)
+
+
+def ordinary_sounds(o: argparse.Namespace) -> Iterator[tuple[str, Samples]]:
+    """Made ones, and half of the recordings to fit, the other half to check."""
+    yield from sounds.made(o.minutes, o.seed)
+    if o.data is not None:
+        for name, clip in sounds.recorded(o.data):
+            if (part_of(name, half=True) == "test") == o.check:
+                yield name, clip
 
 
 def unknown_robots(o: argparse.Namespace) -> Iterator[Samples]:
@@ -147,6 +194,9 @@ def collect(o: argparse.Namespace) -> list[Case]:
             for each in bench.talk(talk, o.seed + number, snr_db):
                 print("talk", number, snr_db, *(f"{value:.3f}" for value in each.features), flush=True)
                 found.append(each)
+    for each in bench.sounds(ordinary_sounds(o)):
+        print("sound", *(f"{value:.3f}" for value in each.features), flush=True)
+        found.append(each)
     return found
 
 
@@ -179,12 +229,12 @@ def tell(cases: list[Case], p: NDArray[np.float64]) -> str:
     right = np.array([each.right for each in cases])
     left_out = np.array([each.left_out for each in cases])
     found = ~left_out
-    sure = [f"{int(right[found & (p >= least)].sum())} of {int((found & (p >= least)).sum())}" for least in (0.95, 0.5)]
+    told = [f"{int(right[found & (p >= least)].sum())} of {int((found & (p >= least)).sum())}" for least in LEAST]
     low = int((left_out & (p < 0.5)).sum())
     return (
-        f"{int(right.sum())} of {int(found.sum())} sentences right; of those with 0.95 and more {sure[0]}, "
-        f"with 0.5 and more {sure[1]}; without the right one {low} of {int(left_out.sum())} below 0.5, "
-        f"{int((left_out & (p >= 0.95)).sum())} with 0.95 and more"
+        f"{int(right.sum())} of {int(found.sum())} sentences right; of those with 0.95 and more {told[0]}, "
+        f"with 0.7 and more {told[1]}, with 0.5 and more {told[2]}; without the right one {low} of "
+        f"{int(left_out.sum())} below 0.5, {int((left_out & (p >= 0.95)).sum())} with 0.95 and more"
     )
 
 
@@ -198,7 +248,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     print(score)
     rounded = [float(f"{value:.5g}") for value in weights]
     people_too = f" and {8 * o.sentences} people" if o.data is not None else ""
-    talk = f"; talk of {4 * o.sentences} unknown robots{people_too}"
+    talk = f"; talk of {4 * o.sentences} unknown robots{people_too}; {o.minutes:g} min of sounds, and recorded ones"
     data = f"{o.sentences} sentences each of {o.conditions.replace(',', ', ')}; names {o.names}; seed {o.seed}{talk}"
     return {"data": data, "score": score, "weights": {"features": rounded[:-1], "bias": rounded[-1]}}
 
@@ -210,6 +260,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--sentences", type=int, default=8, help="of each condition")
     options.add_argument("--seed", type=int, default=401)
     options.add_argument("--rooms", type=int, default=101, help="seed of the rooms that are simulated")
+    options.add_argument("--minutes", type=float, default=15.0, help="of made sounds")
     options.add_argument("--names", default="Mia,Ted,Gus,Rex")
     options.add_argument("--conditions", default=CONDITIONS)
     options.add_argument("--check", action="store_true", help="how the weights in use fare")

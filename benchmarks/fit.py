@@ -54,7 +54,7 @@ def sentence_confidence(data: Path | None, quick: bool) -> Section:
 def channel_sentences(data: Path | None, quick: bool) -> Section:
     """How likely a sentence of the channel search is right."""
     arguments = ["--data", str(data)] if data is not None else []
-    few = ["--sentences", "2", "--conditions", "small-vacuum"] if quick else []
+    few = ["--sentences", "2", "--conditions", "small-vacuum", "--minutes", "0.5"] if quick else []
     return channel_confidence.fitted(channel_confidence.parser().parse_args([*arguments, *few]))
 
 

@@ -29,9 +29,6 @@ BEFORE, BEFORE_SHARE = 100.0, 0.05
 before it. Chance reaches 20."""
 MISSING = 0.2
 """A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
-MOST_OF_TALK = 1800.0
-"""Energy, in variances of the noise, above which no sentence that people's talk or unknown robots seemed to say was
-ahead of others (`benchmarks.channel_confidence`)."""
 MOST_LEAD_SHARE = 0.6
 """Share of a sentence's score up to which its lead carries information."""
 
@@ -47,10 +44,9 @@ class Evidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """Features of `confidence`: log lead (at least 0), fit (at most 1), and log score over MOST_OF_TALK (at least
-        0)."""
-        beyond = math.log(max(self.path.score / MOST_OF_TALK, 1.0))
-        return (math.log(max(self.lead, 1.0)), min(self.fit, 1.0), beyond)
+        """Features of `confidence`: log lead (at least 0), fit (at most 1), and log number of words: the longer a
+        sentence, the less likely other sound is like it."""
+        return (math.log(max(self.lead, 1.0)), min(self.fit, 1.0), math.log(len(self.path.words)))
 
     @property
     def confidence(self) -> float:
