@@ -57,11 +57,16 @@ class BeliefSettings:
     most_own_deficit: float = 0.5
     """Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
     have stopped" left that sentence understood, with 0.66 (1 is another word)."""
+    begun: float = 0.9
+    """The same of a call that begins with a sentence, without the sentence: with an automatic gain, which falls at the
+    first sound, the beginning of a sentence had 0.83 to 0.87 (four of 36 in the world `chain`)."""
     edge_s: float = 0.15
     """How well the ends of the word are known, and those of a sentence."""
-    longest_s: float = 8.0
+    opening_s: tuple[float, float] = (0.1, 0.6)
+    """Range of the time from a sentence's beginning to the end of a word with which it begins."""
+    longest_s: float = 12.0
     """Time for which a dropped word is remembered: the length of a sentence and the rest after it, since that may show
-    that the word was said."""
+    that the word was said. So long the decision about a word that speech began with waits at most."""
     doubt_s: float = 2.0
     """Time for which the robot stands still for a word that is not certain."""
     again_s: float = 6.0
@@ -82,6 +87,8 @@ class _Word:
     """When it was first heard."""
     certain_from: int
     """The time from which on it counts if it is certain."""
+    opens: bool
+    """Whether speech began with it."""
 
 
 class Belief:
@@ -98,6 +105,7 @@ class Belief:
         self._left: Left = left or (lambda _sentence, _start, _end: None)
         self._texts = texts
         self._open: list[_Word] = []
+        self._speech_from: int | None = None
         self._told: Recognised | None = None
         """The last sentence; it may be reported before the word in it."""
         self._ask_from: int | None = None
@@ -111,6 +119,10 @@ class Belief:
         """Whether a word is not decided yet."""
         return bool(self._open)
 
+    def speech(self, since: int | None) -> None:
+        """Somebody has been speaking since that sample; None: nobody speaks."""
+        self._speech_from = since
+
     def word(self, start: int, end: int, probability: float, now: int, sentence_ends: bool = False) -> Verdict:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
         sentence may soon account for it."""
@@ -118,7 +130,9 @@ class Belief:
         before = [w for w in self._open if w.start == start]
         wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
-        word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
+        edge, began = round(s.edge_s * SAMPLE_RATE_HZ), self._speech_from
+        opens = before[0].opens if before else began is not None and began >= start - edge
+        word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait, opens)
         if self._told is not None and self._accounts_for(self._told, word):
             return Verdict.UNCHANGED
         self._ask_from = self._ask_from or now + round(s.late_s * SAMPLE_RATE_HZ)
@@ -133,7 +147,8 @@ class Belief:
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         explained = []
         for word in [w for w in (*self._open, *self._let_go) if w.start < sentence.end_sample - edge]:
-            left = self._left(sentence, word.start, word.end) if self._is_within(sentence, word) else None
+            is_there = self._is_within(sentence, word) or self._is_opened(sentence, word)
+            left = self._left(sentence, word.start, word.end) if is_there else None
             if self._explains(sentence, word, left):
                 explained.append(word)
             elif self._is_over(sentence, word, left) or (word in self._open and self._is_sure(word)):
@@ -166,7 +181,10 @@ class Belief:
         return Verdict.UNCHANGED if self.held else Verdict.RELEASED
 
     def _is_certain(self, word: _Word, now: int) -> bool:
-        return self._is_sure(word) and now >= word.certain_from
+        """Whether it counts now. What speech began with waits while that goes on: it may be a sentence."""
+        longest = self._settings.longest_s * SAMPLE_RATE_HZ
+        waits = word.opens and self._speech_from is not None and now - word.told < longest
+        return self._is_sure(word) and now >= word.certain_from and not waits
 
     def _is_sure(self, word: _Word) -> bool:
         return word.probability >= self._settings.certain
@@ -197,6 +215,11 @@ class Belief:
         edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
 
+    def _is_opened(self, sentence: Recognised, word: _Word) -> bool:
+        """Whether the sentence began with the word."""
+        first, last = (round(seconds * SAMPLE_RATE_HZ) for seconds in self._settings.opening_s)
+        return first <= word.end - sentence.start_sample <= last
+
     def _accounts_for(self, told: Recognised, word: _Word) -> bool:
         """Whether a sentence reported earlier explains it: the residual without that sentence is not complete yet."""
         is_known = self._left(told, word.start, word.end) is not None
@@ -210,6 +233,8 @@ class Belief:
     def _explains(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
         """Whether only the sentence was heard where the word was detected."""
         s = self._settings
+        if left is not None and self._is_opened(sentence, word):
+            return left.call < s.begun
         if not self._is_within(sentence, word):
             return False
         if left is not None and (left.word < s.gone or left.word >= s.left):
