@@ -50,8 +50,8 @@ class Entry:
     """The number of the last change that is known; 0: none was made."""
     is_changed: bool = False
     """The last change was made since the task was last due."""
-    rumoured_change: int = 0
-    """Of a recurring task: the number of a change that was heard once, and is not believed yet."""
+    rumoured_change: tuple[int, float] = (0, -math.inf)
+    """Of a recurring task: the number of a change that was heard once, and is not believed yet; and when, s."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf

@@ -28,7 +28,7 @@ ONE, TWO = map(m.TaskByNumber, (1, 2))
 
 def robot(name: str, x_m: float, **role: object) -> Coordination:
     """One of a team of two that is free, and has said nothing of where it is."""
-    each = Coordination(Role(name, "plant", roster=NAMES, nearest_first=True, **role), FAR, random.Random(1))  # type: ignore[arg-type]
+    each = Coordination(Role(name, "plant", nearest_first=True, **{"roster": NAMES, **role}), FAR, random.Random(1))  # type: ignore[arg-type]
     each.sensed(here=Place(x_m, 0.0))
     each.knowledge.state = State.READY
     return each
@@ -109,6 +109,16 @@ def test_nobody_waits_for_a_robot_that_is_late() -> None:
     soon = routes.own(ada.knowledge, (FAR[1],), 20.0)
     late = routes.own(ada.knowledge, (FAR[1],), 600.0)
     assert (soon, late) == ([], [FAR[1]])
+
+
+def test_a_task_is_not_left_to_a_late_robot_because_another_one_is_later() -> None:
+    """Max is at task two, Zoe at task one, and neither may know that task two is to be done."""
+    ada = robot("Ada", 0.0, roster=(*NAMES, "Max"))
+    for name, task, now in (("Zoe", ONE, 0.0), ("Max", TWO, 100.0)):
+        hear(ada, name, m.ToTeam("plant"), m.Claim(task), now)
+        hear(ada, name, m.ToAll(), m.Completed(task), now + 50.0)
+        ada.actions(now + 50.0)
+    assert routes.own(ada.knowledge, (FAR[1],), 500.0) == [FAR[1]]
 
 
 @given(st.integers(0, 10_000))
