@@ -110,10 +110,11 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
 
 
 def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int) -> bool:
-    """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard.
-    Occurrences and people's changes come one by one, so any number but the next one must be heard twice."""
+    """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard. A
+    robot with a clock, which knows the occurrence, must hear it twice. For one without a clock the next number may be
+    that of the next occurrence."""
     near = not entry.change or count == entry.change + 1
-    return near and is_for_me_alone(me, heard.to)
+    return me.clock_s is None and near and is_for_me_alone(me, heard.to)
 
 
 def _counted(entry: Entry, spoken: int) -> int:

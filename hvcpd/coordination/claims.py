@@ -271,16 +271,18 @@ def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
 
 
-def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False) -> bool:
+def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False, hearsay: bool = False) -> bool:
     """A robot is said to have done the task (`doer`). Returns whether that agrees with what was known, or is a
-    repetition. `whole`: all robots have done their parts of a shared task."""
+    repetition. `whole`: all robots have done their parts of a shared task. `hearsay`: it may not be true of this
+    occurrence."""
     entry = me.board[number]
     if teaming.done(me, doer, number, whole, now):
         release_assignment(me, doer, number)
         return True
     last = me.claim_heard
     before = last.before[number][1] if last is not None and number in last.before else None
-    sure = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    agrees = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    sure = agrees and not hearsay
     if not sure or me.current.task == number:
         me.missed.last_s = now
         me.missed.heard_work = me.missed.heard_work or me.state in NEWCOMER

@@ -126,7 +126,8 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
         claims.confirm_at_once(me, peer.name, now)
     me.report_quoted = QuotedReport(s.speaker, number, now)
     if not claims.doubts(me, name, number, False, now) and (alone or not entry.known_done):
-        claims.note_done(me, s.speaker, number, now)
+        may_be_older = entry.recurs and me.clock_s is not None and not inner.count
+        claims.note_done(me, s.speaker, number, now, hearsay=may_be_older)
         me.reconsider(now)
 
 

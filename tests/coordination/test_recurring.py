@@ -14,6 +14,7 @@ from hil_fakes.word_occurrences import BEGIN_S, counted
 from hil_fakes.word_plans import recurring_plan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import TaskDefinition, Wait
+from hvcpd.coordination import schedule
 from hvcpd.language import messages as m
 
 HOUR_S = 3600.0
@@ -246,6 +247,41 @@ def test_a_rumour_is_forgotten() -> None:
     bot.heard(told, now)
     bot.heard(replace(told, speaker="Max"), now + 1000.0)
     assert bot.board[1].known_done
+
+
+def test_a_robot_with_a_clock_must_hear_any_new_occurrence_twice() -> None:
+    """Bot was told "task two again", and has heard "task one" (seed 710888 of the missions over days)."""
+    mission = done_for_this_hour(doer="Bot")
+    rob, now = mission.robots["Rob"], mission.air.now
+    told = m.Utterance("Bot", m.ToRobot("Rob"), None, again(rob.board[1].change + 1))
+    rob.heard(told, now)
+    assert rob.board[1].known_done
+    rob.heard(replace(told, speaker="Max"), now + 60.0)
+    assert not rob.board[1].known_done
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_quote_without_a_number_may_be_of_an_earlier_occurrence(known: bool) -> None:
+    """A robot without a clock objects to a new claim (seeds 710426 and 710704 of the missions over days)."""
+    mission = done_for_this_hour()
+    mission.air.run_until(2 * HOUR_S - 850.0)
+    rob, now = mission.robots["Rob"], mission.air.now
+    rob.board.reopen(1)
+    rob.board.claim(1, "Bot", now + 100.0)
+    count = (rob.board[1].change - 1) % 9 + 1 if known else None
+    quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1), count=count))
+    rob.heard(m.Utterance("Max", m.ToRobot("Zoe"), None, quoted), now)
+    assert rob.board[1].known_done is known
+
+
+def test_work_on_an_earlier_occurrence_does_not_count_for_the_one_that_is_due_soon_after() -> None:
+    """Bot was late, and hears two minutes later that it is due again (seed 710925 of the missions over days)."""
+    mission = done_for_this_hour()
+    bot, now = mission.robots["Bot"].board[1], mission.air.now
+    bot.change, bot.acted_s = 0, now - 160.0
+    assert not schedule.has_just_done(bot, now)
+    bot.opened_s = now - 200.0
+    assert schedule.has_just_done(bot, now)
 
 
 def test_what_is_done_late_counts_for_its_own_occurrence() -> None:
