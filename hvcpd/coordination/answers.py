@@ -69,6 +69,8 @@ def _note_one_confirmed(
 ) -> None:
     """The same for one of the tasks that were `confirmed`."""
     entry = me.board[number]
+    if owner in entry.failed_by and not complete:
+        return  # what was confirmed is that it failed
     if entry.is_shared and not entry.known_done and not entry.parts and not complete:
         teaming.overheard(me, speaker, owner, entry, now)
         return

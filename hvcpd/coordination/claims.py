@@ -303,6 +303,7 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     teaming.gone(me, name, number, now)
     if me.current.task != number or me.state not in AT_WORK:
         me.board.give_up(number, name)
+    entry.failed_by |= {name}
     release_assignment(me, name, number)
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)

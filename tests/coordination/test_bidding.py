@@ -101,6 +101,15 @@ def test_a_bid_does_not_halt_who_is_on_its_way() -> None:
     assert ada.board.owner_of_claim(1) == "Ada"
 
 
+def test_a_claim_that_was_confirmed_is_not_outbid() -> None:
+    """Max confirmed before Zoe could bid (seed 720661 of the missions over days)."""
+    zoe = robot("Zoe", 11.0, roster=(*NAMES, "Max"))
+    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, way_m=10))
+    hear(zoe, "Max", m.ToRobot("Ada"), m.Confirmed(ONE), 3.0)
+    said, _ = next_said(zoe)
+    assert said.statement == m.Claim(TWO, way_m=10)
+
+
 def test_nobody_waits_for_a_robot_that_is_late() -> None:
     """Zoe is expected at task two soon, and never comes."""
     ada = robot("Ada", 0.0)

@@ -7,6 +7,7 @@ import pytest
 from hil_fakes.word_plans import NAMES
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.addressing import OTHERS_SLOT, OWNER_SLOT, confirming_slot, objection_slot
+from hvcpd.coordination.board import OPEN
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State
@@ -82,3 +83,21 @@ def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
     bot = claiming("Bot")
     hear(bot, "Zoe", "Bot", m.Confirmed(ONE, complete=True))
     assert bot.state is State.PROPOSED
+
+
+def test_a_confirmed_failure_is_no_confirmation_of_a_claim() -> None:
+    """Bot took the task for Kim's for minutes, and others heard that it was (seed 722022 of the missions over days)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Kim", 60.0)
+    bot.heard(m.Utterance("Kim", m.ToAll(), None, m.Failed(ONE)), 9.0)
+    hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
+    assert bot.board[1].state == OPEN
+
+
+def test_a_robot_at_work_does_not_give_way_to_one_whose_failure_was_confirmed() -> None:
+    kim = claiming("Kim")
+    kim.knowledge.state = State.GOING
+    kim.heard(m.Utterance("Bot", m.ToAll(), None, m.Failed(ONE)), 9.0)
+    hear(kim, "Zoe", "Bot", m.Confirmed(ONE))
+    assert (kim.state, kim.board[1].owner) == (State.GOING, "Kim")
