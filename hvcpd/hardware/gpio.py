@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from hvcpd.errors import DeviceError, how_to_install
@@ -20,6 +21,15 @@ def device(kind: str, pin: int, whose: str = "", **settings: Any) -> Any:
     make = getattr(gpiozero, kind)
     try:
         return make(pin, **settings)
-    except Exception as error:  # lgpio, pigpio and RPi.GPIO have errors of their own, without a base in common
+    except pin_errors() as error:
         text = f"{whose}pin {pin} cannot be used ({error}); end what else uses it, or name another pin"
         raise DeviceError(text) from None
+
+
+def pin_errors() -> tuple[type[Exception], ...]:
+    """The errors of gpiozero and of the library that drives its pins. lgpio and pigpio have one of their own, without a
+    base in common; they are loaded if they drive the pins."""
+    import gpiozero
+
+    loaded = (sys.modules[name] for name in ("lgpio", "pigpio") if name in sys.modules)
+    return (gpiozero.GPIOZeroError, OSError, RuntimeError, ValueError, *(module.error for module in loaded))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from types import ModuleType
+
 import pytest
 
 from hvcpd.errors import DeviceError
@@ -9,7 +12,7 @@ from hvcpd.hardware.gpio import device
 
 
 class BusyLine(Exception):
-    """What lgpio raises: neither an OSError nor gpiozero's."""
+    """An error as lgpio's and pigpio's: neither an OSError nor gpiozero's."""
 
 
 class BusyPins:
@@ -19,7 +22,13 @@ class BusyPins:
         raise BusyLine("GPIO busy")
 
 
-def test_an_error_of_the_library_below_gpiozero_is_told_with_a_remedy() -> None:
+@pytest.mark.parametrize("library", ["lgpio", "pigpio"])
+def test_an_error_of_the_library_below_gpiozero_is_told_with_a_remedy(
+    library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    below = ModuleType(library)
+    below.error = BusyLine  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, library, below)  # as where it drives the pins
     told = r"the lamp's pin 17 cannot be used \(GPIO busy\); end what else uses it, or name another pin"
     with pytest.raises(DeviceError, match=told):
         device("DigitalOutputDevice", 17, "the lamp's ", pin_factory=BusyPins())
