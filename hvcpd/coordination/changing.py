@@ -234,14 +234,16 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
 
 
 def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
-    """Whether a robot that reports a recurring task as done may mean the last occurrence: this robot knows that the
-    task has just become due, and the other one, whose claim it has not heard, says another number, or none."""
+    """Whether a robot that reports a recurring task as done may mean the last occurrence: it says an earlier number, or
+    this robot knows that the task has just become due, and the other one, whose claim it has not heard, says another
+    number, or none."""
     at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then see `claims`
-    if me.clock_s is None or entry.known_done or entry.owner == doer or at_work:
+    if me.clock_s is None or not entry.recurs or entry.known_done or entry.owner == doer or at_work:
         return False
-    if not schedule.is_just_due(entry, now):
-        return False
-    return count is None or _counted(entry, count) != entry.change
+    known = _counted(entry, count) if count is not None else None
+    if known is not None and known < entry.change:
+        return True
+    return schedule.is_just_due(entry, now) and known != entry.change
 
 
 REACTIONS: Reactions = {m.Change: changed, m.Order: _ordered}

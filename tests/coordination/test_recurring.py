@@ -274,6 +274,18 @@ def test_a_quote_without_a_number_may_be_of_an_earlier_occurrence(known: bool) -
     assert rob.board[1].known_done is known
 
 
+def test_a_report_of_an_earlier_number_does_not_end_what_is_open_however_long_it_was() -> None:
+    """Rob's clock was behind when Bot claimed what came next (seed 730425 of the missions over days)."""
+    mission = done_for_this_hour()
+    rob, now = mission.robots["Rob"], mission.air.now
+    rob.board.reopen(1)
+    rob.board[1].opened_s = now - HOUR_S
+    for count, is_done in ((rob.board[1].change - 1, False), (rob.board[1].change, True)):
+        quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1), count=(count - 1) % 9 + 1))
+        rob.heard(m.Utterance("Max", m.ToRobot("Rob"), None, quoted), now)
+        assert (rob.board[1].state == "done") is is_done
+
+
 def test_work_on_an_earlier_occurrence_does_not_count_for_the_one_that_is_due_soon_after() -> None:
     """Bot was late, and hears two minutes later that it is due again (seed 710925 of the missions over days)."""
     mission = done_for_this_hour()
