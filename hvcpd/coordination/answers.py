@@ -75,8 +75,9 @@ def _note_one_confirmed(
         teaming.overheard(me, speaker, owner, entry, now)
         return
     if number in me.my_tasks():
-        if not complete:
-            claims.contend_for_own(me, owner, number, True, now)  # two robots were confirmed, or are about to be
+        if not complete:  # two robots were confirmed, or are about to be
+            me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
+            claims.contend_for_own(me, owner, number, True, now)
         elif not claims.doubts(me, owner, number, False, now):
             claims.note_done(me, owner, number, now, whole=True)
         return

@@ -139,9 +139,12 @@ def is_just_due(entry: Entry, now: float) -> bool:
 
 def has_just_done(entry: Entry, now: float) -> bool:
     """Whether this robot, which does not know for which occurrence it did the task, and hears soon afterwards that it
-    is due, takes its work to count for that occurrence: it must have heard just before its work that it is due."""
-    unknown = entry.recurs and not entry.change
-    return unknown and entry.known_done and entry.acted_s >= entry.opened_s > now - 2.0 * SKEW_S
+    is due, takes its work to count for that occurrence: it must have heard before that it became due, and not too long
+    ago for that to be the last one."""
+    every = entry.definition.every
+    if every is None or entry.change or not entry.known_done:
+        return False
+    return now - entry.acted_s < 2.0 * SKEW_S and now - entry.opened_s < RHYTHM * every.shortest_s
 
 
 def early_s(every: Recurrence) -> float:

@@ -76,6 +76,8 @@ def test_of_two_that_were_confirmed_the_first_name_keeps_the_task(name: str, oth
     hear(robot, "Zoe", other, m.Confirmed(ONE))
     assert robot.board[1].owner == owner
     assert robot.knowledge.floor.wants("mine 1") is (owner == name)
+    robot.performed(20.0)
+    assert robot.state is (State.ANNOUNCING if owner == name else State.READY), "it says so once more at the place"
 
 
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:

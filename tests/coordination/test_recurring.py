@@ -290,9 +290,9 @@ def test_work_on_an_earlier_occurrence_does_not_count_for_the_one_that_is_due_so
     """Bot was late, and hears two minutes later that it is due again (seed 710925 of the missions over days)."""
     mission = done_for_this_hour()
     bot, now = mission.robots["Bot"].board[1], mission.air.now
-    bot.change, bot.acted_s = 0, now - 160.0
+    bot.change, bot.acted_s, bot.opened_s = 0, now - 160.0, now - 0.9 * HOUR_S
     assert not schedule.has_just_done(bot, now)
-    bot.opened_s = now - 200.0
+    bot.opened_s = now - 400.0
     assert schedule.has_just_done(bot, now)
 
 
