@@ -307,10 +307,11 @@ class Board:
         self._entries[number].parts_before = frozenset()
 
     def give_up(self, number: int, owner: str) -> None:
-        """The task is free for others again, but never again for its owner."""
+        """The task is free for others again, unless one of them has it by now, but never again for its owner."""
         entry = self._entries[number]
         entry.failed_by |= {owner}
-        if not entry.known_done:
+        has_another = entry.state == CLAIMED and entry.owner not in (None, owner)
+        if not entry.known_done and not has_another:
             self._set(number, OPEN, None)
 
     def forgive(self, owner: str, numbers: Iterable[int]) -> None:

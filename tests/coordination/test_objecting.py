@@ -103,3 +103,15 @@ def test_a_robot_at_work_does_not_give_way_to_one_whose_failure_was_confirmed() 
     kim.heard(m.Utterance("Bot", m.ToAll(), None, m.Failed(ONE)), 9.0)
     hear(kim, "Zoe", "Bot", m.Confirmed(ONE))
     assert (kim.state, kim.board[1].owner) == (State.GOING, "Kim")
+
+
+def test_a_failure_that_is_repeated_does_not_free_the_task_of_the_robot_that_took_over() -> None:
+    """Its report was not confirmed, and others took the task as well (seed 752821 of the missions over days)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Kim", 60.0)
+    failed = m.Utterance("Zoe", m.ToAll(), None, m.Failed(ONE))
+    bot.heard(failed, 9.0)
+    assert bot.board[1].owner == "Kim"
+    bot.heard(m.Utterance("Kim", m.ToAll(), None, m.Failed(ONE)), 10.0)
+    assert bot.board[1].state == OPEN
