@@ -70,7 +70,9 @@ def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
     own = m.own_words(statement)
     for ref in _spoken_of(own):
         entry = me.board.find(ref)
-        if entry is None or not _may_be_due(me, entry, now) or not entry.known_done:
+        if entry is None or (isinstance(own, m.Completed) and ref in own.tasks and not entry.known_done):
+            continue  # what is reported is the occurrence that was not known to be done yet
+        if not _may_be_due(me, entry, now) or not entry.known_done:
             continue
         if me.clock_s is None:
             if isinstance(own, m.Completed) and ref in own.tasks:

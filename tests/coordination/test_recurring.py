@@ -286,6 +286,21 @@ def test_a_report_of_an_earlier_number_does_not_end_what_is_open_however_long_it
         assert (rob.board[1].state == "done") is is_done
 
 
+def test_a_report_just_before_it_is_due_again_is_of_the_occurrence_that_was_not_known_to_be_done() -> None:
+    """Rob missed Bot's report, and hears it again when another robot has claimed what comes (seed 752609)."""
+    mission = done_for_this_hour()
+    rob = mission.robots["Rob"]
+    mission.air.run_until(2 * HOUR_S - 880.0)
+    rob.board.reopen(1)
+    due_s = rob.board[1].due_s
+    wall_s = mission.plan.begin_s + mission.air.now
+    coming_s = EVERY_HOUR[0].every.next(wall_s)  # type: ignore[union-attr]
+    assert coming_s is not None
+    now = mission.air.now + coming_s - wall_s - 60.0
+    rob.heard(m.Utterance("Bot", m.ToAll(), None, m.Completed(m.TaskByNumber(1))), now)
+    assert rob.board[1].due_s == due_s
+
+
 def test_work_on_an_earlier_occurrence_does_not_count_for_the_one_that_is_due_soon_after() -> None:
     """Bot was late, and hears two minutes later that it is due again (seed 710925 of the missions over days)."""
     mission = done_for_this_hour()
