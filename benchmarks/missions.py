@@ -6,7 +6,7 @@
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2] [--talk normal | --anything]
     python -m benchmarks.missions earshot [--seeds 1-200]
     python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2]
-    python -m benchmarks.missions days [--seeds 1-10000] [--hours 72]
+    python -m benchmarks.missions days [--seeds 1-10000] [--hours 72] [--no-mishearing]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
     python -m benchmarks.missions routes [--seeds 1-200] [--pick nearest]
@@ -170,7 +170,10 @@ def days(o: argparse.Namespace) -> None:
     n = whole = lost = twice = occurrences = sent = 0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):
-        mission = WordMission(recurring_plan(seed, hours=o.hours))
+        plan = recurring_plan(seed, hours=o.hours)
+        if o.no_mishearing:
+            plan = replace(plan, conditions=replace(plan.conditions, mishearing=0.0))
+        mission = WordMission(plan)
         result = mission.run()
         n += 1
         whole += not result.off_in_mid_task
@@ -303,6 +306,7 @@ def main() -> None:
     c = kinds.add_parser("days")
     c.add_argument("--seeds", default="1-10000")
     c.add_argument("--hours", type=float, default=72.0)
+    c.add_argument("--no-mishearing", action="store_true", help="lose sentences, but never mistake one for another")
     c.set_defaults(run=days)
     c = kinds.add_parser("crowd")
     c.add_argument("--seeds", default="1-5")

@@ -106,10 +106,13 @@ class WordMission:
     def run(self) -> WordResult:
         """To the end: every robot that is on holds all for done, and nothing more will happen to any."""
         air, plan = self.air, self.plan
+        if plan.clocks is not None:  # with tasks that recur, all is never done
+            air.run_until(plan.limit_s)
+            return self.result(math.inf)
         ended_s = math.inf
         while air.now < plan.limit_s:
             air.run_until(air.now + STEP_S)
-            if plan.clocks is None and not self._pending and self.robots and self._all_done():
+            if not self._pending and self.robots and self._all_done():
                 ended_s = air.now
                 air.run_until(air.now + plan.settle_s)
                 break

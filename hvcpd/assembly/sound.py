@@ -15,7 +15,7 @@ from pathlib import Path
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.synthesis.acoustic_net import require_weights
+from hvcpd.synthesis.acoustic_net import WEIGHTS, require_weights
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
@@ -45,9 +45,9 @@ class Sound:
         """That voice by the team's synthesizer."""
         return replace(voice, natural=self.natural)
 
-    def made_natural(self) -> Sound:
+    def made_natural(self, weights: Path = WEIGHTS) -> Sound:
         """The same with natural voices. Raises ConfigError where the network's weights are missing."""
-        require_weights()
+        require_weights(weights)
         return replace(self, natural=True)
 
     def every_voice(self) -> tuple[Voice, ...]:

@@ -45,7 +45,10 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     """Whether it answers this robot's last sentence to its partner, or else its last sentence about a task. A report
-    that is still to be said is not meant, unless it was said in answer to another robot's claim."""
+    that is still to be said is not meant, unless it was said in answer to another robot's claim. Who confirms a report
+    does not mean a claim."""
+    if s.complete and not me.report.said:
+        return False
     if me.state is State.REPORTING and me.current.repeats == 0 and not me.report.said:
         return False
     if me.current.partner is not None:
@@ -66,11 +69,16 @@ def _note_one_confirmed(
 ) -> None:
     """The same for one of the tasks that were `confirmed`."""
     entry = me.board[number]
+    if owner in entry.failed_by and not complete:
+        return  # what was confirmed is that it failed
     if entry.is_shared and not entry.known_done and not entry.parts and not complete:
         teaming.overheard(me, speaker, owner, entry, now)
         return
     if number in me.my_tasks():
-        if complete and not claims.doubts(me, owner, number, False, now):
+        if not complete:  # two robots were confirmed, or are about to be
+            me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
+            claims.contend_for_own(me, owner, number, True, now)
+        elif not claims.doubts(me, owner, number, False, now):
             claims.note_done(me, owner, number, now, whole=True)
         return
     if entry.known_done and (entry.owner != owner or entry.is_shared) and not complete:

@@ -46,12 +46,12 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, way_m: int | None) -> b
 
 
 def bid(me: Knowledge, other: str, entry: Entry, now: float) -> None:
-    """Request the floor to outbid `other`, unless another robot is heard to do so."""
+    """Request the floor to outbid `other`, unless another robot is heard to do so, or to confirm its claim."""
     number = entry.definition.number
     fire(me, Trigger.CHOSE_CLAIM, now)  # a robot that already claims a task has no row for that
 
     def compose() -> m.Utterance | None:
-        still = me.state is State.CLAIMING and me.current.task is None and entry.owner == other
+        still = me.state is State.CLAIMING and me.current.task is None and entry.owner == other and not entry.firm
         if not still:
             return None
         ref = m.TaskByNumber(number)

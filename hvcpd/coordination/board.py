@@ -50,8 +50,8 @@ class Entry:
     """The number of the last change that is known; 0: none was made."""
     is_changed: bool = False
     """The last change was made since the task was last due."""
-    rumoured_change: int = 0
-    """Of a recurring task: the number of a change that was heard once, and is not believed yet."""
+    rumoured_change: tuple[int, float] = (0, -math.inf)
+    """Of a recurring task: the number of a change that was heard once, and is not believed yet; and when, s."""
     skipped: bool = False
     """Nobody has done it: it is to be left out this time."""
     opened_s: float = -math.inf
@@ -307,10 +307,11 @@ class Board:
         self._entries[number].parts_before = frozenset()
 
     def give_up(self, number: int, owner: str) -> None:
-        """The task is free for others again, but never again for its owner."""
+        """The task is free for others again, unless one of them has it by now, but never again for its owner."""
         entry = self._entries[number]
         entry.failed_by |= {owner}
-        if not entry.known_done:
+        has_another = entry.state == CLAIMED and entry.owner not in (None, owner)
+        if not entry.known_done and not has_another:
             self._set(number, OPEN, None)
 
     def forgive(self, owner: str, numbers: Iterable[int]) -> None:

@@ -24,6 +24,8 @@ TIMES = 3
 """How often all robots together say a change: with three of ten sentences lost, 97 of 100 listeners then have it."""
 SPREAD_S = 30.0
 """Before the next repetition: a turn, with its confirmation, takes 12.5 s. At most twice as long; doubles each time."""
+RUMOUR_S = 240.0
+"""For this long a change that was heard once waits to be heard again: longer than robots repeat it."""
 
 
 def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
@@ -93,8 +95,10 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         entry.change = count
     by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be misheard
     if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
-        if entry.recurs and entry.rumoured_change != count and not _is_believed(me, heard, entry, count):
-            entry.rumoured_change = count
+        rumoured, rumoured_s = entry.rumoured_change
+        heard_before = rumoured == count and now - rumoured_s < RUMOUR_S
+        if entry.recurs and not heard_before and not _is_believed(me, heard, entry, count):
+            entry.rumoured_change = count, now
         else:
             _take(me, entry, count, skip, now)
         return
@@ -106,11 +110,11 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
 
 
 def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int) -> bool:
-    """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard.
-    Robots with clocks know their occurrences, and people's changes come one by one, so a number farther ahead must be
-    heard twice."""
-    near = me.clock_s is None or not entry.change or count <= entry.change + 1
-    return near and is_for_me_alone(me, heard.to)
+    """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard. A
+    robot with a clock, which knows the occurrence, must hear it twice. For one without a clock the next number may be
+    that of the next occurrence."""
+    near = not entry.change or count == entry.change + 1
+    return me.clock_s is None and near and is_for_me_alone(me, heard.to)
 
 
 def _counted(entry: Entry, spoken: int) -> int:
@@ -230,14 +234,16 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
 
 
 def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
-    """Whether a robot that reports a recurring task as done may mean the last occurrence: this robot knows that the
-    task has just become due, and the other one, whose claim it has not heard, says another number, or none."""
+    """Whether a robot that reports a recurring task as done may mean the last occurrence: it says an earlier number, or
+    this robot knows that the task has just become due, and the other one, whose claim it has not heard, says another
+    number, or none."""
     at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then see `claims`
-    if me.clock_s is None or entry.known_done or entry.owner == doer or at_work:
+    if me.clock_s is None or not entry.recurs or entry.known_done or entry.owner == doer or at_work:
         return False
-    if not schedule.is_just_due(entry, now):
-        return False
-    return count is None or _counted(entry, count) != entry.change
+    known = _counted(entry, count) if count is not None else None
+    if known is not None and known < entry.change:
+        return True
+    return schedule.is_just_due(entry, now) and known != entry.change
 
 
 REACTIONS: Reactions = {m.Change: changed, m.Order: _ordered}

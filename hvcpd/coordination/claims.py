@@ -92,7 +92,8 @@ def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], 
 
 def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
     number, now = entry.definition.number, heard.now
-    if entry.known_done and (entry.owner != other or entry.is_shared):
+    knows_better = entry.owner != other or entry.is_shared or (entry.recurs and me.clock_s is not None)
+    if entry.known_done and knows_better:
         tell_done(me, other, entry, now)
         return False
     if entry.hearsay and entry.said_by is None and entry.owner != other:
@@ -103,7 +104,8 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         teaming.contend(me, heard, other, entry, other_at_work)
         return False
     if number in me.my_tasks() and me.state in PROPOSING | AT_WORK:
-        return _contend_for_own(me, heard, other, number, other_at_work)
+        outbid = bidding.is_bid(heard) and is_for_me_alone(me, heard.to) and me.state in PROPOSING
+        return contend_for_own(me, other, number, other_at_work, now, outbid)
     third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
     answers_owner = isinstance(heard.to, m.ToRobot) and heard.to.name == third
     live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
@@ -134,9 +136,11 @@ def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float)
         me.claim_heard = HeardClaim(other, before, now)
 
 
-def _contend_for_own(me: Knowledge, heard: Heard, other: str, number: int, other_at_work: bool) -> bool:
-    at_work, now = _is_at(me, number), heard.now
-    outbid = bidding.is_bid(heard) and is_for_me_alone(me, heard.to) and me.state in PROPOSING
+def contend_for_own(
+    me: Knowledge, other: str, number: int, other_at_work: bool, now: float, outbid: bool = False
+) -> bool:
+    """Another robot takes or has this robot's task: returns whether this robot gives way, and objects if not."""
+    at_work = _is_at(me, number)
     mine, theirs = (not at_work, me.role.name.lower()), (not other_at_work, other.lower())
     if (at_work and me.state is State.ACTING) or (mine < theirs and not outbid):
         _say_it_is_mine(me, other, number, now)
@@ -267,16 +271,18 @@ def _is_objection(me: Knowledge, speaker: str, number: int, now: float) -> bool:
     return mine or (last is not None and theirs and now - last.at_s < me.timing.recent_s)
 
 
-def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False) -> bool:
+def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = False, hearsay: bool = False) -> bool:
     """A robot is said to have done the task (`doer`). Returns whether that agrees with what was known, or is a
-    repetition. `whole`: all robots have done their parts of a shared task."""
+    repetition. `whole`: all robots have done their parts of a shared task. `hearsay`: it may not be true of this
+    occurrence."""
     entry = me.board[number]
     if teaming.done(me, doer, number, whole, now):
         release_assignment(me, doer, number)
         return True
     last = me.claim_heard
     before = last.before[number][1] if last is not None and number in last.before else None
-    sure = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    agrees = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    sure = agrees and not hearsay
     if not sure or me.current.task == number:
         me.missed.last_s = now
         me.missed.heard_work = me.missed.heard_work or me.state in NEWCOMER
@@ -297,6 +303,7 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     teaming.gone(me, name, number, now)
     if me.current.task != number or me.state not in AT_WORK:
         me.board.give_up(number, name)
+    entry.failed_by |= {name}
     release_assignment(me, name, number)
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)

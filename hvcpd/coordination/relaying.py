@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hvcpd.coordination import claims, composing
+from hvcpd.coordination import changing, claims, composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
+from hvcpd.coordination.board import Entry
 from hvcpd.coordination.conversation import NEVER_S, QuotedReport, Relays
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import NEWCOMER, State
+from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.language.forms import RELAYABLE
 
@@ -112,16 +114,11 @@ def direct(me: Knowledge, heard: Heard) -> Heard:
 def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
     """Another robot's words: a report is noted as its speaker's, who denies it if it never said so."""
     inner, name, now = s.statement, heard.speaker, heard.now
-    entry = me.board.find(inner.task) if isinstance(inner, m.Completed) else None
-    if entry is None or name is None:
+    if not isinstance(inner, m.Completed) or (entry := me.board.find(inner.task)) is None or name is None:
         return
     number, alone = entry.definition.number, is_for_me_alone(me, heard.to)
     if s.speaker.lower() == me.role.name.lower():
-        has_part = entry.is_shared and entry.acted_s > NEVER_S
-        if not has_part and entry.done_by != me.role.name and (entry.owner != me.role.name or not entry.known_done):
-            composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
-        elif isinstance(inner, m.Completed) and inner.count and entry.recurs and me.current.task != number:
-            me.board.complete(number, me.role.name)  # its number is known: it is not due again
+        _quoted(me, name, entry, inner.count, now)
         return
     peer = me.peers.get(s.speaker)
     if alone and peer is not None and peer.assigned == number:
@@ -129,8 +126,27 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
         claims.confirm_at_once(me, peer.name, now)
     me.report_quoted = QuotedReport(s.speaker, number, now)
     if not claims.doubts(me, name, number, False, now) and (alone or not entry.known_done):
-        claims.note_done(me, s.speaker, number, now)
+        may_be_older = entry.recurs and me.clock_s is not None and not inner.count
+        claims.note_done(me, s.speaker, number, now, hearsay=may_be_older)
         me.reconsider(now)
+
+
+def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: float) -> None:
+    """Another robot says that this robot has done the task. If it has done an earlier occurrence only, it says so; one
+    that does not know which occurrence is due learns that it has done it."""
+    number, own = entry.definition.number, me.role.name
+    has_part = entry.is_shared and entry.acted_s > NEVER_S
+    if has_part or (entry.known_done and entry.owner == own):
+        return
+    if entry.done_by != own:
+        composing.answer(me, name, f"answer {name}", m.Negative(), now, OWNER_SLOT)
+    elif entry.recurs and count:
+        if entry.change and (me.clock_s is not None or count != composing.spoken_count(entry)):
+            changing.tell(me, name, entry, now)
+        elif me.current.task != number or me.state is not State.ACTING:
+            me.board.complete(number, own)
+            if me.current.task == number and me.state is not State.REPORTING:
+                fire(me, Trigger.DONE_BEFORE, now)
 
 
 REACTIONS: Reactions = {m.Relayed: relayed}

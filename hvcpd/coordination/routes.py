@@ -39,6 +39,8 @@ class Route:
     name: str
     place: Place
     end_s: float
+    works: bool = False
+    """It carries out a task before those."""
     unable: frozenset[int] = frozenset()
     tasks: list[TaskDefinition] = field(default_factory=list)
 
@@ -90,7 +92,7 @@ def own(
     begin_s = cost_s(after, here) if after is not None else 0.0
     here = (after.place if after is not None else None) or here
     near = sorted(tasks, key=lambda task: way_s(here, task.place or here))[:PLANNED_MAX]
-    mine = Route(me.role.name, here, begin_s)
+    mine = Route(me.role.name, here, begin_s, after is not None)
     _plan([mine, *(route for route in _of_others(me, now) if route.name != without)], near)
     return mine.tasks
 
@@ -100,7 +102,7 @@ def _plan(routes: Sequence[Route], tasks: Sequence[TaskDefinition]) -> None:
     left = {task.number: task for task in tasks}
     detours = {(number, n): route.detour(task) for number, task in left.items() for n, route in enumerate(routes)}
     while left:
-        last_s = max(route.end_s for route in routes)
+        last_s = max((route.end_s for route in routes if route.works or route.tasks), default=0.0)
         costs = {
             (number, n): max(last_s, routes[n].end_s + detour_s + work_s(left[number])) + WAY_WEIGHT * detour_s
             for (number, n), (detour_s, _) in detours.items()
@@ -119,7 +121,7 @@ def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
         if peer is not None and (stand := stand_of(me, peer)) is not None:
             place, free_s = stand
             failed = frozenset(e.definition.number for e in me.board.entries() if peer.name in e.failed_by)
-            yield Route(peer.name, place, abs(free_s - now), failed | peer.unable)
+            yield Route(peer.name, place, abs(free_s - now), free_s > now, failed | peer.unable)
 
 
 def stand_of(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:

@@ -70,7 +70,9 @@ def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
     own = m.own_words(statement)
     for ref in _spoken_of(own):
         entry = me.board.find(ref)
-        if entry is None or not _may_be_due(me, entry, now) or not entry.known_done:
+        if entry is None or (isinstance(own, m.Completed) and ref in own.tasks and not entry.known_done):
+            continue  # what is reported is the occurrence that was not known to be done yet
+        if not _may_be_due(me, entry, now) or not entry.known_done:
             continue
         if me.clock_s is None:
             if isinstance(own, m.Completed) and ref in own.tasks:
@@ -139,9 +141,12 @@ def is_just_due(entry: Entry, now: float) -> bool:
 
 def has_just_done(entry: Entry, now: float) -> bool:
     """Whether this robot, which does not know for which occurrence it did the task, and hears soon afterwards that it
-    is due, takes its work to count for that occurrence."""
-    unknown = entry.recurs and not entry.change
-    return unknown and entry.known_done and now - entry.acted_s < 2.0 * SKEW_S
+    is due, takes its work to count for that occurrence: it must have heard before that it became due, and not too long
+    ago for that to be the last one."""
+    every = entry.definition.every
+    if every is None or entry.change or not entry.known_done:
+        return False
+    return now - entry.acted_s < 2.0 * SKEW_S and now - entry.opened_s < RHYTHM * every.shortest_s
 
 
 def early_s(every: Recurrence) -> float:

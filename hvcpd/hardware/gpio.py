@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import warnings
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from hvcpd.errors import DeviceError, how_to_install
+from hvcpd.hardware.groups import group_of
 
 
 def device(kind: str, pin: int, whose: str = "", **settings: Any) -> Any:
@@ -19,7 +25,37 @@ def device(kind: str, pin: int, whose: str = "", **settings: Any) -> Any:
         raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
     make = getattr(gpiozero, kind)
     try:
-        return make(pin, **settings)
-    except Exception as error:  # lgpio, pigpio and RPi.GPIO have errors of their own, without a base in common
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", gpiozero.PinFactoryFallback)  # it tries several libraries
+            return make(pin, **settings)
+    except gpiozero.BadPinFactory as error:
+        chosen = "GPIOZERO_PIN_FACTORY" in os.environ
+        why = f"{error}; correct or unset GPIOZERO_PIN_FACTORY" if chosen else why_no_pins()
+        raise DeviceError(f"{whose}pin {pin} cannot be used: {why}") from None
+    except pin_errors() as error:
         text = f"{whose}pin {pin} cannot be used ({error}); end what else uses it, or name another pin"
         raise DeviceError(text) from None
+
+
+def _may_use(chip: Path) -> bool:
+    return os.access(chip, os.R_OK | os.W_OK)
+
+
+def why_no_pins(folder: Path = Path("/dev"), may_use: Callable[[Path], bool] = _may_use) -> str:
+    """Why no library can drive any pin, with the remedy; `folder` has the computer's devices."""
+    chips = sorted(folder.glob("gpiochip*"))
+    if not chips:
+        return "this computer has no pins; for a trial use fake ones, GPIOZERO_PIN_FACTORY=files FAKE_PINS=FOLDER"
+    if not any(map(may_use, chips)):
+        group = group_of(chips[0], "gpio")
+        return f"no permission for {chips[0]}; run `sudo usermod -aG {group} $USER`, and log in again"
+    return f"no library for them is installed; run `{how_to_install('lgpio', 'python3-lgpio')}`"
+
+
+def pin_errors() -> tuple[type[Exception], ...]:
+    """The errors of gpiozero and of the library that drives its pins. lgpio and pigpio have one of their own, without a
+    base in common; they are loaded if they drive the pins."""
+    import gpiozero
+
+    loaded = (sys.modules[name] for name in ("lgpio", "pigpio") if name in sys.modules)
+    return (gpiozero.GPIOZeroError, OSError, RuntimeError, ValueError, *(module.error for module in loaded))

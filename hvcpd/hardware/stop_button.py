@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from hvcpd.config.skill_settings import StopButtonSettings
-from hvcpd.hardware.gpio import device
+from hvcpd.hardware.gpio import device, pin_errors
 
 
 class StopButton:
@@ -27,7 +27,7 @@ class StopButton:
         read."""
         try:
             is_closed = bool(self._device.is_active)  # to ground, against the pull-up
-        except Exception:  # whatever library drives it
+        except pin_errors():
             return True
         return is_closed != self._normally_closed
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvcpd.config.tasks import TaskDefinition
+from hvcpd.coordination.peers import team_of
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
@@ -183,7 +184,7 @@ class _Reader:
         except PhraseError:
             self.unknown += 1
             return
-        member.team = utterance.team or member.team
+        member.team = team_of(utterance) or member.team
         match utterance:
             case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(complete=True) as confirmed):
                 for ref in confirmed.tasks:

@@ -124,4 +124,12 @@ def _unrunnable(program: str) -> str | None:
         return f"there is no {program}; check the name"
     if path.is_dir() or not os.access(path, os.X_OK):
         return f"{program} is not executable; run `chmod +x` on it"
+    if os.access(path, os.R_OK) and not _has_interpreter(path):
+        return f"{program} does not say what runs it; begin its first line with `#!`, for example `#!/bin/sh`"
     return None
+
+
+def _has_interpreter(program: Path) -> bool:
+    """Whether the kernel knows how to run the file: a script that names its interpreter, or machine code."""
+    with program.open("rb") as file:
+        return file.read(4).startswith((b"#!", b"\x7fELF"))

@@ -222,10 +222,10 @@ def _gelu(x: Array) -> Array:
     return np.asarray(np.maximum(x, 0.0) - tail)
 
 
-def require_weights() -> None:
+def require_weights(weights: Path = WEIGHTS) -> None:
     """Raise ConfigError, with the remedy, where the network's weights are missing."""
-    if not WEIGHTS.exists():
-        remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", "./hvcpd-natural_*_all.deb", str(WEIGHTS))
+    if not weights.exists():
+        remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", "./hvcpd-natural_*_all.deb", str(weights))
         raise ConfigError(f"synthesizer: natural voices are not installed: {remedy}; or set it to formant")
 
 

@@ -43,6 +43,17 @@ def test_a_day_is_told_with_what_was_due_and_by_whom_it_was_done(
     assert "What was due" in (tmp_path / "shift.html").read_text()
 
 
+def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It counted all that was said as understood, whatever was lost."""
+    hours(tmp_path, "--hours", "24", "--loss", "0.3", "--json")
+    shift = json.loads(capsys.readouterr().out)
+    lost = shift["garbled"] / (shift["heard"] + shift["garbled"])
+    assert 0.15 < lost < 0.5
+    assert {member["team"] for member in shift["members"]} == {"plant"}
+
+
 def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hours(tmp_path, "--hours", "1", "--mute") == 2
     assert "leave out --mute" in capsys.readouterr().err

@@ -28,7 +28,7 @@ ONE, TWO = map(m.TaskByNumber, (1, 2))
 
 def robot(name: str, x_m: float, **role: object) -> Coordination:
     """One of a team of two that is free, and has said nothing of where it is."""
-    each = Coordination(Role(name, "plant", roster=NAMES, nearest_first=True, **role), FAR, random.Random(1))  # type: ignore[arg-type]
+    each = Coordination(Role(name, "plant", nearest_first=True, **{"roster": NAMES, **role}), FAR, random.Random(1))  # type: ignore[arg-type]
     each.sensed(here=Place(x_m, 0.0))
     each.knowledge.state = State.READY
     return each
@@ -101,6 +101,15 @@ def test_a_bid_does_not_halt_who_is_on_its_way() -> None:
     assert ada.board.owner_of_claim(1) == "Ada"
 
 
+def test_a_claim_that_was_confirmed_is_not_outbid() -> None:
+    """Max confirmed before Zoe could bid (seed 720661 of the missions over days)."""
+    zoe = robot("Zoe", 11.0, roster=(*NAMES, "Max"))
+    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, way_m=10))
+    hear(zoe, "Max", m.ToRobot("Ada"), m.Confirmed(ONE), 3.0)
+    said, _ = next_said(zoe)
+    assert said.statement == m.Claim(TWO, way_m=10)
+
+
 def test_nobody_waits_for_a_robot_that_is_late() -> None:
     """Zoe is expected at task two soon, and never comes."""
     ada = robot("Ada", 0.0)
@@ -109,6 +118,16 @@ def test_nobody_waits_for_a_robot_that_is_late() -> None:
     soon = routes.own(ada.knowledge, (FAR[1],), 20.0)
     late = routes.own(ada.knowledge, (FAR[1],), 600.0)
     assert (soon, late) == ([], [FAR[1]])
+
+
+def test_a_task_is_not_left_to_a_late_robot_because_another_one_is_later() -> None:
+    """Max is at task two, Zoe at task one, and neither may know that task two is to be done."""
+    ada = robot("Ada", 0.0, roster=(*NAMES, "Max"))
+    for name, task, now in (("Zoe", ONE, 0.0), ("Max", TWO, 100.0)):
+        hear(ada, name, m.ToTeam("plant"), m.Claim(task), now)
+        hear(ada, name, m.ToAll(), m.Completed(task), now + 50.0)
+        ada.actions(now + 50.0)
+    assert routes.own(ada.knowledge, (FAR[1],), 500.0) == [FAR[1]]
 
 
 @given(st.integers(0, 10_000))

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hil_fakes.word_occurrences import BEGIN_S, counted
 from hil_fakes.word_plans import recurring_plan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import TaskDefinition, Wait
+from hvcpd.coordination import schedule
 from hvcpd.language import messages as m
 
 HOUR_S = 3600.0
@@ -175,3 +177,146 @@ def test_one_misheard_number_does_not_open_what_is_done_for_a_robot_that_has_a_c
     mission.air.refresh()
     mission.run()
     assert set(mission.occurrences().values()) == {1}
+
+
+@pytest.mark.parametrize("seed", [700102, 700219])
+def test_a_robot_with_a_clock_does_not_leave_what_is_due_to_robots_that_do_not_know(seed: int) -> None:
+    result = WordMission(replace(recurring_plan(seed), limit_s=20_000.0)).run()
+    assert result.missed == 0
+
+
+def done_for_this_hour(names: tuple[str, ...] = ("Rob", "Bot"), doer: str = "Bot") -> WordMission:
+    """Half an hour after `doer` has done task one for this hour; only Rob has a clock."""
+    plan = replace(PLAN, names=names, tasks=EVERY_HOUR[:1], conditions=Conditions())
+    mission = WordMission(replace(plan, fails=lambda name, _task, _now: name != doer), keep=True)
+    mission.air.run_until(HOUR_S + 1800.0)
+    assert mission.by == {1: doer}
+    return mission
+
+
+def again(number: int) -> m.Change:
+    """ "Task one again", as the change of that number."""
+    return m.Change(m.TaskByNumber(1), skip=False, count=(number - 1) % 9 + 1)
+
+
+def test_a_robot_that_is_said_to_have_done_what_is_due_knows_by_its_clock_that_it_has_not() -> None:
+    """Bot has misheard the number of the task that Rob has reported (seed 700480 of the missions over days)."""
+    mission = done_for_this_hour(doer="Rob")
+    rob = mission.robots["Rob"].board[1]
+    mission.air.run_until(2 * HOUR_S + 10.0)
+    mission.robots["Rob"].board.reopen(1)
+    rob.change += 1
+    count = (rob.change + 2) % 9 + 1
+    quoted = m.Relayed("Rob", m.Completed(m.TaskByNumber(1), count=count))
+    mission.robots["Rob"].heard(m.Utterance("Bot", m.ToRobot("Max"), None, quoted), mission.air.now)
+    assert not rob.known_done
+
+
+def test_a_robot_that_knows_by_its_clock_what_is_done_objects_to_whoever_did_it() -> None:
+    """Bot has misheard another task's number, and takes this one for due (seed 702229 of the missions over days)."""
+    mission = done_for_this_hour()
+    bot, now = mission.robots["Bot"], mission.air.now
+    claim = m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1)))
+    bot.board[1].opened_s -= HOUR_S  # it is to take the task for due
+    bot.heard(claim, now)
+    assert not bot.board[1].known_done
+    bot.board.release(1)
+    bot.knowledge.reconsider(now)
+    mission.air.refresh()
+    mission.air.run_until(now + 400.0)
+    assert len(mission.done) == 2
+    assert bot.board[1].known_done
+
+
+def test_a_robot_without_a_clock_wants_to_hear_twice_any_occurrence_but_the_next() -> None:
+    """It was told of task two, and has heard task one (seed 701103 of the missions over days)."""
+    mission = done_for_this_hour(doer="Rob")
+    bot, now = mission.robots["Bot"], mission.air.now
+    told = m.Utterance("Rob", m.ToRobot("Bot"), None, again(bot.board[1].change + 3))
+    bot.heard(told, now)
+    assert bot.board[1].known_done
+    bot.heard(replace(told, speaker="Max"), now + 60.0)
+    assert not bot.board[1].known_done
+
+
+def test_a_rumour_is_forgotten() -> None:
+    """Hours later a misheard number confirmed it (seed 703207 of the missions over days)."""
+    mission = done_for_this_hour(doer="Rob")
+    bot, now = mission.robots["Bot"], mission.air.now
+    told = m.Utterance("Rob", m.ToRobot("Bot"), None, again(bot.board[1].change + 3))
+    bot.heard(told, now)
+    bot.heard(replace(told, speaker="Max"), now + 1000.0)
+    assert bot.board[1].known_done
+
+
+def test_a_robot_with_a_clock_must_hear_any_new_occurrence_twice() -> None:
+    """Bot was told "task two again", and has heard "task one" (seed 710888 of the missions over days)."""
+    mission = done_for_this_hour(doer="Bot")
+    rob, now = mission.robots["Rob"], mission.air.now
+    told = m.Utterance("Bot", m.ToRobot("Rob"), None, again(rob.board[1].change + 1))
+    rob.heard(told, now)
+    assert rob.board[1].known_done
+    rob.heard(replace(told, speaker="Max"), now + 60.0)
+    assert not rob.board[1].known_done
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_quote_without_a_number_may_be_of_an_earlier_occurrence(known: bool) -> None:
+    """A robot without a clock objects to a new claim (seeds 710426 and 710704 of the missions over days)."""
+    mission = done_for_this_hour()
+    mission.air.run_until(2 * HOUR_S - 850.0)
+    rob, now = mission.robots["Rob"], mission.air.now
+    rob.board.reopen(1)
+    rob.board.claim(1, "Bot", now + 100.0)
+    count = (rob.board[1].change - 1) % 9 + 1 if known else None
+    quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1), count=count))
+    rob.heard(m.Utterance("Max", m.ToRobot("Zoe"), None, quoted), now)
+    assert rob.board[1].known_done is known
+
+
+def test_a_report_of_an_earlier_number_does_not_end_what_is_open_however_long_it_was() -> None:
+    """Rob's clock was behind when Bot claimed what came next (seed 730425 of the missions over days)."""
+    mission = done_for_this_hour()
+    rob, now = mission.robots["Rob"], mission.air.now
+    rob.board.reopen(1)
+    rob.board[1].opened_s = now - HOUR_S
+    for count, is_done in ((rob.board[1].change - 1, False), (rob.board[1].change, True)):
+        quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1), count=(count - 1) % 9 + 1))
+        rob.heard(m.Utterance("Max", m.ToRobot("Rob"), None, quoted), now)
+        assert (rob.board[1].state == "done") is is_done
+
+
+def test_a_report_just_before_it_is_due_again_is_of_the_occurrence_that_was_not_known_to_be_done() -> None:
+    """Rob missed Bot's report, and hears it again when another robot has claimed what comes (seed 752609)."""
+    mission = done_for_this_hour()
+    rob = mission.robots["Rob"]
+    mission.air.run_until(2 * HOUR_S - 880.0)
+    rob.board.reopen(1)
+    due_s = rob.board[1].due_s
+    wall_s = mission.plan.begin_s + mission.air.now
+    coming_s = EVERY_HOUR[0].every.next(wall_s)  # type: ignore[union-attr]
+    assert coming_s is not None
+    now = mission.air.now + coming_s - wall_s - 60.0
+    rob.heard(m.Utterance("Bot", m.ToAll(), None, m.Completed(m.TaskByNumber(1))), now)
+    assert rob.board[1].due_s == due_s
+
+
+def test_work_on_an_earlier_occurrence_does_not_count_for_the_one_that_is_due_soon_after() -> None:
+    """Bot was late, and hears two minutes later that it is due again (seed 710925 of the missions over days)."""
+    mission = done_for_this_hour()
+    bot, now = mission.robots["Bot"].board[1], mission.air.now
+    bot.change, bot.acted_s, bot.opened_s = 0, now - 160.0, now - 0.9 * HOUR_S
+    assert not schedule.has_just_done(bot, now)
+    bot.opened_s = now - 400.0
+    assert schedule.has_just_done(bot, now)
+
+
+def test_what_is_done_late_counts_for_its_own_occurrence() -> None:
+    """It was done a minute before the next one was due, which was then done as well."""
+    hour_s = EVERY_HOUR[0].every.next(BEGIN_S)  # type: ignore[union-attr]
+    assert hour_s is not None
+    due_s = hour_s - BEGIN_S
+    done = [(10.0, 1, "Rob"), (due_s + HOUR_S - 60.0, 1, "Rob"), (due_s + HOUR_S + 60.0, 1, "Bot")]
+    assert set(counted(EVERY_HOUR[:1], done, due_s + 2.5 * HOUR_S).values()) == {1}
+    early = [(10.0, 1, "Rob"), (due_s - 60.0, 1, "Rob")]
+    assert list(counted(EVERY_HOUR[:1], early, due_s + 1.5 * HOUR_S).values()) == [1, 1]

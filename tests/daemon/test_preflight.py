@@ -11,6 +11,7 @@ import pytest
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.assembly.plan import MemoryPlan
+from hvcpd.assembly.sound import make_sound
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.coordination.actions import Speech
@@ -19,7 +20,6 @@ from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
 from hvcpd.robot.own_voice import Acoustics
-from hvcpd.synthesis import acoustic_net
 from hvcpd.synthesis.likeness import name_fault
 
 
@@ -150,13 +150,9 @@ def test_faults_of_lexicon_and_tasks_are_told_together(tmp_path: Path) -> None:
     ("folder", "remedy"),
     [("/usr/lib/hvcpd/hvcpd", "sudo apt install ./hvcpd-natural_*_all.deb"), ("/home/rob", "pip install")],
 )
-def test_natural_voices_without_their_weights_tell_what_to_install(
-    folder: str, remedy: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(acoustic_net, "WEIGHTS", Path(folder) / "nowhere.npz")
-    wiring(tmp_path)
+def test_natural_voices_without_their_weights_tell_what_to_install(folder: str, remedy: str) -> None:
     with pytest.raises(ConfigError) as error:
-        wiring(tmp_path, synthesizer="natural")
+        make_sound().made_natural(Path(folder) / "nowhere.npz")
     assert remedy in str(error.value)
     assert len(str(error.value).splitlines()) == 1
 

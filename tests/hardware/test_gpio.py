@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+from types import ModuleType
+
 import pytest
 
 from hvcpd.errors import DeviceError
-from hvcpd.hardware.gpio import device
+from hvcpd.hardware.gpio import device, why_no_pins
 
 
 class BusyLine(Exception):
-    """What lgpio raises: neither an OSError nor gpiozero's."""
+    """An error as lgpio's and pigpio's: neither an OSError nor gpiozero's."""
 
 
 class BusyPins:
@@ -19,7 +23,32 @@ class BusyPins:
         raise BusyLine("GPIO busy")
 
 
-def test_an_error_of_the_library_below_gpiozero_is_told_with_a_remedy() -> None:
+@pytest.mark.parametrize("library", ["lgpio", "pigpio"])
+def test_an_error_of_the_library_below_gpiozero_is_told_with_a_remedy(
+    library: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    below = ModuleType(library)
+    below.error = BusyLine  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, library, below)  # as where it drives the pins
     told = r"the lamp's pin 17 cannot be used \(GPIO busy\); end what else uses it, or name another pin"
     with pytest.raises(DeviceError, match=told):
         device("DigitalOutputDevice", 17, "the lamp's ", pin_factory=BusyPins())
+
+
+def test_a_computer_without_pins_is_told_so_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "none")
+    with pytest.raises(
+        DeviceError, match=r"^pin 17 cannot be used: .*'none'.*; correct or unset GPIOZERO_PIN_FACTORY$"
+    ):
+        device("DigitalOutputDevice", 17)
+    assert not recwarn.list
+    assert "this computer has no pins" in why_no_pins(tmp_path)
+
+
+def test_pins_without_a_library_or_without_permission_are_told_with_the_remedy(tmp_path: Path) -> None:
+    chip = tmp_path / "gpiochip0"
+    chip.touch()
+    assert "install" in why_no_pins(tmp_path)
+    assert "sudo usermod -aG" in why_no_pins(tmp_path, lambda _path: False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from hil_fakes.pins import FOLDER_VARIABLE
 from hvcpd.config.settings_file import load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.control.cli import main
+from hvcpd.control.live.skills import serve
+from hvcpd.errors import DeviceError
 from hvcpd.skills.checks import faults
 
 BOARD = """
@@ -128,3 +131,25 @@ def test_the_check_names_what_carries_each_skill_out(tmp_path: Path, capsys: pyt
     (tmp_path / "hvcpd.yaml").write_text("name: Rob\ntasks: tasks.yaml\nskills:\n  grip: {run: [echo, grip]}\n")
     assert main(["skills", "--check", "--config", str(tmp_path / "hvcpd.yaml")]) == 0
     assert capsys.readouterr().out == "ok  grip: by the program echo\n"
+
+
+def test_a_script_without_its_interpreter_is_told(tmp_path: Path) -> None:
+    """It passed the check, and then each of its calls failed with "Exec format error"."""
+    script = tmp_path / "pour.sh"
+    script.write_text("echo pour\n")
+    script.chmod(0o755)
+    (found,) = told(tmp_path, "pour: {run: [./pour.sh]}")
+    assert found.endswith("pour.sh does not say what runs it; begin its first line with `#!`, for example `#!/bin/sh`")
+    script.write_text("#!/bin/sh\necho pour\n")
+    assert told(tmp_path, "pour: {run: [./pour.sh]}") == []
+
+
+def test_a_pin_that_cannot_be_had_is_told_with_the_line_of_its_skill(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "none")
+    told(tmp_path, "pour: {gpio: {pin: 17, amount: litres}}")
+    loaded = load_with_sources(tmp_path / "hvcpd.yaml", environment={})
+    tasks = load_tasks(loaded.settings.tasks)
+    with pytest.raises(DeviceError, match=r"hvcpd\.yaml:4: skills\.pour: pin 17 cannot be used: "):
+        asyncio.run(serve(tmp_path / "rob.sock", loaded.settings, tasks, loaded.skill_places))

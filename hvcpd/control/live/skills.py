@@ -6,7 +6,7 @@ import argparse
 import asyncio
 import signal
 import sys
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Mapping
 from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
         sys.stdout.write(f"Carrying out {', '.join(names)} for {daemon.name}; Ctrl-C ends it.\n")
         sys.stdout.flush()
     with suppress(KeyboardInterrupt):
-        asyncio.run(until_ended(serve(path, settings, tasks)))
+        asyncio.run(until_ended(serve(path, settings, tasks, loaded.skill_places)))
     return EX_OK
 
 
@@ -76,14 +76,18 @@ def offered(settings: Settings, tasks: TaskRepository) -> tuple[str, ...]:
     return tuple(sorted(own | declared.intersection(installed()) - settings.skills.keys()))
 
 
-async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
-    """Offer the skills to the daemon at `path` for ever. Raises HvcpdError for an error that a retry does not fix."""
+async def serve(
+    path: Path, settings: Settings, tasks: TaskRepository, skill_places: Mapping[str, str] | None = None
+) -> None:
+    """Offer the skills to the daemon at `path` for ever. Raises HvcpdError for an error that a retry does not fix.
+    `skill_places` has the line of each skill."""
+    places = skill_places or {}
     async with AsyncExitStack() as stack:
         with ExitStack() as opened:
             pins = {skill.gpio.pin: skill.gpio.active_high for skill in settings.skills.values() if skill.gpio}
             guard = GuardLine(pins)
             opened.callback(guard.close)
-            runners = {name: _runner(name, settings, guard) for name in offered(settings, tasks)}
+            runners = {name: _runner(name, settings, guard, places.get(name)) for name in offered(settings, tasks)}
             stack.push(opened.pop_all())
         beat = asyncio.create_task(guard.beat())
         stack.callback(beat.cancel)
@@ -94,11 +98,12 @@ async def serve(path: Path, settings: Settings, tasks: TaskRepository) -> None:
         await offer(path, runners)
 
 
-def _runner(name: str, settings: Settings, guard: GuardLine) -> Runner:
+def _runner(name: str, settings: Settings, guard: GuardLine, place: str | None) -> Runner:
     skill = settings.skills.get(name)
     if skill is None:
         return Object(name)
     try:
         return Pin(skill.gpio) if skill.gpio is not None else Program(skill.run, skill.safe, guard)
     except HvcpdError as error:
-        raise type(error)(f"skills.{name}: {error}") from None
+        where = f"{place}: " if place is not None else ""
+        raise type(error)(f"{where}skills.{name}: {error}") from None

@@ -16,10 +16,12 @@ from hvcpd.config.recurrence import BEGIN
 from hvcpd.control.simulate.team import Team
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, unwritable
+from hvcpd.language import messages as m
 from hvcpd.memory.store import TranscriptRecord, TranscriptRow
 from hvcpd.reporting.occurrences import occurrences
 from hvcpd.reporting.shift import Shift, read_shift
 from hvcpd.reporting.shift_page import as_json, as_text, write_shift
+from hvcpd.security.trust import Trust
 
 BEGIN_S = (BEGIN + timedelta(weeks=1)).timestamp()
 """Midnight before a Monday, local time: every such shift begins then, so that the same seed gives the same shift."""
@@ -38,9 +40,17 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
         subject = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"
         sys.stderr.write(f"hvcpctl: {subject}: done only once, without `every:` (docs/skills.md)\n")
     mission = WordMission(_plan(options, team, coordinator, speech), keep=True)
+    understood: list[m.Utterance] = []
+
+    def note(listener: str, utterance: m.Utterance) -> tuple[m.Utterance, Trust]:
+        if listener == options.robots[0]:
+            understood.append(utterance)
+        return utterance, Trust.OPEN
+
+    mission.air.judge = note
     mission.remember_done(BEGIN_S)
     mission.run()
-    shift = _shift(mission, team, options.hours * HOUR_S)
+    shift = _shift(mission, understood, team, options.hours * HOUR_S)
     if options.report is not None:
         path = options.report / "shift.html"
         try:
@@ -75,19 +85,18 @@ def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, spee
     )
 
 
-def _shift(mission: WordMission, team: Team, length_s: float) -> Shift:
-    """The shift as heard in the air, in the form of the first robot's transcript."""
-    begin_s = mission.plan.begin_s
-    rows = [
-        TranscriptRow(
-            number,
-            begin_s + at_s,
-            TranscriptRecord(
-                at_s, "said" if speaker == mission.plan.names[0] else "heard", speaker, team.phrasebook.write(u), 1.0
-            ),
-        )
-        for number, (at_s, speaker, u) in enumerate(mission.said, 1)
-    ]
+def _shift(mission: WordMission, understood: list[m.Utterance], team: Team, length_s: float) -> Shift:
+    """The shift in the form of the first robot's transcript; of others' sentences it `understood` these."""
+    own, begin_s, known = mission.plan.names[0], mission.plan.begin_s, set(map(id, understood))
+
+    def record(at_s: float, speaker: str, u: m.Utterance) -> TranscriptRecord:
+        if speaker == own:
+            return TranscriptRecord(at_s, "said", speaker, team.phrasebook.write(u), 1.0)
+        if id(u) in known:
+            return TranscriptRecord(at_s, "heard", speaker, team.phrasebook.write(u), 1.0)
+        return TranscriptRecord(at_s, "garbled", None, "")
+
+    rows = [TranscriptRow(n, begin_s + said[0], record(*said)) for n, said in enumerate(mission.said, 1)]
     tasks, end_s = team.tasks.tasks, begin_s + length_s
     deeds = [(begin_s + at_s, number, by) for at_s, number, by in mission.done]
     due = occurrences(tasks, deeds, begin_s, end_s)
