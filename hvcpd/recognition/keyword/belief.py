@@ -58,15 +58,15 @@ class BeliefSettings:
     """Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
     have stopped" left that sentence understood, with 0.66 (1 is another word)."""
     begun: float = 0.9
-    """The same of a call that begins with a sentence, without the sentence: with an automatic gain, which falls at the
-    first sound, the beginning of a sentence had 0.83 to 0.87 (four of 36 in the world `chain`)."""
+    """Least probability of a call at the beginning of a sentence, once that is removed: with an automatic gain, which
+    falls at the first sound, sentences themselves had 0.83 to 0.87 there (four of 36 in the world `chain`)."""
     edge_s: float = 0.15
     """How well the ends of the word are known, and those of a sentence."""
     opening_s: tuple[float, float] = (0.1, 0.6)
-    """Range of the time from a sentence's beginning to the end of a word with which it begins."""
+    """Range of the time from the beginning of a sentence to the end of a word there."""
     longest_s: float = 12.0
     """Time for which a dropped word is remembered: the length of a sentence and the rest after it, since that may show
-    that the word was said. So long the decision about a word that speech began with waits at most."""
+    that the word was said; and the longest wait for the end of speech that begins with a word."""
     doubt_s: float = 2.0
     """Time for which the robot stands still for a word that is not certain."""
     again_s: float = 6.0
@@ -106,6 +106,7 @@ class Belief:
         self._texts = texts
         self._open: list[_Word] = []
         self._speech_from: int | None = None
+        """Somebody has been speaking since that sample; None: nobody speaks."""
         self._told: Recognised | None = None
         """The last sentence; it may be reported before the word in it."""
         self._ask_from: int | None = None
