@@ -122,6 +122,8 @@ class RequestHandler:
     async def resume(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()
         before = robot.coordination.resume(robot.now)
+        self._body.journal.stop(False)
+        await self._body.journal.stop_kept()  # or a robot that is switched off at once would start stopped
         return {"stopped": False, "before": before}
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:

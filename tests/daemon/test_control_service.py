@@ -30,6 +30,7 @@ from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import RunningError
+from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.people.enrolled import Person, person_path, remove_person, write_person
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
@@ -108,11 +109,19 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             assert said is not None
             assert said["text"] == "Hi all, I am Rob, I have stopped"
             assert (await talk.ask("stop"))["result"]["before"] is True
+            assert kept(bench) is Permit.STOPPED
             assert (await talk.ask("resume"))["result"] == {"stopped": False, "before": True}
+            assert kept(bench) is Permit.FREE, "it is kept when it is answered"
             assert (await talk.ask("resume"))["result"] == {"stopped": False, "before": False}
             await talk.hang_up()
 
     run(scene())
+
+
+def kept(bench: ControlBench) -> Permit | None:
+    """What the latch on the disk says about the next start."""
+    latched = StopLatch(bench.body.wiring.latch_path).read()
+    return latched.permit if latched is not None else None
 
 
 def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: Path) -> None:
