@@ -84,7 +84,7 @@ def call(**arguments: float | str) -> Call:
     return Call(1, 1, "hold", tuple(arguments.items()), 60.0)
 
 
-async def timed(kind: Kind, chance: random.Random, times: Times) -> None:
+async def timed(kind: Kind, rng: random.Random, times: Times) -> None:
     """One call, cancelled at a random moment."""
     if kind.before is not None:
         await kind.before()
@@ -99,7 +99,7 @@ async def timed(kind: Kind, chance: random.Random, times: Times) -> None:
         await asyncio.sleep(0)
         longest_s = max(longest_s, time.thread_time() - before_s)
     began_s = time.monotonic() - asked_s
-    await asyncio.sleep(LONGEST_S * chance.random())
+    await asyncio.sleep(LONGEST_S * rng.random())
     if task.done():  # a busy machine slept for longer
         times.failed += 1
         return
@@ -135,7 +135,7 @@ def joint_bus(**settings: object) -> Iterator[tuple[FakeMotor, Joint, WheelServi
         yield motor, joint, WheelService(DynamixelWheels(bus.path, settings=PATIENT, joints=(joint,)))
 
 
-async def joint_row(stopped: str, calls: int, chance: random.Random) -> None:
+async def joint_row(stopped: str, calls: int, rng: random.Random) -> None:
     with joint_bus(stopped=stopped) as (motor, joint, service):
         await service.open()
         now_s, ends = 0.0, [-80.0, 80.0]
@@ -156,13 +156,13 @@ async def joint_row(stopped: str, calls: int, chance: random.Random) -> None:
             ends.reverse()
             motion = JointMotion(joint, service.exchange_now)
             begun = lambda: abs(motor.true_speed_rad_s) > STANDS_RAD_S  # noqa: E731
-            await timed(Kind("", motion, call(angle_deg=ends[0]), begun, stands), chance, times)
+            await timed(Kind("", motion, call(angle_deg=ends[0]), begun, stands), rng, times)
         tell(f"joint, {stopped}", times)
         serving.cancel()
         await service.close()
 
 
-async def rows(calls: int, chance: random.Random, folder: Path) -> None:
+async def rows(calls: int, rng: random.Random, folder: Path) -> None:
     from hvcpd.skills.pins import Pin
 
     mark = folder / "begun"
@@ -185,15 +185,15 @@ async def rows(calls: int, chance: random.Random, folder: Path) -> None:
     for kind in kinds:
         times = Times()
         for _ in range(calls):
-            await timed(kind, chance, times)
+            await timed(kind, rng, times)
         tell(kind.name, times)
     await hold.close()
     await pin.close()
 
 
-async def joint_rows(calls: int, chance: random.Random) -> None:
+async def joint_rows(calls: int, rng: random.Random) -> None:
     for stopped in ("hold", "release"):
-        await joint_row(stopped, calls, chance)
+        await joint_row(stopped, calls, rng)
 
 
 async def hung(count: int, folder: Path) -> None:
@@ -237,7 +237,7 @@ def main() -> None:
     parser.add_argument("--only", choices=PARTS, help="one part (default: all)")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    chance = random.Random(options.seed)
+    rng = random.Random(options.seed)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ |= {"GPIOZERO_PIN_FACTORY": "files", "FAKE_PINS": name, "PYTHONPATH": name}
@@ -249,15 +249,15 @@ def main() -> None:
         print("| Skill | Calls | begun, ms: median | most | safe, ms: median | most | later than 500 ms | loop, ms |")
         print("|---|---|---|---|---|---|---|---|")
         if "cancel" in parts:
-            asyncio.run(rows(options.calls, chance, folder))
+            asyncio.run(rows(options.calls, rng, folder))
         if "joint" in parts:
-            asyncio.run(joint_rows(options.calls, chance))
+            asyncio.run(joint_rows(options.calls, rng))
         if "served" in parts:
-            asyncio.run(served_rows(options.calls, chance, folder))
+            asyncio.run(served_rows(options.calls, rng, folder))
         if "hung" in parts:
             asyncio.run(hung(options.hung, folder))
         if "kill" in parts:
-            kill_rows(options.kills, chance, folder)
+            kill_rows(options.kills, rng, folder)
 
 
 if __name__ == "__main__":

@@ -98,7 +98,7 @@ def until(holds: Callable[[], bool], process: subprocess.Popen[str] | None = Non
     return time.monotonic() - began_s
 
 
-def pin_killed(which: str, number: int, chance: random.Random, pins: Path) -> tuple[float, float]:
+def pin_killed(which: str, number: int, rng: random.Random, pins: Path) -> tuple[float, float]:
     """From the kill until the pin is off, and before it from the daemon's word until the pin was on, s."""
     path = pins / f"{which}-{number}.sock"
     with child(DAEMON, str(path)) as daemon:
@@ -108,20 +108,20 @@ def pin_killed(which: str, number: int, chance: random.Random, pins: Path) -> tu
             asked_s = float(daemon.stdout.readline())
             until(lambda: is_on(pins, 17), host)
             began_s = edges(pins, 17)[-1].at_s - asked_s
-            time.sleep(SETTLED_S * (1.0 + chance.random()))
+            time.sleep(SETTLED_S * (1.0 + rng.random()))
             (daemon if which == "daemon" else host).kill()
             took_s = until(lambda: not is_on(pins, 17))
     time.sleep(1.0)  # until the guard has let go of the pin
     return took_s, began_s
 
 
-def joint_killed(stopped: str, chance: random.Random) -> float:
+def joint_killed(stopped: str, rng: random.Random) -> float:
     """From the kill of the process that has the bus until the joint stands, with its torque as declared, s."""
     motor = FakeMotor(3, start_ticks=1100, shaft=JOINT)
     with FakeBus((*turtlebot3_pair(), motor)) as bus, RealTimePump(bus.advance):
         with child(JOINT_DAEMON, bus.path, stopped) as process:
             until(lambda: abs(motor.true_speed_rad_s) > STANDS_RAD_S, process)
-            time.sleep(SETTLED_S * (1.0 + chance.random()))
+            time.sleep(SETTLED_S * (1.0 + rng.random()))
             process.kill()
             wanted = 0 if stopped == "release" else 1
             took_s = until(
@@ -131,17 +131,17 @@ def joint_killed(stopped: str, chance: random.Random) -> float:
     return took_s
 
 
-def kill_rows(kills: int, chance: random.Random, pins: Path) -> None:
+def kill_rows(kills: int, rng: random.Random, pins: Path) -> None:
     """Print how soon all was safe after kill -9, and what lay between a daemon's word and a pin that was on."""
     found: dict[str, list[float]] = {}
     begun: list[float] = []
     for number in range(kills):
         for which in ("daemon", "hvcpctl skills"):
-            took_s, began_s = pin_killed(which, number, chance, pins)
+            took_s, began_s = pin_killed(which, number, rng, pins)
             found.setdefault(f"pin, {which} killed", []).append(took_s)
             begun.append(began_s)
         for stopped in ("hold", "release"):
-            found.setdefault(f"joint, {stopped}, daemon killed", []).append(joint_killed(stopped, chance))
+            found.setdefault(f"joint, {stopped}, daemon killed", []).append(joint_killed(stopped, rng))
     print("\n| kill -9 | Trials | safe, ms: median | most | later than 500 ms |\n|---|---|---|---|---|")
     for name, times in found.items():
         times.sort()

@@ -122,20 +122,20 @@ def fading_plan(seed: int, coordinate: bool) -> WordPlan:
 def recurring_plan(seed: int, robots: tuple[int, int] = (2, 12), hours: float = 72.0) -> WordPlan:
     """A team for some days: tasks that recur, clocks that are wrong by up to a minute or missing, some robots that
     fail, and some that are switched off and on again."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     plan = random_plan(seed, robots=robots, tasks=(1, 5), outages_max=0)
-    tasks = tuple(replace(t, every=Recurrence(chance.choice(PERIODS))) for t in plan.tasks)
-    with_clock = chance.sample(plan.names, chance.randint(1, len(plan.names)))
-    failing = {(name, task.number) for name in plan.names[1:] for task in tasks if chance.random() < FAILING}
+    tasks = tuple(replace(t, every=Recurrence(rng.choice(PERIODS))) for t in plan.tasks)
+    with_clock = rng.sample(plan.names, rng.randint(1, len(plan.names)))
+    failing = {(name, task.number) for name in plan.names[1:] for task in tasks if rng.random() < FAILING}
     outages = tuple(
-        Outage(name, chance.uniform(0.0, hours * 3600.0), chance.uniform(30.0, 20_000.0))
+        Outage(name, rng.uniform(0.0, hours * 3600.0), rng.uniform(30.0, 20_000.0))
         for name in plan.names[1:]
-        if chance.random() < CRASHING
+        if rng.random() < CRASHING
     )
     return replace(
         plan,
         tasks=tasks,
-        clocks={name: chance.uniform(-CLOCKS_S, CLOCKS_S) for name in dict.fromkeys((plan.names[0], *with_clock))},
+        clocks={name: rng.uniform(-CLOCKS_S, CLOCKS_S) for name in dict.fromkeys((plan.names[0], *with_clock))},
         fails=lambda name, task, _now: (name, task) in failing,
         outages=outages,
         late={},
