@@ -199,6 +199,13 @@ class JournalService:
             return f"{self._latch.path}: its disk does not answer"
         return self.unkept
 
+    async def release_kept(self) -> None:
+        """Wait until the end of a stop is on the disk, in latch and memory, or for LATCH_S; with either of them a robot
+        that is switched off would start stopped."""
+        with suppress(TimeoutError):
+            async with asyncio.timeout(LATCH_S):
+                await self.settled()
+
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         """The transcript, as by `TranscriptReader.rows`, after all pending writes. Raises StoreError."""
         self._send_later()
