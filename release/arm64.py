@@ -13,12 +13,14 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from release.deb import AT_ONCE, build, build_natural
+from release.deb import AT_ONCE, STRIP, build, build_natural
 from release.lock import Target
 
 TARGET = Target("3.11", "arm64")
 """Debian 12's Python, whose bytecode this computer's may be compiled for as well."""
 EMULATOR = "qemu-aarch64"
+NEEDED = {EMULATOR: "qemu-user", STRIP[TARGET.architecture]: "binutils-aarch64-linux-gnu", "dpkg-deb": "dpkg"}
+"""Programs, and Debian's packages that they come in."""
 PACKAGES = ("python3", "libportaudio2", "python3-cryptography", "tzdata")
 """What the package depends on and Debian has; their own dependencies come with them."""
 LIBRARIES = Path("usr/lib/hvcpd")
@@ -33,8 +35,9 @@ def make_root(folder: Path) -> Path:
 
     Raises UnavailableError, or what `build` raises.
     """
-    if shutil.which(EMULATOR) is None:
-        raise UnavailableError(f"{EMULATOR} is missing: apt install qemu-user")
+    missing = [package for program, package in NEEDED.items() if shutil.which(program) is None]
+    if missing:
+        raise UnavailableError(f"missing here: apt install {' '.join(missing)}")
     root = folder / "root"
     done = folder / "-".join(("done", *PACKAGES))
     if not done.exists():
