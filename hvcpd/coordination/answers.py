@@ -137,7 +137,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
         for entry in me.board.entries():
             number = entry.definition.number
             unsaid = number not in s.numbers and number not in me.my_tasks()
-            if unsaid and not entry.known_done and not entry.is_due:
+            if unsaid and not entry.known_done and (not entry.is_due or speaker in entry.known_to):
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)
     me.reconsider(now)
@@ -153,7 +153,8 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
     elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, speaker):
         if entry.owner == me.role.name:
             me.board.release(number)  # whichever robot has done it, this one knows that it has not
-        me.board.complete(number, None, hearsay=True, said_by=speaker)
+        its_own = entry.owner == speaker  # as good as its report, which it has not said yet
+        me.board.complete(number, None, hearsay=True, said_by=None if its_own else speaker)
 
 
 def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:

@@ -46,6 +46,8 @@ class Entry:
     is_due: bool = False
     """It became due, or was added, while this robot was listening. A robot whose time has not come, or that does not
     know the task, leaves it out of its list of remaining tasks without meaning that it is done."""
+    known_to: frozenset[str] = frozenset()
+    """The robots that have spoken of it since it became due: if they leave it out of their lists, it is done."""
     change: int = 0
     """The number of the last change that is known; 0: none was made."""
     is_changed: bool = False

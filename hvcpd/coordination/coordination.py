@@ -122,7 +122,7 @@ class Coordination:
             trusting.refuse(me, utterance, trust, now)
             return
         for part in m.parts(utterance):
-            schedule.heard(me, part.statement, now)
+            schedule.heard(me, part.speaker, part.statement, now)
             hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)

@@ -60,27 +60,24 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
     entry.change, entry.due_s = number, due_s
 
 
-def begin(me: Knowledge, number: int, now: float) -> bool:
-    """A task is claimed, or said to be due: this means the coming occurrence if that is near. Returns whether it is."""
-    return _begin_what_comes(me, me.board[number], now)
-
-
-def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
+def heard(me: Knowledge, speaker: str | None, statement: m.Statement | None, now: float) -> None:
     """A robot speaks of tasks as open, or just done: a task that was done here may be due again."""
     own = m.own_words(statement)
-    for ref in _spoken_of(own):
-        entry = me.board.find(ref)
-        if entry is None or (isinstance(own, m.Completed) and ref in own.tasks and not entry.known_done):
-            continue  # what is reported is the occurrence that was not known to be done yet
-        if not _may_be_due(me, entry, now) or not entry.known_done:
+    for entry, reported in (
+        (me.board.find(ref), isinstance(own, m.Completed) and ref in own.tasks) for ref in _spoken_of(own)
+    ):
+        if entry is None:
             continue
-        if me.clock_s is None:
-            if isinstance(own, m.Completed) and ref in own.tasks:
+        is_still_open = entry.state != DONE or (reported and entry.hearsay)  # then that occurrence is meant
+        if not is_still_open and _may_be_due(me, entry, now):
+            if reported and me.clock_s is None:
                 if own is statement:  # not another robot's older report
                     entry.done_s = now  # this occurrence or the last one: it is done
                 continue
-            me.missed.heard_work = True  # other tasks may be due as well
-        _open(me, entry, now, is_due=True)
+            me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
+            _open(me, entry, now, is_due=True)
+        if not reported and speaker is not None:
+            entry.known_to |= {speaker}
 
 
 def note_done(me: Knowledge, number: int, now: float) -> float | None:
@@ -103,7 +100,8 @@ def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
 def reopen(me: Knowledge, entry: Entry, now: float) -> None:
     """Any robot is to do it once more; a list of remaining tasks may come from a robot that does not know."""
     number = entry.definition.number
-    entry.failed_by, entry.is_due = frozenset(), True
+    entry.failed_by = entry.known_to = frozenset()
+    entry.is_due = True
     for peer in me.peers.all():
         peer.unable -= {number}
     me.report.drop(number)  # that time is over
@@ -118,13 +116,14 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
         return False
     if me.clock_s is None:
         return now - entry.done_s >= early_s(every) and now - entry.opened_s >= RHYTHM * every.shortest_s
-    return _begin_what_comes(me, entry, now)
+    return begin_what_comes(me, entry, now)
 
 
-def _begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
-    """The entry now describes the coming occurrence, if that is within SKEW_S by this robot's clock; whether it is."""
+def begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
+    """The entry of a task that is done now describes the coming occurrence, if that is within SKEW_S by this robot's
+    clock; whether it is. What is still open then is done for its own occurrence."""
     every = entry.definition.every
-    if every is None or me.clock_s is None:
+    if every is None or me.clock_s is None or entry.state != DONE:
         return False
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
