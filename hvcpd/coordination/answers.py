@@ -150,11 +150,12 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
         lists = LISTS_OF_ONE if len(me.peers.present(now)) > 1 else LISTS_OF_TWO
         if entry.said_by != speaker or entry.times_said >= lists:
             me.board.complete(number, entry.owner)
-    elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, speaker):
+    elif speaker is not None and entry.state == CLAIMED and entry.owner == speaker:
+        claims.note_done(me, speaker, number, now, whole=True)  # it was asked before it could report
+    elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner is None:
         if entry.owner == me.role.name:
             me.board.release(number)  # whichever robot has done it, this one knows that it has not
-        its_own = entry.owner == speaker  # as good as its report, which it has not said yet
-        me.board.complete(number, None, hearsay=True, said_by=None if its_own else speaker)
+        me.board.complete(number, None, hearsay=True, said_by=speaker)
 
 
 def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:

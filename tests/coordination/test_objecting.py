@@ -118,11 +118,11 @@ def test_a_failure_that_is_repeated_does_not_free_the_task_of_the_robot_that_too
 
 
 def test_a_robot_that_leaves_its_own_task_out_of_a_list_has_done_it() -> None:
-    """Rob was asked what is left before it could report, and Bot confirmed Max's claim (seed 800866)."""
+    """Rob was asked what is left before it could report, and Bot confirmed Max's claim (seeds 800866 and 801087)."""
     bot = claiming("Bot")
     bot.knowledge.state, bot.knowledge.current.task = State.READY, None
     bot.board.claim(1, "Kim", 60.0)
     hear(bot, "Kim", "Bot", m.Left())
     bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 15.0)
-    assert bot.board[1].owner == "Kim"
-    assert bot.knowledge.floor.wants("deny 1")
+    assert bot.board[1].known_done
+    assert bot.knowledge.floor.wants("done 1")
