@@ -119,15 +119,15 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
     return begin_what_comes(me, entry, now)
 
 
-def begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
-    """The entry of a task that is done now describes the coming occurrence, if that is within SKEW_S by this robot's
-    clock; whether it is. What is still open then is done for its own occurrence."""
+def begin_what_comes(me: Knowledge, entry: Entry, now: float, within_s: float = SKEW_S) -> bool:
+    """The entry of a task that is done now describes the coming occurrence, if that is so near by this robot's clock;
+    whether it is. What is still open then is done for its own occurrence."""
     every = entry.definition.every
     if every is None or me.clock_s is None or entry.state != DONE:
         return False
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
-    if coming_s is None or coming_s - wall_s > SKEW_S:
+    if coming_s is None or coming_s - wall_s > within_s:
         return False
     _number(entry, every, coming_s)
     return True

@@ -126,3 +126,12 @@ def test_a_robot_that_leaves_its_own_task_out_of_a_list_has_done_it() -> None:
     bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 15.0)
     assert bot.board[1].known_done
     assert bot.knowledge.floor.wants("done 1")
+
+
+def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() -> None:
+    """Kim denied the task to all for minutes, for a robot that had been denied it itself (seed 802476)."""
+    kim = claiming("Kim")
+    kim.heard(m.Utterance("Bot", m.ToAll(), None, m.Claim(ONE)), 9.0)
+    assert (kim.board[1].owner, kim.state) == ("Bot", State.READY)
+    kim.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 30.0)
+    assert not kim.knowledge.floor.wants("deny 1")
