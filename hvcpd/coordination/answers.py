@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from hvcpd.coordination import ahead, claims, commands, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire

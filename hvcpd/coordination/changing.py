@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from hvcpd.coordination import claims, commands, composing, schedule
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
-from hvcpd.coordination.board import DONE, Entry
+from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger

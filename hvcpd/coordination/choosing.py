@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import routes
 from hvcpd.coordination.actions import Talk
-from hvcpd.coordination.board import CLAIMED, OPEN
+from hvcpd.coordination.entry import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State

@@ -20,8 +20,8 @@ from hvcpd.coordination.addressing import (
     objection_slot,
     waiting_slots,
 )
-from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.conversation import HeardClaim, QuotedReport
+from hvcpd.coordination.entry import CLAIMED, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire

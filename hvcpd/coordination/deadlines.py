@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
-from hvcpd.coordination.board import OPEN, Entry
+from hvcpd.coordination.entry import OPEN, Entry
 from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.config.recurrence import Recurrence
-from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.language import messages as m
 

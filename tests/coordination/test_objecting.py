@@ -7,8 +7,8 @@ import pytest
 from hil_fakes.word_plans import NAMES
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.addressing import OTHERS_SLOT, OWNER_SLOT, confirming_slot, objection_slot
-from hvcpd.coordination.board import OPEN
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.entry import OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
