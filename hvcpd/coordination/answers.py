@@ -23,7 +23,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
     if heard.speaker is None or not isinstance(heard.to, m.ToRobot):
         return
     if not is_for_me_alone(me, heard.to):
-        _note_confirmed(me, heard.speaker, heard.to.name, s, heard.now)
+        _note_confirmed(me, heard, heard.speaker, heard.to.name, s)
     elif me.state is State.READ_BACK:
         if me.current.partner in (None, heard.speaker):
             fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
@@ -57,11 +57,14 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     return bool(waiting) and {ref.number for ref in s.tasks}.issuperset(waiting)
 
 
-def _note_confirmed(me: Knowledge, speaker: str, owner: str, s: m.Confirmed, now: float) -> None:
-    """Another robot's claim or report was confirmed."""
+def _note_confirmed(me: Knowledge, heard: Heard, speaker: str, owner: str, s: m.Confirmed) -> None:
+    """Another robot's claim or report was confirmed, or that it has given the task up."""
     numbers = {entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None}
     for number in sorted(numbers):
-        _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, now)
+        if m.TaskByNumber(number) in heard.given_up:
+            me.board.give_up(number, owner)
+        else:
+            _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, heard.now)
 
 
 def _note_one_confirmed(

@@ -88,7 +88,8 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     """Accept a newer change and correct an older one; of two changes with one number, "do it again" holds."""
     number, now = entry.definition.number, heard.now
     count = _counted(entry, spoken)
-    if not skip and count == entry.change + 1 and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S):
+    is_next = not skip and count == entry.change + 1
+    if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
         schedule.reopen(me, entry, now)  # the coming occurrence, which has begun for a clock that is ahead
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):

@@ -121,9 +121,10 @@ class Coordination:
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
+        given_up = utterance.statement.given_up if isinstance(utterance.statement, m.ConfirmedAnd) else ()
         for part in m.parts(utterance):
             schedule.heard(me, part.speaker, part.statement, now)
-            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now))
+            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now, given_up))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
 

@@ -225,11 +225,13 @@ class Knowledge:
 
 @dataclass(frozen=True)
 class Heard:
-    """A sentence that was understood, with a confidence of 0 to 1, at a time in s."""
+    """A sentence that was understood, with a confidence of 0 to 1, at a time in s. `given_up`: the tasks that its
+    addressee has given up, as the rest of the sentence tells."""
 
     utterance: m.Utterance
     confidence: float
     now: float
+    given_up: tuple[m.TaskRef, ...] = ()
 
     @property
     def speaker(self) -> str | None:

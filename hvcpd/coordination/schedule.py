@@ -68,7 +68,7 @@ def heard(me: Knowledge, speaker: str | None, statement: m.Statement | None, now
     ):
         if entry is None:
             continue
-        is_still_open = entry.state != DONE or (reported and entry.hearsay)  # then that occurrence is meant
+        is_still_open = entry.state != DONE or (reported and entry.hearsay)  # what is open is done first
         if not is_still_open and _may_be_due(me, entry, now):
             if reported and me.clock_s is None:
                 if own is statement:  # not another robot's older report
@@ -120,10 +120,9 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
 
 
 def begin_what_comes(me: Knowledge, entry: Entry, now: float, within_s: float = SKEW_S) -> bool:
-    """The entry of a task that is done now describes the coming occurrence, if that is so near by this robot's clock;
-    whether it is. What is still open then is done for its own occurrence."""
+    """The entry now describes the coming occurrence, if that is so near by this robot's clock; whether it is."""
     every = entry.definition.every
-    if every is None or me.clock_s is None or entry.state != DONE:
+    if every is None or me.clock_s is None:
         return False
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)

@@ -97,6 +97,17 @@ def test_a_confirmed_failure_is_no_confirmation_of_a_claim() -> None:
     assert bot.board[1].state == OPEN
 
 
+def test_who_confirms_a_task_and_claims_it_itself_confirms_a_failure() -> None:
+    """Bot had missed that Ada failed, and denied the task to all for minutes (seed 806390)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Kim", 60.0)
+    hear(bot, "Zoe", "Kim", m.ConfirmedAnd(m.Confirmed(ONE), m.Claim(ONE)))
+    assert (bot.board[1].owner, bot.board[1].failed_by) == ("Zoe", {"Kim"})
+    assert not bot.knowledge.floor.wants("deny 1")
+    assert bot.knowledge.floor.wants("confirm Zoe")
+
+
 def test_a_robot_at_work_does_not_give_way_to_one_whose_failure_was_confirmed() -> None:
     kim = claiming("Kim")
     kim.knowledge.state = State.GOING

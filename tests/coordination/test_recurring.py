@@ -344,15 +344,20 @@ def test_a_list_tells_what_is_done_of_a_task_that_the_speaker_has_known_to_be_du
     assert bot.board[1].known_done is knows
 
 
-def test_the_next_number_means_what_comes_also_where_clocks_differ() -> None:
-    """Tom's clock was ahead, and Ida did the same once more, as the number after that (seed 802714)."""
+@pytest.mark.parametrize("is_done", [True, False])
+def test_the_next_number_means_what_comes_also_where_clocks_differ(is_done: bool) -> None:
+    """Tom's clock was ahead, and Ida did the same once more, as the number after that (seeds 802714 and 805349)."""
     mission = done_for_this_hour(doer="Rob")
     rob = mission.robots["Rob"]
     due_s = rob.next_deadline()
     mission.air.run_until(due_s - 200.0)
     coming = rob.board[1].change + 1
-    rob.heard(m.Utterance("Max", m.ToAll(), None, again(coming)), mission.air.now)
-    assert rob.board[1].state == "open"
+    if not is_done:
+        rob.board.reopen(1)
+        rob.board.claim(1, "Bot", due_s)
+    for speaker in ("Max", "Zoe"):
+        rob.heard(m.Utterance(speaker, m.ToAll(), None, again(coming)), mission.air.now)
+        assert rob.board[1].state != "done"
     mission.air.refresh()
     mission.air.run_until(due_s + 600.0)
     assert rob.board[1].change == coming
