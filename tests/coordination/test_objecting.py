@@ -80,6 +80,22 @@ def test_of_two_that_were_confirmed_the_first_name_keeps_the_task(name: str, oth
     assert robot.state is (State.ANNOUNCING if owner == name else State.READY), "it says so once more at the place"
 
 
+@pytest.mark.parametrize("voice", [True, False])
+def test_a_claimant_that_may_have_missed_a_bid_says_so_once_more_at_the_place(voice: bool) -> None:
+    """Another robot had bid and was confirmed, and the claimant did the same task (seeds 804586 and 810060)."""
+    kim = claiming("Kim")
+    kim.knowledge.current.way_m, kim.knowledge.current.claimed_s = 3, 5.0
+    if voice:
+        kim.channel(True, 6.0)
+        kim.channel(False, 8.0)
+    kim.knowledge.arm(8.0, 1.0)
+    kim.tick(9.5)
+    assert kim.state is State.CLAIMING
+    hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    kim.performed(20.0)
+    assert kim.state is (State.ANNOUNCING if voice else State.ACTING)
+
+
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
     """A name was misheard (seeds 702013 and 702064 of the missions over days)."""
     bot = claiming("Bot")
