@@ -63,21 +63,32 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
 def heard(me: Knowledge, speaker: str | None, statement: m.Statement | None, now: float) -> None:
     """A robot speaks of tasks as open, or just done: a task that was done here may be due again."""
     own = m.own_words(statement)
-    for entry, reported in (
-        (me.board.find(ref), isinstance(own, m.Completed) and ref in own.tasks) for ref in _spoken_of(own)
-    ):
-        if entry is None:
-            continue
-        is_still_open = entry.state != DONE or (reported and entry.hearsay)  # what is open is done first
-        if not is_still_open and _may_be_due(me, entry, now):
-            if reported and me.clock_s is None:
-                if own is statement:  # not another robot's older report
-                    entry.done_s = now  # this occurrence or the last one: it is done
-                continue
-            me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
-            _open(me, entry, now, is_due=True)
-        if not reported and speaker is not None:
-            entry.known_to |= {speaker}
+    reports = own.tasks if isinstance(own, m.Completed) else ()
+    for ref in _spoken_of(own):
+        entry = me.board.find(ref)
+        if entry is not None and ref in reports:
+            _note_reported(me, entry, own is not statement, now)
+        elif entry is not None:
+            _note_open(me, entry, speaker, now)
+
+
+def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> None:
+    """What is not known to be done is the occurrence that is meant. Otherwise it may be the coming one, or, for a robot
+    without a clock, this one, the last one or, quoted, an even older one."""
+    if not entry.known_done or not _may_be_due(me, entry, now):
+        return
+    if me.clock_s is not None:
+        _open(me, entry, now, is_due=True)
+    elif not is_quoted:
+        entry.done_s = now
+
+
+def _note_open(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
+    if entry.state == DONE and _may_be_due(me, entry, now):
+        me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
+        _open(me, entry, now, is_due=True)
+    if speaker is not None:
+        entry.known_to |= {speaker}
 
 
 def note_done(me: Knowledge, number: int, now: float) -> float | None:
