@@ -236,10 +236,11 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
 
 def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
     """Whether a robot that reports a recurring task as done may mean the last occurrence: it says an earlier number, or
-    this robot knows that the task has just become due, and the other one, whose claim it has not heard, says another
-    number, or none."""
+    this robot knows that the task has just become due, and the other one, whose claim it has heard only just now, or
+    not at all, says another number, or none."""
     at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then see `claims`
-    if me.clock_s is None or not entry.recurs or entry.known_done or entry.owner == doer or at_work:
+    may_have_done_it = entry.owner == doer and now - entry.since_s >= me.timing.recent_s
+    if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
         return False
     known = _counted(entry, count) if count is not None else None
     if known is not None and known < entry.change:

@@ -362,3 +362,19 @@ def test_the_next_number_means_what_comes_also_where_clocks_differ(is_done: bool
     mission.air.run_until(due_s + 600.0)
     assert rob.board[1].change == coming
     assert len(mission.done) == 3
+
+
+@pytest.mark.parametrize("claimed_before_s", [5.0, 60.0])
+def test_a_quote_of_whoever_has_only_just_claimed_it_is_of_the_last_time(claimed_before_s: float) -> None:
+    """Max had not heard that it was due again, and robots with clocks believed it (seed 821681)."""
+    mission = done_for_this_hour(doer="Bot")
+    rob = mission.robots["Rob"]
+    mission.air.misses = lambda _listener, _utterance: True
+    now = rob.next_deadline() + 30.0
+    rob.tick(now)
+    rob.heard(m.Utterance("Bot", m.ToAll(), None, m.Claim(m.TaskByNumber(1))), now)
+    rob.actions(now)
+    now += claimed_before_s
+    quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1)))
+    rob.heard(m.Utterance("Max", m.ToRobot("Bot"), None, quoted), now)
+    assert rob.board[1].state == ("claimed" if claimed_before_s < 15.0 else "done")
