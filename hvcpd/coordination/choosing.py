@@ -25,9 +25,9 @@ def claims_max(me: Knowledge) -> int:
     """Number of times that a sentence in need of a confirmation is said: largest if others are heard meanwhile."""
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
-    is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
-    if not is_awaited and all(peer.silent for peer in me.peers.all()):  # who was not heard for long may be resting
-        return me.timing.claims_alone
+    if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting
+        is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
+        return me.timing.claims_alone + (me.timing.greetings_max if is_awaited else 0)
     talkers = me.floor.busy_since_s > me.current.asked_since_s
     return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 

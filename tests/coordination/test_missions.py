@@ -45,13 +45,16 @@ def test_a_team_of_one_waits_for_nobody() -> None:
     assert claims[-1] < 20.0
 
 
-def test_robots_that_may_be_there_are_asked_as_often_as_others_once() -> None:
-    """Back from an outage, Bot said five sentences that were lost, and did what was done (seed 722749)."""
+def test_robots_that_may_be_there_are_asked_five_times_once() -> None:
+    """Back from an outage, Bot greeted three times and claimed twice, unheard, and did what was done (seed 722749)."""
     mission = Mission(("Rob", "Bot"), plants(3), seed=1, late={"Bot": 1000.0})
+    mission.saved["Rob"] = {1: ("open", None)}
+    mission.switch_on("Rob")  # it remembers an earlier life, and greets
     mission.air.run_until(600.0)
     claims = [u for _, _, u in mission.said if isinstance(u.statement, m.Claim)]
     reports = [u.statement for _, _, u in mission.said if isinstance(u.statement, m.Completed)]
-    assert len(claims) == mission.plan.timing.claims_max
+    assert sum(u.statement is None for _, _, u in mission.said) == 3
+    assert len(claims) == 5
     assert sum(each.next is not None for each in reports) == 2 * mission.plan.timing.claims_alone
 
 
