@@ -85,6 +85,7 @@ class Coordination:
             board.change(number, count, skipped)
             if board[number].definition.every is not None:  # it may have been due since then
                 board[number].is_changed, board[number].change = False, 0
+        board.changed.clear()  # nothing has just been done
         me.acquaintance.unheard = me.roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:

@@ -378,3 +378,13 @@ def test_a_quote_of_whoever_has_only_just_claimed_it_is_of_the_last_time(claimed
     quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1)))
     rob.heard(m.Utterance("Max", m.ToRobot("Bot"), None, quoted), now)
     assert rob.board[1].state == ("claimed" if claimed_before_s < 15.0 else "done")
+
+
+def test_a_robot_without_a_clock_does_not_know_after_a_restart_when_it_did_what_it_remembers() -> None:
+    """Max objected to the claim of what was due, as if it had just done it (seed 844017)."""
+    mission = done_for_this_hour(doer="Bot")
+    mission.changes["Bot"] = {1: (3, False)}  # a person wanted it once more, some time ago
+    mission.switch_on("Bot")
+    bot = mission.robots["Bot"]
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.Claim(m.TaskByNumber(1))), mission.air.now + 20.0)
+    assert bot.board[1].owner == "Rob"
