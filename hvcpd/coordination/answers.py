@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from hvcpd.coordination import ahead, claims, commands, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -23,7 +23,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
     if heard.speaker is None or not isinstance(heard.to, m.ToRobot):
         return
     if not is_for_me_alone(me, heard.to):
-        _note_confirmed(me, heard.speaker, heard.to.name, s, heard.now)
+        _note_confirmed(me, heard, heard.speaker, heard.to.name, s)
     elif me.state is State.READ_BACK:
         if me.current.partner in (None, heard.speaker):
             fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
@@ -57,11 +57,14 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     return bool(waiting) and {ref.number for ref in s.tasks}.issuperset(waiting)
 
 
-def _note_confirmed(me: Knowledge, speaker: str, owner: str, s: m.Confirmed, now: float) -> None:
-    """Another robot's claim or report was confirmed."""
+def _note_confirmed(me: Knowledge, heard: Heard, speaker: str, owner: str, s: m.Confirmed) -> None:
+    """Another robot's claim or report was confirmed, or that it has given the task up."""
     numbers = {entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None}
     for number in sorted(numbers):
-        _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, now)
+        if m.TaskByNumber(number) in heard.given_up:
+            me.board.give_up(number, owner)
+        else:
+            _note_one_confirmed(me, speaker, owner, number, s.complete, numbers, heard.now)
 
 
 def _note_one_confirmed(
@@ -137,7 +140,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
         for entry in me.board.entries():
             number = entry.definition.number
             unsaid = number not in s.numbers and number not in me.my_tasks()
-            if unsaid and not entry.known_done and not entry.is_due:
+            if unsaid and not entry.known_done and (not entry.is_due or speaker in entry.known_to):
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)
     me.reconsider(now)
@@ -150,7 +153,9 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
         lists = LISTS_OF_ONE if len(me.peers.present(now)) > 1 else LISTS_OF_TWO
         if entry.said_by != speaker or entry.times_said >= lists:
             me.board.complete(number, entry.owner)
-    elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner in (None, speaker):
+    elif speaker is not None and entry.state == CLAIMED and entry.owner == speaker:
+        claims.note_done(me, speaker, number, now, whole=True)  # it was asked before it could report
+    elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner is None:
         if entry.owner == me.role.name:
             me.board.release(number)  # whichever robot has done it, this one knows that it has not
         me.board.complete(number, None, hearsay=True, said_by=speaker)

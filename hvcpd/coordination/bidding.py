@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from hvcpd.coordination import choosing, composing, effects, routes
 from hvcpd.coordination.addressing import objection_slot
-from hvcpd.coordination.board import OPEN, Entry
+from hvcpd.coordination.entry import OPEN, Entry
 from hvcpd.coordination.floor import OWN_TURN, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.states import State, Trigger

@@ -2,108 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 
 from hvcpd.config.tasks import TaskDefinition
+from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry, new_entry, spoken_name
 from hvcpd.language.messages import TaskByName, TaskRef
-
-OPEN, CLAIMED, DONE = "open", "claimed", "done"
-
-
-@dataclass
-class Entry:
-    """One task's state. `lease_end_s` is when a claim lapses; `failed_by` are the robots that gave the task up.
-
-    `hearsay`: this robot heard once that the task is done, from a robot that it had not heard claim it. It then leaves
-    the task alone, but does not tell others that it is done.
-    """
-
-    definition: TaskDefinition
-    state: str = OPEN
-    owner: str | None = None
-    lease_end_s: float = 0.0
-    failed_by: frozenset[str] = frozenset()
-    hearsay: bool = False
-    said_by: str | None = None
-    """The robot that left this task, done by hearsay, out of its list of remaining tasks; None: its report was
-    heard."""
-    times_said: int = 0
-    """How often it did."""
-    firm: bool = False
-    """The claim is known to be confirmed, or its owner to be at work: reason enough to deny the task to others."""
-    times_heard: int = 0
-    """How often the owner, or a robot that answered it, was heard to name the owner: a word can be misheard."""
-    times_denied: int = 0
-    """How often this robot's claim of it was denied."""
-    since_s: float = -math.inf
-    """When this robot learned of its state and owner, by the sample clock."""
-    way_m: int | None = None
-    """The distance that its owner stated with the claim."""
-    due_s: float | None = None
-    """Of a recurring task: when the occurrence that this entry describes was due, s since 1970; None: unknown."""
-    is_due: bool = False
-    """It became due, or was added, while this robot was listening. A robot whose time has not come, or that does not
-    know the task, leaves it out of its list of remaining tasks without meaning that it is done."""
-    change: int = 0
-    """The number of the last change that is known; 0: none was made."""
-    is_changed: bool = False
-    """The last change was made since the task was last due."""
-    rumoured_change: tuple[int, float] = (0, -math.inf)
-    """Of a recurring task: the number of a change that was heard once, and is not believed yet; and when, s."""
-    skipped: bool = False
-    """Nobody has done it: it is to be left out this time."""
-    opened_s: float = -math.inf
-    """When it was left out, by the sample clock."""
-    gone: bool = False
-    """The team no longer has this task; questions about it may still be answered."""
-    done_s: float = -math.inf
-    """When it was last known to be done, by the sample clock."""
-    done_by: str | None = None
-    """The robot that did it then."""
-    acted_s: float = -math.inf
-    """When this robot itself last did it."""
-    helpers: frozenset[str] = frozenset()
-    """Of a task for several robots: the robots that do it with its owner."""
-    parts: frozenset[str] = frozenset()
-    """Those of them that have done their part."""
-    parts_before: frozenset[str] = frozenset()
-    """Those that did their part before the others were no longer heard."""
-    calls: int = 0
-    """How often this robot has called others to do it with, without an answer."""
-    call_s: float = -math.inf
-    """When it may call again."""
-
-    @property
-    def recurs(self) -> bool:
-        return self.definition.every is not None
-
-    @property
-    def is_shared(self) -> bool:
-        """Whether it takes several robots."""
-        return self.definition.robots > 1
-
-    @property
-    def team(self) -> frozenset[str]:
-        """The robots that have it: its owner, and those that do it with the owner."""
-        return self.helpers | {self.owner} if self.owner is not None and self.state == CLAIMED else frozenset()
-
-    @property
-    def has_room(self) -> bool:
-        """Whether it was claimed, and needs more robots than have said that they will do it."""
-        return 0 < len(self.team) < self.definition.robots and not self.parts
-
-    @property
-    def known_done(self) -> bool:
-        return self.state == DONE and not self.hearsay
-
-    @property
-    def lasting_state(self) -> str:
-        """The state to remember after a restart: hearsay is left out, because it would come back as knowledge."""
-        if self.state == DONE and self.hearsay:
-            return OPEN if self.owner is None else CLAIMED
-        return self.state
 
 
 class Board:
@@ -114,7 +17,7 @@ class Board:
     ) -> None:
         self._entries: dict[int, Entry] = {}
         for task in tasks:
-            self._entries[task.number] = new = _new(task)
+            self._entries[task.number] = new = new_entry(task)
             new.state, new.owner = remembered.get(task.number, (new.state, None))
             new.done_by, new.lease_end_s = new.owner if new.state == DONE else None, lease_end_s
             new.skipped = new.skipped and new.state == DONE and new.owner is None
@@ -204,8 +107,8 @@ class Board:
         for number, task in new.items():
             entry = self._entries.get(number)
             if entry is None or entry.gone:
-                self._entries[number] = new_entry = _new(task)
-                new_entry.is_due = True  # others that do not know it yet leave it out of their lists
+                self._entries[number] = added = new_entry(task)
+                added.is_due = True  # others that do not know it yet leave it out of their lists
                 self._not_sure += not task.on_demand
                 self.changed.append(number)
             else:
@@ -335,17 +238,5 @@ class Board:
         entry.skipped = entry.skipped and state == DONE
 
 
-def _new(task: TaskDefinition) -> Entry:
-    """The entry of a task that nobody has spoken of."""
-    if not task.on_demand:
-        return Entry(task)
-    return Entry(task, DONE, skipped=True, change=1)  # all know that it is left out, as if a person had told them so
-
-
 def _is_another(task: TaskDefinition, new: Mapping[int, TaskDefinition]) -> bool:
     return task.number not in new or spoken_name(new[task.number]) != spoken_name(task)
-
-
-def spoken_name(task: TaskDefinition) -> str:
-    """A task's name as a spoken reference has it: lower case, single spaces."""
-    return " ".join(task.name.lower().split())

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from hvcpd.coordination import claims, commands, composing, schedule
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
-from hvcpd.coordination.board import DONE, Entry
+from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
@@ -88,8 +88,9 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     """Accept a newer change and correct an older one; of two changes with one number, "do it again" holds."""
     number, now = entry.definition.number, heard.now
     count = _counted(entry, spoken)
-    if not skip and count == entry.change + 1 and schedule.begin(me, number, now) and entry.state == DONE:
-        schedule.reopen(me, entry, now)  # it is the coming occurrence
+    is_next = not skip and count == entry.change + 1
+    if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
+        schedule.reopen(me, entry, now)  # the coming occurrence, which has begun for a clock that is ahead
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):
         entry.change = count
@@ -235,10 +236,11 @@ def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
 
 def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: int | None, now: float) -> bool:
     """Whether a robot that reports a recurring task as done may mean the last occurrence: it says an earlier number, or
-    this robot knows that the task has just become due, and the other one, whose claim it has not heard, says another
-    number, or none."""
+    this robot knows that the task has just become due, and the other one, whose claim it has heard only just now, or
+    not at all, says another number, or none."""
     at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then see `claims`
-    if me.clock_s is None or not entry.recurs or entry.known_done or entry.owner == doer or at_work:
+    may_have_done_it = entry.owner == doer and now - entry.since_s >= me.timing.recent_s
+    if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
         return False
     known = _counted(entry, count) if count is not None else None
     if known is not None and known < entry.change:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import routes
 from hvcpd.coordination.actions import Talk
-from hvcpd.coordination.board import CLAIMED, OPEN
+from hvcpd.coordination.entry import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
@@ -26,10 +26,9 @@ def claims_max(me: Knowledge) -> int:
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting
-        is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()}
-        greetings_spared = me.timing.greetings_max - me.acquaintance.greetings if is_awaited else 0
-        return me.timing.claims_alone + max(greetings_spared, 0)
-    talkers = me.peers.last_heard_s > me.current.asked_since_s
+        is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
+        return me.timing.claims_alone + (me.timing.greetings_max if is_awaited else 0)
+    talkers = me.floor.busy_since_s > me.current.asked_since_s
     return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
 
 
@@ -184,7 +183,9 @@ def is_assured(me: Knowledge, now: float) -> bool:
         return False  # all begin together
     if me.current.partner is not None or not me.peers.present(now):
         return True
-    if now - me.missed.last_s < me.timing.bad_air_s or me.current.owner_before not in (None, me.role.name):
+    if me.current.may_be_outbid or now - me.missed.last_s < me.timing.bad_air_s:
+        return False
+    if me.current.owner_before not in (None, me.role.name):
         return False  # the previous owner may have done it, and its objection may have been lost
     needs_s = routes.work_s(me.board[me.my_task()].definition)
     return now + needs_s + MARGIN_S <= me.current.assured_s

@@ -20,8 +20,8 @@ from hvcpd.coordination.addressing import (
     objection_slot,
     waiting_slots,
 )
-from hvcpd.coordination.board import CLAIMED, Entry
 from hvcpd.coordination.conversation import HeardClaim, QuotedReport
+from hvcpd.coordination.entry import CLAIMED, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -115,8 +115,7 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         return False
     if entry.known_done:  # by the claimant itself: it must know
         me.board.reopen(number)
-    lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
-    me.board.claim(number, other, lease_end_s, firm=other_at_work)
+    _leave_to(me, other, number, other_at_work, now)
     entry.times_heard = HEARD_SURELY if other_at_work else 1  # a repeated claim: its owner missed the confirmation
     return third is None or bidding.is_bid(heard)
 
@@ -145,10 +144,16 @@ def contend_for_own(
     if (at_work and me.state is State.ACTING) or (mine < theirs and not outbid):
         _say_it_is_mine(me, other, number, now)
         return False
-    me.board.claim(number, other, me.lease_end_s(now))
+    _leave_to(me, other, number, other_at_work, now)
     if me.current.task == number:
         fire(me, Trigger.LOST, now)
     return True
+
+
+def _leave_to(me: Knowledge, other: str, number: int, other_at_work: bool, now: float) -> None:
+    """Another robot has the task now; until it is heard to be confirmed, for a short time."""
+    lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
+    me.board.claim(number, other, lease_end_s, firm=other_at_work)
 
 
 def _is_at(me: Knowledge, number: int) -> bool:

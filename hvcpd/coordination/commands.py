@@ -15,8 +15,8 @@ from collections.abc import Callable
 
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
-from hvcpd.coordination.board import Entry
 from hvcpd.coordination.choosing import in_name_conflict
+from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from hvcpd.coordination.addressing import must_spell_for
-from hvcpd.coordination.board import Entry, spoken_name
+from hvcpd.coordination.entry import Entry, spoken_name
 from hvcpd.coordination.floor import AHEAD, OWN_TURN, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State

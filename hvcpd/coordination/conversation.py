@@ -78,6 +78,8 @@ class Acquaintance:
     """The others take a robot that has not spoken for absent."""
     greetings: int = 0
     """How often it has greeted."""
+    alone: bool = False
+    """Nobody has answered any repetition of a claim: later ones are said less often."""
     known_by: set[str] = field(default_factory=set)
     """Robots that have said this robot's name: it need not be spelled for them."""
     spelled_s: float = NEVER_S

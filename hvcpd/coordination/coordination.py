@@ -85,6 +85,7 @@ class Coordination:
             board.change(number, count, skipped)
             if board[number].definition.every is not None:  # it may have been due since then
                 board[number].is_changed, board[number].change = False, 0
+        board.changed.clear()  # nothing has just been done
         me.acquaintance.unheard = me.roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
@@ -121,9 +122,10 @@ class Coordination:
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return
+        given_up = utterance.statement.given_up if isinstance(utterance.statement, m.ConfirmedAnd) else ()
         for part in m.parts(utterance):
-            schedule.heard(me, part.statement, now)
-            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now))
+            schedule.heard(me, part.speaker, part.statement, now)
+            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now, given_up))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
-from hvcpd.coordination.board import OPEN, Entry
+from hvcpd.coordination.entry import OPEN, Entry
 from hvcpd.coordination.floor import CROWD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
@@ -71,6 +71,8 @@ def renew_lease(me: Knowledge, now: float) -> None:
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
     chatter.raise_voice(me, now)
+    if me.current.way_m is not None and me.floor.busy_since_s > me.current.claimed_s:
+        me.current.may_be_outbid = True
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
         repair.spell_if_unknown(me, now)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import GoTo, Motion
-from hvcpd.coordination import ahead, chatter, choosing, composing, earshot, routes, schedule
+from hvcpd.coordination import ahead, chatter, choosing, composing, earshot, routes
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.floor import AHEAD, OWN_TURN, RANK_MAX, Intent, Urgency, nothing
@@ -114,11 +114,11 @@ def claim_task(me: Knowledge, now: float) -> None:
             return  # a robot that joins it confirms that, and not the report
         me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
+        me.current.may_be_outbid = False
         me.current.confirmed_to = me.current.promised = me.current.agreed = frozenset()
     else:
         tasks = me.my_tasks()
     me.current.way_m = routes.way_to_state_m(me, me.board[tasks[0]].definition, now)
-    schedule.begin(me, tasks[0], now)
     _hold(me, tasks, now)
 
 
@@ -165,7 +165,7 @@ def go(me: Knowledge, now: float) -> None:
 def go_alone(me: Knowledge, now: float) -> None:
     """Nobody has answered any repetition: there is nobody."""
     me.peers.nobody_answered(me.current.asked_since_s)
-    me.acquaintance.greetings = me.timing.greetings_max  # these were its greetings; later claims are said less often
+    me.acquaintance.alone = True
     go(me, now)
 
 

@@ -55,6 +55,9 @@ class Current:
     """The motion was heard surely: no confirmation is needed."""
     partner: str | None = None
     """The speaker that ordered it, or the robot that is being ordered."""
+    may_be_outbid: bool = False
+    """Its claim stated the way, and a voice that it did not understand followed: another robot may have been confirmed
+    since."""
     owner_before: str | None = None
     """The task's owner before this robot claimed it."""
     claimed_s: float = NEVER_S
@@ -79,6 +82,7 @@ class Current:
     def clear(self) -> None:
         """No task or motion is being agreed on or carried out any longer."""
         self.task = self.ahead = self.task_ref = self.partner = self.motion = None
+        self.may_be_outbid = False
 
 
 @dataclass
@@ -225,11 +229,13 @@ class Knowledge:
 
 @dataclass(frozen=True)
 class Heard:
-    """A sentence that was understood, with a confidence of 0 to 1, at a time in s."""
+    """A sentence that was understood, with a confidence of 0 to 1, at a time in s. `given_up`: the tasks that its
+    addressee has given up, as the rest of the sentence tells."""
 
     utterance: m.Utterance
     confidence: float
     now: float
+    given_up: tuple[m.TaskRef, ...] = ()
 
     @property
     def speaker(self) -> str | None:

@@ -6,7 +6,7 @@ from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import choosing, composing, effects
 from hvcpd.coordination.actions import Halt, Perform
-from hvcpd.coordination.board import spoken_name
+from hvcpd.coordination.entry import spoken_name
 from hvcpd.coordination.floor import Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger

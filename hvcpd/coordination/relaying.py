@@ -12,8 +12,8 @@ from dataclasses import replace
 
 from hvcpd.coordination import changing, claims, composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
-from hvcpd.coordination.board import Entry
 from hvcpd.coordination.conversation import NEVER_S, QuotedReport, Relays
+from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire

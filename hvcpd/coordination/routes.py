@@ -16,7 +16,7 @@ from itertools import pairwise
 
 from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
 from hvcpd.coordination.actions import Talk
-from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.language.phrasebook import WAYS_M

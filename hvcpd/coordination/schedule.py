@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.config.recurrence import Recurrence
-from hvcpd.coordination.board import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.language import messages as m
 
@@ -60,27 +60,35 @@ def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
     entry.change, entry.due_s = number, due_s
 
 
-def begin(me: Knowledge, number: int, now: float) -> bool:
-    """A task is claimed, or said to be due: this means the coming occurrence if that is near. Returns whether it is."""
-    return _begin_what_comes(me, me.board[number], now)
-
-
-def heard(me: Knowledge, statement: m.Statement | None, now: float) -> None:
+def heard(me: Knowledge, speaker: str | None, statement: m.Statement | None, now: float) -> None:
     """A robot speaks of tasks as open, or just done: a task that was done here may be due again."""
     own = m.own_words(statement)
+    reports = own.tasks if isinstance(own, m.Completed) else ()
     for ref in _spoken_of(own):
         entry = me.board.find(ref)
-        if entry is None or (isinstance(own, m.Completed) and ref in own.tasks and not entry.known_done):
-            continue  # what is reported is the occurrence that was not known to be done yet
-        if not _may_be_due(me, entry, now) or not entry.known_done:
-            continue
-        if me.clock_s is None:
-            if isinstance(own, m.Completed) and ref in own.tasks:
-                if own is statement:  # not another robot's older report
-                    entry.done_s = now  # this occurrence or the last one: it is done
-                continue
-            me.missed.heard_work = True  # other tasks may be due as well
+        if entry is not None and ref in reports:
+            _note_reported(me, entry, own is not statement, now)
+        elif entry is not None:
+            _note_open(me, entry, speaker, now)
+
+
+def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> None:
+    """What is not known to be done is the occurrence that is meant. Otherwise it may be the coming one, or, for a robot
+    without a clock, this one, the last one or, quoted, an even older one."""
+    if not entry.known_done or not _may_be_due(me, entry, now):
+        return
+    if me.clock_s is not None:
         _open(me, entry, now, is_due=True)
+    elif not is_quoted:
+        entry.done_s = now
+
+
+def _note_open(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
+    if entry.state == DONE and _may_be_due(me, entry, now):
+        me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
+        _open(me, entry, now, is_due=True)
+    if speaker is not None:
+        entry.known_to |= {speaker}
 
 
 def note_done(me: Knowledge, number: int, now: float) -> float | None:
@@ -103,7 +111,8 @@ def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
 def reopen(me: Knowledge, entry: Entry, now: float) -> None:
     """Any robot is to do it once more; a list of remaining tasks may come from a robot that does not know."""
     number = entry.definition.number
-    entry.failed_by, entry.is_due = frozenset(), True
+    entry.failed_by = entry.known_to = frozenset()
+    entry.is_due = True
     for peer in me.peers.all():
         peer.unable -= {number}
     me.report.drop(number)  # that time is over
@@ -118,17 +127,17 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
         return False
     if me.clock_s is None:
         return now - entry.done_s >= early_s(every) and now - entry.opened_s >= RHYTHM * every.shortest_s
-    return _begin_what_comes(me, entry, now)
+    return begin_what_comes(me, entry, now)
 
 
-def _begin_what_comes(me: Knowledge, entry: Entry, now: float) -> bool:
-    """The entry now describes the coming occurrence, if that is within SKEW_S by this robot's clock; whether it is."""
+def begin_what_comes(me: Knowledge, entry: Entry, now: float, within_s: float = SKEW_S) -> bool:
+    """The entry now describes the coming occurrence, if that is so near by this robot's clock; whether it is."""
     every = entry.definition.every
     if every is None or me.clock_s is None:
         return False
     wall_s = now + me.clock_s
     coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
-    if coming_s is None or coming_s - wall_s > SKEW_S:
+    if coming_s is None or coming_s - wall_s > within_s:
         return False
     _number(entry, every, coming_s)
     return True

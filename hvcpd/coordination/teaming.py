@@ -14,7 +14,7 @@ from functools import partial
 
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone, objection_slot
-from hvcpd.coordination.board import Entry
+from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger

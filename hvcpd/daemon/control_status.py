@@ -12,7 +12,7 @@ from typing import Any
 
 from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.board import Entry
+from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Away, Peer
 from hvcpd.coordination.states import State

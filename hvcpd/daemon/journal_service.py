@@ -134,6 +134,7 @@ class JournalService:
         stops = [record.stopped for record in records if isinstance(record, SaveStopped)]
         if stops:
             self.stop(stops[-1])  # the last alone: "resume, stop" must not be "free" for a moment
+        records = [record for record in records if not isinstance(record, SaveStopped)]
         for record in records:
             key = _key(record)
             if key is not None:
@@ -198,13 +199,6 @@ class JournalService:
         except TimeoutError:
             return f"{self._latch.path}: its disk does not answer"
         return self.unkept
-
-    async def release_kept(self) -> None:
-        """Wait until the end of a stop is on the disk, in latch and memory, or for LATCH_S; with either of them a robot
-        that is switched off would start stopped."""
-        with suppress(TimeoutError):
-            async with asyncio.timeout(LATCH_S):
-                await self.settled()
 
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         """The transcript, as by `TranscriptReader.rows`, after all pending writes. Raises StoreError."""
@@ -350,7 +344,5 @@ def _key(record: Record) -> tuple[object, ...] | None:
             return "peer", record.name.casefold()
         case SaveCounter():
             return "counter", record.name
-        case SaveStopped():
-            return ("stopped",)
         case _:
             return None

@@ -10,7 +10,6 @@ from typing import Any
 import structlog
 
 from hvcpd import __version__
-from hvcpd.coordination.actions import SaveStopped
 from hvcpd.daemon import base_request_handler, skill_service
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
@@ -123,8 +122,8 @@ class RequestHandler:
     async def resume(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()
         before = robot.coordination.resume(robot.now)
-        self._body.journal.write((SaveStopped(False),), robot.now)
-        await self._body.journal.release_kept()
+        self._body.journal.stop(False)
+        await self._body.journal.stop_kept()
         return {"stopped": False, "before": before}
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:

@@ -18,7 +18,7 @@ from hil_fakes.transducers import band
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Tend
-from hvcpd.coordination.board import CLAIMED, DONE
+from hvcpd.coordination.entry import CLAIMED, DONE
 from hvcpd.evaluation import listeners
 from hvcpd.evaluation.scene import SHIFT_M, Bench, noise
 from hvcpd.evaluation.trials import Trial

@@ -143,3 +143,9 @@ class ConfirmedAnd:
 
     confirmed: Confirmed
     statement: Claim | Completed
+
+    @property
+    def given_up(self) -> tuple[TaskRef, ...]:
+        """The tasks that the addressee must have reported as failed, because the speaker claims them itself."""
+        claim = self.statement if isinstance(self.statement, Claim) else self.statement.claim
+        return tuple(ref for ref in self.confirmed.tasks if claim is not None and ref in claim.tasks)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
+from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveTask
 from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 from hvcpd.robot.records import (
     DoubtRecord,
@@ -28,8 +28,6 @@ DUE = "due "
 """Before a task's number: the counter of the due time of its last completed occurrence, s since 1970."""
 CHANGE = "change "
 """Before a task's number: the counter of its last change, doubled, plus one if it is left out since."""
-STOPPED = "stopped"
-"""The flag of a stopped robot in its store."""
 
 
 class Journal:
@@ -113,8 +111,6 @@ class Journal:
                     self._store.raise_counter(f"{CHANGE}{number}", 2 * count + skipped)
                 case SavePeer(name, team, heard_at_s):
                     self._store.save_peer(PeerRecord(name, team, heard_at_s))
-                case SaveStopped(stopped):
-                    self._store.set_flag(STOPPED, stopped)
                 case SaveCounter(name, value):
                     if self._seals is not None:
                         self._seals.raise_counter(name, value)

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvcpd.errors import NewerStoreError, StoreError
-from hvcpd.memory.journal import STOPPED
 from hvcpd.memory.latch import IDENTITY_BITS, Latched, Permit, StopLatch
 from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import make_directory
+
+STOPPED = "stopped"
+"""The flag of a stopped robot in a memory from before there were latches."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +76,8 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
     seals_lost = seals is not None and _are_seals_lost(seals, before, is_first)
     if seals_lost:
         losses.append(seals_fault or f"{files.seals}: the counters of seals are lost")
-    is_latched = before is not None and before.permit is Permit.STOPPED
-    stopped = is_latched or bool(losses) or latch.spare() is not None or STOPPED in store.flags()
+    is_latched = before.permit is Permit.STOPPED if before is not None else STOPPED in store.flags()
+    stopped = is_latched or bool(losses) or latch.spare() is not None
     after = Latched(
         Permit.STOPPED if stopped else Permit.FREE,
         _identity(store if fault is None else None, before.memory if before is not None else None),
@@ -88,7 +90,6 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
         for each, identity in ((store, after.memory), (seals, after.seals)):
             if each is not None and identity is not None:
                 each.mark(identity)
-        store.set_flag(STOPPED, stopped)
         latch.write(after)
     except StoreError as error:
         failing = str(error)

@@ -169,13 +169,8 @@ class Store:
         query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = max(value, excluded.value)"
         self._write(query, (name, value))
 
-    def set_flag(self, name: str, on: bool) -> None:
-        """Set or clear a flag; it is on the disk when this returns."""
-        with self._lasting():
-            self._write("INSERT OR IGNORE INTO flags VALUES (?)" if on else "DELETE FROM flags WHERE name = ?", (name,))
-
     def flags(self) -> frozenset[str]:
-        """All flags that are set."""
+        """All flags that an earlier version has set."""
         return frozenset(name for (name,) in self._read("SELECT name FROM flags"))
 
     def counters(self) -> dict[str, int]:

@@ -9,7 +9,8 @@ import pytest
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hil_fakes.word_plans import random_plan
 from hvcpd.coordination import composing
-from hvcpd.coordination.board import DONE, Board
+from hvcpd.coordination.board import Board
+from hvcpd.coordination.entry import DONE
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from hvcpd.config.tasks import Place, TaskDefinition, Tend, Wait
-from hvcpd.coordination.board import DONE
+from hvcpd.coordination.entry import DONE
 from tests.coordination.mission import Mission
 
 NAMES = ("Rob", "Max", "Zoe")

@@ -45,6 +45,19 @@ def test_a_team_of_one_waits_for_nobody() -> None:
     assert claims[-1] < 20.0
 
 
+def test_robots_that_may_be_there_are_asked_five_times_once() -> None:
+    """Back from an outage, Bot greeted three times and claimed twice, unheard, and did what was done (seed 722749)."""
+    mission = Mission(("Rob", "Bot"), plants(3), seed=1, late={"Bot": 1000.0})
+    mission.saved["Rob"] = {1: ("open", None)}
+    mission.switch_on("Rob")  # it remembers an earlier life, and greets
+    mission.air.run_until(600.0)
+    claims = [u for _, _, u in mission.said if isinstance(u.statement, m.Claim)]
+    reports = [u.statement for _, _, u in mission.said if isinstance(u.statement, m.Completed)]
+    assert sum(u.statement is None for _, _, u in mission.said) == 3
+    assert len(claims) == 5
+    assert sum(each.next is not None for each in reports) == 2 * mission.plan.timing.claims_alone
+
+
 def test_who_was_not_heard_for_long_is_asked_as_often_as_others_once() -> None:
     """Robots that rest say nothing for hours; a claim said only twice was lost to them, or the objection to it."""
     mission = Mission(("Rob", "Bot"), plants(2), seed=1)
@@ -55,6 +68,18 @@ def test_who_was_not_heard_for_long_is_asked_as_often_as_others_once() -> None:
     assert choosing.claims_max(rob) == mission.plan.timing.claims_max
     rob.peers.nobody_answered(now)
     assert choosing.claims_max(rob) == mission.plan.timing.claims_alone
+
+
+def test_a_voice_that_is_not_understood_is_not_silence() -> None:
+    """Rob understood none of six objections, and did what was done (seed 800661 of the missions over days)."""
+    mission = Mission(("Rob", "Bot"), plants(2), seed=1)
+    mission.run()
+    rob, now = mission.robots["Rob"], mission.air.now + 100.0
+    rob.knowledge.current.asked_since_s = now
+    assert choosing.claims_max(rob.knowledge) == mission.plan.timing.claims_max
+    rob.channel(True, now + 5.0)
+    rob.channel(False, now + 8.0)
+    assert choosing.claims_max(rob.knowledge) == 3 * mission.plan.timing.claims_max
 
 
 @pytest.mark.parametrize("n_robots", [2, 4])

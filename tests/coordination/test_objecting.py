@@ -7,8 +7,8 @@ import pytest
 from hil_fakes.word_plans import NAMES
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.addressing import OTHERS_SLOT, OWNER_SLOT, confirming_slot, objection_slot
-from hvcpd.coordination.board import OPEN
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.entry import OPEN
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
@@ -80,6 +80,22 @@ def test_of_two_that_were_confirmed_the_first_name_keeps_the_task(name: str, oth
     assert robot.state is (State.ANNOUNCING if owner == name else State.READY), "it says so once more at the place"
 
 
+@pytest.mark.parametrize("voice", [True, False])
+def test_a_claimant_that_may_have_missed_a_bid_says_so_once_more_at_the_place(voice: bool) -> None:
+    """Another robot had bid and was confirmed, and the claimant did the same task (seeds 804586 and 810060)."""
+    kim = claiming("Kim")
+    kim.knowledge.current.way_m, kim.knowledge.current.claimed_s = 3, 5.0
+    if voice:
+        kim.channel(True, 6.0)
+        kim.channel(False, 8.0)
+    kim.knowledge.arm(8.0, 1.0)
+    kim.tick(9.5)
+    assert kim.state is State.CLAIMING
+    hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    kim.performed(20.0)
+    assert kim.state is (State.ANNOUNCING if voice else State.ACTING)
+
+
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
     """A name was misheard (seeds 702013 and 702064 of the missions over days)."""
     bot = claiming("Bot")
@@ -95,6 +111,17 @@ def test_a_confirmed_failure_is_no_confirmation_of_a_claim() -> None:
     bot.heard(m.Utterance("Kim", m.ToAll(), None, m.Failed(ONE)), 9.0)
     hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
     assert bot.board[1].state == OPEN
+
+
+def test_who_confirms_a_task_and_claims_it_itself_confirms_a_failure() -> None:
+    """Bot had missed that Ada failed, and denied the task to all for minutes (seed 806390)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Kim", 60.0)
+    hear(bot, "Zoe", "Kim", m.ConfirmedAnd(m.Confirmed(ONE), m.Claim(ONE)))
+    assert (bot.board[1].owner, bot.board[1].failed_by) == ("Zoe", {"Kim"})
+    assert not bot.knowledge.floor.wants("deny 1")
+    assert bot.knowledge.floor.wants("confirm Zoe")
 
 
 def test_a_robot_at_work_does_not_give_way_to_one_whose_failure_was_confirmed() -> None:
@@ -115,3 +142,23 @@ def test_a_failure_that_is_repeated_does_not_free_the_task_of_the_robot_that_too
     assert bot.board[1].owner == "Kim"
     bot.heard(m.Utterance("Kim", m.ToAll(), None, m.Failed(ONE)), 10.0)
     assert bot.board[1].state == OPEN
+
+
+def test_a_robot_that_leaves_its_own_task_out_of_a_list_has_done_it() -> None:
+    """Rob was asked what is left before it could report, and Bot confirmed Max's claim (seeds 800866 and 801087)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Kim", 60.0)
+    hear(bot, "Kim", "Bot", m.Left())
+    bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 15.0)
+    assert bot.board[1].known_done
+    assert bot.knowledge.floor.wants("done 1")
+
+
+def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() -> None:
+    """Kim denied the task to all for minutes, for a robot that had been denied it itself (seed 802476)."""
+    kim = claiming("Kim")
+    kim.heard(m.Utterance("Bot", m.ToAll(), None, m.Claim(ONE)), 9.0)
+    assert (kim.board[1].owner, kim.state) == ("Bot", State.READY)
+    kim.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 30.0)
+    assert not kim.knowledge.floor.wants("deny 1")

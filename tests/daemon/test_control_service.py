@@ -6,9 +6,7 @@ import asyncio
 import io
 import json
 import os
-import sqlite3
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -121,12 +119,9 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
 
 
 def starts_stopped(bench: ControlBench) -> bool:
-    """Whether latch or memory, as they are on the disk, would have the next start stopped."""
-    wiring = bench.body.wiring
-    latched = StopLatch(wiring.latch_path).read()
-    with closing(sqlite3.connect(wiring.settings.memory_path)) as memory:
-        flags = memory.execute("SELECT name FROM flags").fetchall()
-    return latched is None or latched.permit is not Permit.FREE or ("stopped",) in flags
+    """Whether the latch, as it is on the disk, would have the next start stopped."""
+    latched = StopLatch(bench.body.wiring.latch_path).read()
+    return latched is None or latched.permit is not Permit.FREE
 
 
 def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: Path) -> None:

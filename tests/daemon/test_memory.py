@@ -19,7 +19,6 @@ from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
 from hvcpd.errors import NewerStoreError, StoreError
-from hvcpd.memory.journal import STOPPED
 from hvcpd.memory.latch import Latched, Permit, StopLatch, latched_of
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.store import Store, TaskRecord
@@ -104,7 +103,6 @@ def test_a_stop_lasts_until_it_is_ended(robot: Robot, ends: bool) -> None:
         memory = robot.starts()
         assert (memory.stopped, memory.loss) == (True, None)
     with robot.life(ends=ends) as (memory, latch):
-        memory.store.set_flag(STOPPED, False)
         latch.write(Latched(Permit.FREE, memory.latched.memory))
     assert not robot.starts().stopped
 
@@ -365,7 +363,6 @@ def test_a_stop_that_its_disk_does_not_take_is_kept_elsewhere_and_told(
         thawed(folder)
     with robot.life() as (memory, latch):
         assert memory.stopped
-        memory.store.set_flag(STOPPED, False)
         latch.write(Latched(Permit.FREE, memory.latched.memory))
     assert not robot.starts().stopped
     assert not robot.spares[1].exists()

@@ -352,16 +352,6 @@ def test_an_older_store_is_upgraded_with_all_that_is_in_it(path: Path, script: s
         assert [row.wall_s is None for row in reader.rows()] == [not is_dated, False]
 
 
-def test_flags_are_kept(path: Path) -> None:
-    with closing(Store(path)) as store:
-        store.set_flag("stopped", True)
-        store.set_flag("stopped", True)
-    with closing(Store(path)) as again:
-        assert again.flags() == {"stopped"}
-        again.set_flag("stopped", False)
-        assert again.flags() == frozenset()
-
-
 def test_a_transcript_is_read_while_it_is_written(path: Path, store: Store) -> None:
     store.append_transcript(HEARD)
     with closing(TranscriptReader(path)) as reader:
