@@ -16,7 +16,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 CALLS = ("stop", "rob stop", "all stop")
-HELD_OUT_VOICES = ("espeak-ng", "flite slt", "flite rms")
+HELD_OUT_VOICES = ("espeak-ng", "flite rms")
 """Of the foreign voices those of which the net has learned nothing."""
 SMALL_HZ = (400.0, 5000.0)
 """A small loudspeaker's band."""

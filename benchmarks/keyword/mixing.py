@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from benchmarks.keyword.clips import KINDS, Clip
+from benchmarks.keyword.microphones import received
 from benchmarks.keyword.noises import noises
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import (
@@ -223,7 +224,7 @@ class EnergyMixer:
         return np.asarray(out * (before / max(after, 1e-9)), np.float32)
 
     def _received(self, whole: Energies) -> Energies:
-        """By one microphone, of some gain and with noise of its own."""
+        """By one microphone and its driver, of some gain and with noise of its own."""
         rng, n = self._rng, len(whole)
         for k in range(n):
             whole[k] *= _colour(rng).astype(np.float32)
@@ -235,7 +236,7 @@ class EnergyMixer:
             whole * (10.0 ** (level_db / 10.0) / power)[:, None, None]
             + floor * 10.0 ** (floor_db / 10.0)[:, None, None]
         )
-        return np.asarray(out * _FULL_SCALE + 1e-7, np.float32)
+        return np.asarray(received(np.asarray(out, np.float32), rng) * _FULL_SCALE + 1e-7, np.float32)
 
 
 def _of_clip(clip: Clip) -> tuple[Energies, int]:

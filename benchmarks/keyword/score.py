@@ -8,6 +8,7 @@ Of each curve: per cent of the words heard, and times an hour that something els
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from benchmarks.keyword.clips import load
+from benchmarks.keyword.clips import Clip, load
 from benchmarks.keyword.model import Folded, stored
 from benchmarks.keyword.takes import NOTHING, TOLD, TOLD_S, Data
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -26,6 +27,8 @@ from hvcpd.recognition.stream import CHUNK_FRAMES
 
 RATES = (100.0, 30.0, 10.0, 3.0)
 """Of what else is told for a word, an hour."""
+VALIDATION_BATCHES = 30
+VALIDATION_SEED = 9
 CHANCES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
@@ -47,6 +50,11 @@ class Told:
     def __str__(self) -> str:
         """How many words are heard at several rates."""
         return ", ".join(f"{100 * self.told_at(r):.1f} % at {r:.0f}/h ({self._least(r):.1f})" for r in RATES)
+
+
+def validation_of(clips: Sequence[Clip], data: Path | None) -> Data:
+    """The takes that weights are chosen and calibrated by."""
+    return Data.drawn(clips, data, "validate", VALIDATION_BATCHES, VALIDATION_SEED)
 
 
 def check(net: nn.Module, data: Data) -> list[Told]:

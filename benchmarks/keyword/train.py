@@ -1,7 +1,7 @@
 """Trains the net of `hvcpd.recognition.keyword` (needs PyTorch: pip install torch) and writes its weights.
 
     nice python -m benchmarks.keyword.train clips.npz --data DIR --out stop.npz [--steps 7500] [--seed 1]
-        [--start stop.npz] [--keep 0,0.2,0.4] [--rate 0.003]
+        [--start stop.npz] [--rate 0.003]
 
 Two curves: that the word was said, which may be told at any time within 0.2 s of its end, and that it was a call and no
 part of a sentence, for which there are 0.75 s. What is told while the word ends, and soon after, does not count. Takes
@@ -23,15 +23,11 @@ from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from benchmarks.keyword.clips import load
 from benchmarks.keyword.mixing import EnergyMixer, Takes
-from benchmarks.keyword.model import Folded, Net, averaged, folded, save, started, stored
-from benchmarks.keyword.score import calibrated, check
+from benchmarks.keyword.model import Folded, Net, folded, save, started
+from benchmarks.keyword.score import calibrated, check, validation_of
 from benchmarks.keyword.takes import BATCH, NOTHING, TOLD, Data, inputs, labels_of, leave_out
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
-VALIDATION_BATCHES = 30
-VALIDATION_SEED = 9
-AT_RATE = 30.0
-"""False ones an hour at which the best mean of weights is chosen."""
 AVERAGED = 0.99
 """Weight of the earlier ones in the running mean of weights: of about 100 steps."""
 WARM_UP = 50
@@ -98,12 +94,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rate", type=float, default=1e-3)
     parser.add_argument("--start", type=Path, help="go on from these weights")
-    parser.add_argument("--keep", default="0,0.2,0.4", help="shares of those to try in what is written")
     o = parser.parse_args()
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     clips = load(o.clips)
-    validation = Data.drawn(clips, o.data, "validate", VALIDATION_BATCHES, VALIDATION_SEED)
+    validation = validation_of(clips, o.data)
     mixer = EnergyMixer(clips, o.data, "train", o.seed)
     net = Net()
     if o.start is not None:
@@ -114,22 +109,16 @@ def main() -> None:
 
 
 def write(net: Net, validation: Data, step: int, o: argparse.Namespace) -> None:
-    """Write the best mean of these weights and those that it started from."""
-    pairs, shares = folded(net), [0.0]
-    if o.start is not None:
-        shares = [float(share) for share in o.keep.split(",")]
-    means = {share: averaged(stored(o.start), pairs, share) if share else pairs for share in shares}
-    scores = {share: check(Folded(mean), validation) for share, mean in means.items()}
-    for share, found in scores.items():
-        print(f"{share:.1f} kept:", " | ".join(map(str, found)), flush=True)
-    best = max(shares, key=lambda share: sum(each.told_at(AT_RATE) for each in scores[share]))
-    found = scores[best]
+    """Write these weights, with their score."""
+    pairs = folded(net)
+    found = check(Folded(pairs), validation)
+    score = " | ".join(map(str, found))
+    print(score, flush=True)
     today = datetime.date.today().isoformat()
-    score, kept = " | ".join(map(str, found)), f", {best} of the start kept" if best else ""
-    notes = f"{today}, {BATCH * step} takes at rate {o.rate:g}, seed {o.seed}{kept}; validation: {score}"
+    notes = f"{today}, {BATCH * step} takes at rate {o.rate:g}, seed {o.seed}; validation: {score}"
     if o.start is not None:
         notes += f"; started from: {np.load(o.start)['notes']}"
-    save(o.out, means[best], [calibrated(each.words, each.others) for each in found], notes)
+    save(o.out, pairs, [calibrated(each.words, each.others) for each in found], notes)
 
 
 if __name__ == "__main__":

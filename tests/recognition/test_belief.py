@@ -261,29 +261,6 @@ def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_he
     assert held.at(asked_at) is verdict
 
 
-def test_a_certain_word_that_speech_begins_with_waits_until_that_ends() -> None:
-    held = hold()
-    held.speech(samples(1.1))
-    assert word(held, 1.2, SURE) is Verdict.HELD
-    assert held.at(samples(5.0)) is Verdict.UNCHANGED
-    held.speech(None)
-    assert held.at(samples(5.1)) is Verdict.SAID
-
-
-def test_it_waits_no_longer_than_a_sentence_lasts() -> None:
-    held = hold()
-    held.speech(samples(1.1))
-    word(held, 1.2, SURE)
-    assert held.at(samples(1.8 + SETTINGS.longest_s) - 1) is Verdict.UNCHANGED
-    assert held.at(samples(1.8 + SETTINGS.longest_s)) is Verdict.SAID
-
-
-def test_a_certain_word_within_speech_counts_at_once() -> None:
-    held = hold()
-    held.speech(samples(1.0))
-    assert word(held, 1.2, SURE) is Verdict.SAID
-
-
 @pytest.mark.parametrize(
     ("call", "verdict"), [(SETTINGS.begun - 0.01, Verdict.RELEASED), (SETTINGS.begun, Verdict.SAID)]
 )
@@ -292,6 +269,5 @@ def test_a_sentence_begins_with_what_is_like_the_word_unless_a_call_is_surely_le
 ) -> None:
     """With an automatic gain, "hi I am Mia" was a call of 0.88, and of 0.87 without the sentence."""
     held = asked(LEFT, call)
-    held.speech(samples(1.1))
-    word(held, 0.9, SURE)
+    word(held, 0.9)
     assert held.sentence(sentence(1.1)) is verdict

@@ -13,7 +13,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.listener import PAUSE, KeywordEars
+from hvcpd.recognition.keyword.listener import KeywordEars
 from hvcpd.recognition.keyword.net import KeywordNet, Probabilities, Weights
 from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.keyword.words import POSSIBLE
@@ -140,12 +140,12 @@ class Bench:
         self.listener = KeywordEars(self.ears, self.net)
         self._frame = 0
 
-    def live(self, *probabilities: float, ends: bool = False, busy: bool = False) -> list[type]:
+    def live(self, *probabilities: float, ends: bool = False) -> list[type]:
         told: list[Event] = []
         for self.net.probability in probabilities:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
             chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
-            self.ears.chunks, self.ears.ends, self.ears.busy = [chunk], ends, busy
+            self.ears.chunks, self.ears.ends = [chunk], ends
             told += self.listener.push(chunk.samples)
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
@@ -168,20 +168,6 @@ def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * (WAIT_CHUNKS - 2), ends=True) == [Held]
     assert bench.live(*[0.0] * 4, ends=True) == [Urgent]
-
-
-def test_what_is_certain_waits_for_the_end_of_the_speech_that_begins_with_it() -> None:
-    bench = Bench()
-    bench.live(*[0.0] * 50)
-    assert bench.live(*[0.0] * 8, CERTAIN, CERTAIN, *[0.0] * 50, busy=True) == [Held]
-    assert bench.live(*[0.0] * (PAUSE // CHUNK_SAMPLES)) == []
-    assert bench.live(0.0) == [Urgent]
-
-
-def test_what_is_certain_counts_at_once_within_speech() -> None:
-    bench = Bench()
-    bench.live(*[0.0] * 20)
-    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, busy=True) == [Urgent]
 
 
 def test_what_is_certain_and_waits_is_the_stop_if_what_is_said_is_lost() -> None:

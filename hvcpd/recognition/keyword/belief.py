@@ -66,7 +66,7 @@ class BeliefSettings:
     """Range of the time from the beginning of a sentence to the end of a word there."""
     longest_s: float = 12.0
     """Time for which a dropped word is remembered: the length of a sentence and the rest after it, since that may show
-    that the word was said; and the longest wait for the end of speech that begins with a word."""
+    that the word was said."""
     doubt_s: float = 2.0
     """Time for which the robot stands still for a word that is not certain."""
     again_s: float = 6.0
@@ -87,8 +87,6 @@ class _Word:
     """When it was first heard."""
     certain_from: int
     """The time from which on it counts if it is certain."""
-    opens: bool
-    """Whether speech began with it."""
 
 
 class Belief:
@@ -105,8 +103,6 @@ class Belief:
         self._left: Left = left or (lambda _sentence, _start, _end: None)
         self._texts = texts
         self._open: list[_Word] = []
-        self._speech_from: int | None = None
-        """Somebody has been speaking since that sample; None: nobody speaks."""
         self._told: Recognised | None = None
         """The last sentence; it may be reported before the word in it."""
         self._ask_from: int | None = None
@@ -120,10 +116,6 @@ class Belief:
         """Whether a word is not decided yet."""
         return bool(self._open)
 
-    def speech(self, since: int | None) -> None:
-        """Somebody has been speaking since that sample; None: nobody speaks."""
-        self._speech_from = since
-
     def word(self, start: int, end: int, probability: float, now: int, sentence_ends: bool = False) -> Verdict:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
         sentence may soon account for it."""
@@ -131,9 +123,7 @@ class Belief:
         before = [w for w in self._open if w.start == start]
         wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
-        edge, began = round(s.edge_s * SAMPLE_RATE_HZ), self._speech_from
-        opens = before[0].opens if before else began is not None and began >= start - edge
-        word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait, opens)
+        word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
             return Verdict.UNCHANGED
         self._ask_from = self._ask_from or now + round(s.late_s * SAMPLE_RATE_HZ)
@@ -182,10 +172,7 @@ class Belief:
         return Verdict.UNCHANGED if self.held else Verdict.RELEASED
 
     def _is_certain(self, word: _Word, now: int) -> bool:
-        """Whether it counts now. What speech began with waits while that goes on: it may be a sentence."""
-        longest = self._settings.longest_s * SAMPLE_RATE_HZ
-        waits = word.opens and self._speech_from is not None and now - word.told < longest
-        return self._is_sure(word) and now >= word.certain_from and not waits
+        return self._is_sure(word) and now >= word.certain_from
 
     def _is_sure(self, word: _Word) -> bool:
         return word.probability >= self._settings.certain

@@ -18,10 +18,6 @@ TEXTS = frozenset(("stop", "stopped"))
 CALL = "stop"
 LAST_WORD, LATE = 4 * SAMPLE_RATE_HZ // 5, 3 * SAMPLE_RATE_HZ // 10
 """Samples before (0.8 s) and after (0.3 s) the end of a sentence within which its last word is detected."""
-GAP = 3 * SAMPLE_RATE_HZ // 10
-"""Samples of quiet (0.3 s) after which speech begins anew: more than a pause at a comma."""
-PAUSE = 3 * SAMPLE_RATE_HZ // 2
-"""Samples of quiet (1.5 s) that end speech: by then it has been searched for a sentence."""
 SPANS_KEPT = 32
 """Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
 
@@ -36,7 +32,6 @@ class KeywordEars(EarsAround):
         self._spotter = KeywordSpotter(net)
         self._remainder = remainder
         self._belief = Belief(TEXTS, settings, remainder.probabilities if remainder is not None else None)
-        self._spoke_from, self._spoke_at = 0, -PAUSE
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
@@ -60,7 +55,6 @@ class KeywordEars(EarsAround):
         self._ears.succeed(predecessor._ears)
         self._spotter, self._remainder = predecessor._spotter, predecessor._remainder
         self._belief, self._span, self._spans = predecessor._belief, predecessor._span, predecessor._spans
-        self._spoke_from, self._spoke_at = predecessor._spoke_from, predecessor._spoke_at
 
     def _with_calls(self, events: list[Event]) -> list[Event]:
         """The events of the other ears, and what follows from them and from the frames."""
@@ -74,7 +68,6 @@ class KeywordEars(EarsAround):
         if self._remainder is not None:
             self._remainder.hear(chunk)
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
-        self._belief.speech(self._speech_since(now))
         told: list[Event] = []
         word = self._spotter.hear(chunk)
         if word is not None:
@@ -82,14 +75,6 @@ class KeywordEars(EarsAround):
             self._spans.append(self._span)
             told += self._tell(self._belief.word(*self._span, word.call, now, self._ears.ends))
         return told + self._tell(self._belief.at(now))
-
-    def _speech_since(self, now: int) -> int | None:
-        """The first sample of the speech that goes on now; None if there is none."""
-        if self._ears.busy:
-            if now - self._spoke_at > GAP:
-                self._spoke_from = now
-            self._spoke_at = now
-        return self._spoke_from if now - self._spoke_at <= PAUSE else None
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
