@@ -51,9 +51,9 @@ class Process:
         assert main(["status", "--json", "--config", str(self._config)]) == EX_OK
         return dict(json.loads(capsys.readouterr().out))
 
-    def ask(self, command: str) -> int:
+    def ask(self, *command: str) -> int:
         """The exit status of `hvcpctl COMMAND`."""
-        return main([command, "--config", str(self._config)])
+        return main([*command, "--config", str(self._config)])
 
     def limit_files(self, n_bytes: int) -> None:
         """No file of it can grow beyond that, as on a full disk."""
@@ -98,6 +98,7 @@ def test_a_stop_outlives_kill_9_and_a_full_disk_and_is_kept_until_resume(
     with life(folder) as second:
         second.limit_files(0)
         assert second.ask("stop") == EX_OK
+        assert second.ask("task", "skip", "1") == EX_OK, "a change of a task is written to the memory at once"
         assert second.until("memory failed")["reason"]
         assert second.status(capsys)["memory"]["fault"] is not None
     with life(folder) as third:
