@@ -62,13 +62,23 @@ def _settle(
     me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, way_m: int | None = None
 ) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
+    unsure = _may_have_missed(me, heard.now)
     good = contend(me, heard, other, refs, at_work)
     if good:
         me.board[good[0]].way_m = way_m
     if good and bidding.would_bid(me, heard, me.board[good[0]], way_m):
         bidding.bid(me, other, me.board[good[0]], heard.now)
+    elif unsure and me.claim_heard is not None and me.claim_heard.at_s == heard.now:
+        pass  # said for the first time
     elif good and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
         _confirm_in_turn(me, other, good, heard.now)
+
+
+def _may_have_missed(me: Knowledge, now: float) -> bool:
+    """Whether this robot may have missed whose task it is, and others may know: it is about to ask what remains, or may
+    be outbid. Then it does not confirm a claim until that is said again."""
+    unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or me.current.may_be_outbid
+    return unsure and len(me.expected(now)) > 1
 
 
 def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:

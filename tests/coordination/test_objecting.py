@@ -96,6 +96,38 @@ def test_a_claimant_that_may_have_missed_a_bid_says_so_once_more_at_the_place(vo
     assert kim.state is (State.ANNOUNCING if voice else State.ACTING)
 
 
+def confirms_kim(robot: Coordination, at_s: float) -> bool:
+    """Whether it wants to confirm Kim's claim of task one, said at that time."""
+    robot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), at_s)
+    return robot.knowledge.floor.wants("confirm Kim")
+
+
+@pytest.mark.parametrize("state", [State.READY, State.ASKING, State.ASKED])
+@pytest.mark.parametrize("names", [("Bot", "Kim"), ("Bot", "Kim", "Zoe")])
+def test_who_is_about_to_ask_what_remains_confirms_a_claim_only_when_it_is_repeated(
+    state: State, names: tuple[str, ...]
+) -> None:
+    """Kim and the robot that confirmed it had both missed whose task it was, and those that knew missed the claim
+    (seeds 872380 and 872602 of the missions over days)."""
+    bot = Coordination(Role("Bot", "plant", roster=names), plants(1), random.Random(1))
+    bot.knowledge.state, bot.knowledge.missed.heard_work = state, state is State.READY
+    others_may_know = len(names) > 2
+    assert confirms_kim(bot, 10.0) is not others_may_know
+    assert confirms_kim(bot, 18.0)
+
+
+@pytest.mark.parametrize("may_be_outbid", [True, False])
+def test_a_claimant_that_may_have_missed_a_bid_confirms_who_it_gives_way_to_only_upon_a_repetition(
+    may_be_outbid: bool,
+) -> None:
+    """The bidder had done the task, and the claimant confirmed a third robot, which did it again (seed 872923)."""
+    zoe = claiming("Zoe")
+    zoe.knowledge.current.may_be_outbid = may_be_outbid
+    assert confirms_kim(zoe, 10.0) is not may_be_outbid
+    assert zoe.task is None
+    assert confirms_kim(zoe, 18.0)
+
+
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
     """A name was misheard (seeds 702013 and 702064 of the missions over days)."""
     bot = claiming("Bot")
