@@ -64,13 +64,13 @@ def _settle(
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
     unsure = _may_have_missed(me, heard.now)
     good = contend(me, heard, other, refs, at_work)
-    if good:
-        me.board[good[0]].way_m = way_m
-    if good and bidding.would_bid(me, heard, me.board[good[0]], way_m):
+    if not good:
+        return
+    me.board[good[0]].way_m = way_m
+    is_first = me.claim_heard is not None and me.claim_heard.at_s == heard.now
+    if bidding.would_bid(me, heard, me.board[good[0]], way_m):
         bidding.bid(me, other, me.board[good[0]], heard.now)
-    elif unsure and me.claim_heard is not None and me.claim_heard.at_s == heard.now:
-        pass  # said for the first time
-    elif good and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
+    elif not (unsure and is_first) and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
         _confirm_in_turn(me, other, good, heard.now)
 
 
