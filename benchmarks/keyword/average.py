@@ -15,8 +15,16 @@ import numpy as np
 import torch
 
 from benchmarks.keyword.clips import load
-from benchmarks.keyword.model import Folded, averaged, save, stored
-from benchmarks.keyword.score import calibrated, check, validation_of
+from benchmarks.keyword.model import Pairs, stored
+from benchmarks.keyword.score import save_scored, validation_of
+
+
+def averaged(first: Pairs, second: Pairs, share: float) -> Pairs:
+    """The mean of two nets of the same layers, with that share of the first one."""
+    return [
+        (share * was + (1.0 - share) * now, share * was_off + (1.0 - share) * off)
+        for (was, was_off), (now, off) in zip(first, second, strict=True)
+    ]
 
 
 def main() -> None:
@@ -28,14 +36,11 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     o = parser.parse_args()
     torch.set_num_threads(1)
-    before, after = map(stored, o.nets)
-    pairs = averaged(before, after, o.share)
-    found = check(Folded(pairs), validation_of(load(o.clips), o.data))
-    score = " | ".join(map(str, found))
-    print(score)
-    first, second = (np.load(path)["notes"] for path in o.nets)
-    notes = f"validation: {score}; a share of {o.share:g} of: {first}; the rest of: {second}"
-    save(o.out, pairs, [calibrated(each.words, each.others) for each in found], notes)
+    first, second = o.nets
+    origin = f"first: {np.load(first)['notes']}; second: {np.load(second)['notes']}"
+    pairs = averaged(stored(first), stored(second), o.share)
+    how = f"a share of {o.share:g} of the first and the rest of the second"
+    save_scored(o.out, pairs, validation_of(load(o.clips), o.data), how, origin)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,8 @@ before, and how fast the noise may rise (1.3 dB/s)."""
 UNDERESTIMATED = 1.7
 """Ratio of a noise's mean to the minima of its smoothed power."""
 
+_WEIGHTS = power_weights()
+
 
 def received(takes: Energies, rng: np.random.Generator) -> Energies:
     """Takes as a driver hands them on; shape (takes, frames, bands), energies of full scale 1."""
@@ -43,7 +45,7 @@ def _controlled(takes: Energies, rng: np.random.Generator) -> Energies:
     n = len(takes)
     target_db, most_db = rng.uniform(*TARGET_DBFS, n), rng.uniform(*MOST_DB, n)
     up, down = (_step(np.exp(rng.uniform(*np.log(span), n))) for span in (ATTACK_S, RELEASE_S))
-    powers = np.maximum(takes @ power_weights(), 1e-10).astype(np.float64)
+    powers = np.maximum(takes @ _WEIGHTS, 1e-10).astype(np.float64)
     level = powers[:, :START].mean(axis=1)
     gain_db = np.clip(target_db - 10.0 * np.log10(level), -most_db, most_db)
     gains_db = np.empty_like(powers)

@@ -68,15 +68,6 @@ def folded(net: Net) -> Pairs:
     return pairs
 
 
-def averaged(before: Pairs, after: Pairs, kept: float) -> Pairs:
-    """Between two of the same layers, with that share of the first: the mean may tell more than either (M. Wortsman et
-    al., "Robust fine-tuning of zero-shot models", CVPR 2022)."""
-    return [
-        (kept * was + (1.0 - kept) * now, kept * was_off + (1.0 - kept) * off)
-        for (was, was_off), (now, off) in zip(before, after, strict=True)
-    ]
-
-
 class Folded(nn.Module):
     """The net of such weights, not to be trained."""
 

@@ -8,6 +8,7 @@ Of each curve: per cent of the words heard, and times an hour that something els
 from __future__ import annotations
 
 import argparse
+import datetime
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from benchmarks.keyword.clips import Clip, load
-from benchmarks.keyword.model import Folded, stored
+from benchmarks.keyword.model import Folded, Pairs, save, stored
 from benchmarks.keyword.takes import NOTHING, TOLD, TOLD_S, Data
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import HOP_SAMPLES
@@ -27,8 +28,8 @@ from hvcpd.recognition.stream import CHUNK_FRAMES
 
 RATES = (100.0, 30.0, 10.0, 3.0)
 """Of what else is told for a word, an hour."""
-VALIDATION_BATCHES = 30
-VALIDATION_SEED = 9
+VALIDATION_BATCHES, VALIDATION_SEED = 30, 9
+"""Of the takes that weights are calibrated by."""
 CHANCES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
@@ -95,6 +96,16 @@ def calibrated(words: NDArray[np.float64], others: NDArray[np.float64]) -> tuple
     optimizer.step(closure)  # type: ignore[arg-type]
     slope, offset = line.detach().tolist()
     return slope, offset
+
+
+def save_scored(path: Path, pairs: Pairs, validation: Data, how: str, origin: str | None = None) -> None:
+    """Calibrate weights and save them, with the date, how they were made, their score, and what they were made of."""
+    found = check(Folded(pairs), validation)
+    score = " | ".join(map(str, found))
+    print(score, flush=True)
+    notes = f"{datetime.date.today().isoformat()}, {how}; validation: {score}"
+    notes += f"; {origin}" if origin is not None else ""
+    save(path, pairs, [calibrated(each.words, each.others) for each in found], notes)
 
 
 def main() -> None:

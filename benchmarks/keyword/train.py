@@ -12,7 +12,6 @@ region-based object detectors with online hard example mining", CVPR 2016).
 from __future__ import annotations
 
 import argparse
-import datetime
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,9 +22,9 @@ from torch.optim.swa_utils import AveragedModel, get_ema_multi_avg_fn
 
 from benchmarks.keyword.clips import load
 from benchmarks.keyword.mixing import EnergyMixer, Takes
-from benchmarks.keyword.model import Folded, Net, folded, save, started
-from benchmarks.keyword.score import calibrated, check, validation_of
-from benchmarks.keyword.takes import BATCH, NOTHING, TOLD, Data, inputs, labels_of, leave_out
+from benchmarks.keyword.model import Net, folded, started
+from benchmarks.keyword.score import save_scored, validation_of
+from benchmarks.keyword.takes import BATCH, NOTHING, TOLD, inputs, labels_of, leave_out
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
 AVERAGED = 0.99
@@ -100,25 +99,14 @@ def main() -> None:
     clips = load(o.clips)
     validation = validation_of(clips, o.data)
     mixer = EnergyMixer(clips, o.data, "train", o.seed)
-    net = Net()
+    net, origin = Net(), None
     if o.start is not None:
+        origin = f"started from: {np.load(o.start)['notes']}"
         net = started(o.start, torch.cat([batch(mixer, np.random.default_rng(k))[1] for k in range(8)]))
     for step, loss, mean in trained(net, mixer, o):
         print(f"{step:6d} {loss:.3f}", flush=True)
-        write(mean, validation, step, o)
-
-
-def write(net: Net, validation: Data, step: int, o: argparse.Namespace) -> None:
-    """Write these weights, with their score."""
-    pairs = folded(net)
-    found = check(Folded(pairs), validation)
-    score = " | ".join(map(str, found))
-    print(score, flush=True)
-    today = datetime.date.today().isoformat()
-    notes = f"{today}, {BATCH * step} takes at rate {o.rate:g}, seed {o.seed}; validation: {score}"
-    if o.start is not None:
-        notes += f"; started from: {np.load(o.start)['notes']}"
-    save(o.out, pairs, [calibrated(each.words, each.others) for each in found], notes)
+        how = f"{BATCH * step} takes at rate {o.rate:g}, seed {o.seed}"
+        save_scored(o.out, folded(mean), validation, how, origin)
 
 
 if __name__ == "__main__":

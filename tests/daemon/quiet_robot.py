@@ -44,7 +44,7 @@ class QuietRoom:
         self._due_s = asyncio.get_running_loop().time()
 
     async def read(self) -> Samples:
-        """The next block, when its time has come."""
+        """The next block, when its time has come: this is a process, and programs ask it by the real clock."""
         self._due_s += BLOCK / SAMPLE_RATE_HZ
         await asyncio.sleep(max(self._due_s - asyncio.get_running_loop().time(), 0.0))
         return (NOISE * self._noise.standard_normal(BLOCK)).astype(np.float32)
