@@ -86,8 +86,8 @@ class Bench:
     def __init__(self, team: Team) -> None:
         self.team = team
         self.books = books = make_books(team.book, team.names, team.sound)
-        self.listener = ChannelListener(team.book.marked_graph, books)
-        self.search = ChannelSearch(team.book.marked_graph, books[: len({book.voice for book in books})])
+        self.listener = ChannelListener(team.book.robots_graph, books)
+        self.search = ChannelSearch(team.book.robots_graph, books[: len({book.voice for book in books})])
 
     def paths(self, sound: Samples, lead: int, noticed: Sequence[int]) -> tuple[WeightedSound, list[Sentence]]:
         """Those in a sound, shape (n,), whose first `lead` samples are from before the speech, which was `noticed` at

@@ -67,12 +67,13 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) 
 
 def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
     """The words of these robots, sample by sample: at their usual rate, and slowly."""
-    words, phrases = phrasebook.marked_graph.words, phrasebook.alternatives
+    words, phrases = phrasebook.robots_graph.words, phrasebook.alternatives
     speakers = {robot_voice(name, sound): name for name in names}
     waveforms = WaveformCache()
 
     def book(voice: str, speaker: Speaker) -> SpokenBook:
-        return SpokenBook(voice, speaker, words, waveforms, phrases)
+        own = [name.lower() for name in names if robot_voice(name, sound) == voice]
+        return SpokenBook(voice, speaker, words, waveforms, phrases, own)
 
     usual = [book(voice, sound.speaker_of(name)) for voice, name in speakers.items()]
     slow = [
@@ -202,8 +203,9 @@ def make_channel_ears(
     phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, SearchResult], prepared: bool = True
 ) -> ChannelEars:
     """Return ears around others that also hear these robots through an unknown channel."""
-    listener = ChannelListener(phrasebook.marked_graph, books, prepared)
-    varied = {*phrasebook.alternatives, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
+    listener = ChannelListener(phrasebook.robots_graph, books, prepared)
+    others = set(phrasebook.marked_graph.words) - set(phrasebook.robots_graph.words)
+    varied = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
     return ChannelEars(ears, listener, worker, frozenset(varied))
 
 

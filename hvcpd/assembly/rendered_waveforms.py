@@ -110,10 +110,12 @@ class SpokenBook:
         words: Iterable[str],
         cache: WaveformCache | None = None,
         phrases: Mapping[str, Sequence[Sequence[str]]] | None = None,
+        names: Iterable[str] = (),
     ) -> None:
         """`voice`: its name among the listeners; `words`: those that it may say; `cache`: shared with other books;
-        `phrases`: what counts as a word."""
+        `phrases`: what counts as a word; `names`: those of the robots that have it, as words."""
         self.voice = voice
+        self.names = frozenset(names)
         self._speaker = speaker
         self._words = frozenset(words)
         self._phrases = phrases or {}

@@ -186,6 +186,18 @@ def render(node: Node, values: Mapping[str, Words]) -> list[str] | None:
             return max(possible, key=lambda pair: pair[0])[1] if possible else None
 
 
+def as_rendered(node: Node) -> Node:
+    """The pattern without what `render` never makes: of a choice, the first option with each set of slots remains."""
+    match node:
+        case Series(parts):
+            return Series(tuple(map(as_rendered, parts)))
+        case Choice(options):
+            first = dict(zip(reversed(node.slots), reversed(options), strict=True))
+            return Choice(tuple(as_rendered(option) for option in reversed(first.values())))
+        case _:
+            return node
+
+
 def match(node: Node, words: Words, i: int, slots: SlotValues) -> list[tuple[int, Bindings]]:
     """Every way to match `words` from index `i` on: the index after the match, and what the slots bind."""
     match node:

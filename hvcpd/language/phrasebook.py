@@ -14,10 +14,20 @@ from hvcpd.language.automaton import build_graph
 from hvcpd.language.binding import CompiledForm, bindings_of, build, compile_form
 from hvcpd.language.codebook import Codebook
 from hvcpd.language.explaining import why_not
-from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Kind
+from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Form, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
-from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, SlotValues, Words, match, render
+from hvcpd.language.pattern import (
+    COMMA,
+    LETTERS_SLOT,
+    Bindings,
+    Node,
+    SlotValues,
+    Words,
+    as_rendered,
+    match,
+    render,
+)
 from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
 from hvcpd.language.words import digit_words, number_words, spoken_words, strict_words
@@ -156,9 +166,19 @@ class Phrasebook:
         """The graph of a team with a key: with a seal or a code after the sentences that have them."""
         if Kind.SEALED not in self.vocabulary.kinds:
             return self.graph
+        return self._marked([(c.form, c.node) for c in self._ordinary_forms()])
+
+    @cached_property
+    def robots_graph(self) -> WordGraph:
+        """The part of `marked_graph` that robots say: of words that mean the same, they say the first."""
+        return self._marked([(c.form, as_rendered(c.node)) for c in self._ordinary_forms()])
+
+    def _marked(self, patterns: Sequence[tuple[Form, Node]]) -> WordGraph:
+        if Kind.SEALED not in self.vocabulary.kinds:
+            return build_graph([node for _, node in patterns], self.slots)
         encrypts = Kind.ENCRYPTED in self.vocabulary.kinds
-        patterns = [markable(c.form, c.node, encrypts) for c in self._ordinary_forms()]
-        return with_marks(build_graph(patterns, self.slots), self.cipher_words if encrypts else 0)
+        graph = build_graph([markable(form, node, encrypts) for form, node in patterns], self.slots)
+        return with_marks(graph, self.cipher_words if encrypts else 0)
 
     @cached_property
     def codebook(self) -> Codebook:

@@ -11,6 +11,9 @@ from hvcpd.ports import Samples
 GREETING = "hi"
 """The first word of most of robots' sentences."""
 
+I_AM = ("i", "am")
+"""The words before a robot's own name."""
+
 
 class Signal(Hashable, Protocol):
     """A sound that is known to the sample. It may be on disk, so request it only to compare it."""
@@ -46,6 +49,10 @@ class Voicebook(Protocol):
     @property
     def voice(self) -> str:
         """The voice's name."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names of the robots that have it, as words."""
 
     def said(self, word: str, third: int) -> Sequence[Said]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""

@@ -38,7 +38,7 @@ def test_a_sentence_is_told_with_its_words_in_their_places(noise: float) -> None
     sound = heard("hi rob, water rose")
     found = look((AT, sound), noise=noise)
     [sentence] = found.sentences
-    assert (found.robot, found.unfinished) == (False, None)
+    assert (found.robot, found.in_progress) == (False, ())
     assert (sentence.words, sentence.source) == (("hi", "rob", "water", "rose"), Source.CHANNEL)
     assert abs(sentence.start_sample - ORIGIN - AT) <= 32
     assert abs(sentence.end_sample - ORIGIN - AT - len(sound)) <= 500
@@ -83,10 +83,10 @@ def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
     sound = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
     found = LISTENER.search(Stretch(sound, 0, AT, (AT,)))
     assert (found.sentences, found.robot) == ((), True)
-    assert found.unfinished == pytest.approx(AT, abs=32)
+    assert found.in_progress[0].starts[0] == pytest.approx(AT, abs=32)
     later = scene(AT + len(whole) // 2 + 2 * SAMPLE_RATE_HZ, (AT, whole[: len(whole) // 2]))
     found = LISTENER.search(Stretch(later, 0, AT, (AT,)))
-    assert (found.sentences, found.robot, found.unfinished) == ((), True, None)
+    assert (found.sentences, found.robot, found.in_progress) == ((), True, ())
 
 
 def test_a_sentence_of_which_the_end_is_not_in_the_sound_is_not_told() -> None:
@@ -103,7 +103,7 @@ def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
     later = AT + len(cut) + SAMPLE_RATE_HZ
     sound = scene(later + len(begun), (AT, np.concatenate([cut[: len(cut) - 6000], np.zeros(6000)])), (later, begun))
     found = LISTENER.search(Stretch(sound, 0, AT, (AT, later), cut=True))
-    assert found.unfinished == pytest.approx(later, abs=32)
+    assert found.in_progress[0].starts[0] == pytest.approx(later, abs=32)
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -53,7 +53,7 @@ def test_a_sentence_is_found_at_0_db_through_a_room_by_another_clock(team: Team,
     book, books = team
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) + 12_000, (AT, heard), noise=1.0)
-    search = ChannelSearch(book.marked_graph, books)
+    search = ChannelSearch(book.robots_graph, books)
     weighted = WeightedSound(sound[8000:], sound[:8000])
     best = search.paths(weighted, [AT - 8000])[0]
     assert best.words == words
@@ -67,7 +67,7 @@ def test_of_a_sentence_cut_off_in_the_middle_nothing_is_told(team: Team, units: 
     book, books = team
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) // 2 + 12_000, (AT, heard[: len(heard) // 2]), noise=0.5)
-    look = ChannelListener(book.marked_graph, books).search(Stretch(sound, 0, AT, (AT,)))
+    look = ChannelListener(book.robots_graph, books).search(Stretch(sound, 0, AT, (AT,)))
     assert (look.sentences, look.robot) == ((), True)
     assert len(words) > 4
 

@@ -101,7 +101,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                 if each.job is job:
                     each.result = result
                     out += self._believed(each, result)
-                    if self._open is None and result.unfinished is not None and result.until > each.end:
+                    if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
                         self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, True, each)
         for each in self._closed:
             over = self._is_over(each)
@@ -218,7 +218,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         whole = before is not None and before.begin >= self._whole_from
         if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
             stretch.begin = max(before.unfinished - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
-            stretch.noticed = [before.unfinished, *stretch.noticed]
+            stretch.earlier = before.in_progress
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
         stretch.closed_at = self._now
@@ -231,7 +231,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         sound, lead = self._history.around(begin - LEAD, begin, self._now)
         origin = begin - lead
         noticed = tuple(at - origin for at in stretch.noticed if at >= begin)
-        stretch.job = Stretch(sound, origin, lead, noticed, cut)
+        stretch.job = Stretch(sound, origin, lead, noticed, cut, stretch.earlier)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()

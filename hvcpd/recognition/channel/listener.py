@@ -135,6 +135,10 @@ BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = 3 * SAMPLE_RATE_HZ // 5
 """A sentence this close (0.6 s) to a cut may have more words."""
+REACH = SAMPLE_RATE_HZ
+"""A sentence that ends earlier than this (1 s) before the end of the sound has ended."""
+MOST_IN_PROGRESS = 16
+"""Maximum number of paths with which the next search goes on."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 ROBOTS_SHARE = 0.15
@@ -152,24 +156,25 @@ MOST_AT_ONCE = 2
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech, which was
-    noticed at the samples `noticed` of the sound. `cut`: sound went on after it."""
+    noticed at the samples `noticed` of the sound. `cut`: sound went on after it. `earlier`: paths in progress at the
+    end of the search before."""
 
     sound: Samples
     origin: int
     lead: int
     noticed: tuple[int, ...]
     cut: bool = False
+    earlier: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The sentences in a stretch; whether a robot said something else there; and the sample from which on speech seemed
-    to go on at its end, `until` the last sample for which words were found."""
+    """The sentences in a stretch; whether a robot said something else there; and the paths in progress at its end, the
+    best first."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
-    unfinished: int | None = None
-    until: int = 0
+    in_progress: tuple[Path, ...] = ()
     likeliest: tuple[str, ...] = ()
     """The words of the whole sentence that is likeliest, however unsure it is; none if there is none."""
 
@@ -228,14 +233,11 @@ class ChannelListener:
                 best = evidence.path if evidence is not None else paths[0]
                 robot = best.score >= LEAST_SCORE and share_of(sound, best) >= ROBOTS_SHARE
                 least = BEGUN if stretch.cut else LEAST_SCORE
-                last = _going_on((best, *paths), len(heard), least) if robot or stretch.cut else None
-                first = stretch.origin + begin
+                last = _in_progress(paths, len(heard), least) if robot or stretch.cut else []
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
-                found = SearchResult(tuple(sentences), robot, likeliest=words)
-                if last is None:
-                    return found
-                return replace(found, unfinished=last.starts[0] + first, until=last.end + first)
+                going_on = tuple(path.moved(stretch.origin + begin) for path in last)
+                return SearchResult(tuple(sentences), robot, going_on, words)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
             sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise, received))
@@ -249,14 +251,15 @@ class ChannelListener:
         most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
         rate finds nobody."""
         noticed = [at - begin for at in stretch.noticed]
+        earlier = [path.moved(-stretch.origin - begin) for path in stretch.earlier]
         paths: list[Path] = []
         best = None
         for search in self._searches[:1] if reported else self._searches:
-            found = search.paths(sound, noticed, reported)
+            found = search.paths(sound, noticed, reported, earlier)
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
-            if best is not None or not found or (stretch.cut and _going_on(found, sound.n) is not None):
+            if best is not None or not found or (stretch.cut and _in_progress(found, sound.n)):
                 break
         return paths, best
 
@@ -277,10 +280,9 @@ class ChannelListener:
         return None if best.words[0] != GREETING and is_preceded(sound, best, before) else evidence
 
 
-def _going_on(paths: Iterable[Path], n: int, least: float = BEGUN) -> Path | None:
-    """The first path that may go on after the last of `n` samples, if it explains this much."""
-    last = next((path for path in paths if path.end + SAMPLE_RATE_HZ > n), None)
-    return last if last is not None and last.score >= least else None
+def _in_progress(paths: Iterable[Path], n: int, least: float = BEGUN) -> list[Path]:
+    """The best paths that may go on after the last of `n` samples and explain this much."""
+    return [path for path in paths if path.end + REACH > n and path.score >= least][:MOST_IN_PROGRESS]
 
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:

@@ -11,8 +11,10 @@ later, because each tap explains one variance of noise by chance.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
+from typing import TypeVar
 
 import numpy as np
 
@@ -32,7 +34,9 @@ from hvcpd.recognition.channel.weighting import (
     transform_size,
 )
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.renderings import GREETING, Said, Voicebook, may_have, thirds_of
+from hvcpd.recognition.renderings import GREETING, I_AM, Said, Voicebook, may_have, thirds_of
+
+_T = TypeVar("_T")
 
 FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""
@@ -48,12 +52,13 @@ FAINT_BESIDE = 450.0
 reported beside another was 1,984."""
 PLACES = 3
 """Maximum number of beginnings of each word in each voice."""
-STARTS = 64
-"""Maximum number of active first words, over all voices."""
-WIDE, NARROW = 32, 16
-"""Maximum number of active paths, up to WIDE_WORDS words and after them."""
-WIDE_WORDS = 4
-TRIED = 48
+MOST_BEGINNINGS = 20
+"""Maximum number of places where sentences are sought to begin."""
+APART = SAMPLE_RATE_HZ // 10
+"""Least distance in samples between these places."""
+WIDTH = 8
+"""Maximum number of active paths that begin at one place, over all voices."""
+TRIED = 16
 """Maximum number of next words whose response is estimated again."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """A path is dropped if another one has explained this much more at its end."""
@@ -133,6 +138,10 @@ class Path:
         """The `energy_weights` of its response."""
         return energy_weights(self.taps)
 
+    def moved(self, samples: int) -> Path:
+        """The same path in a sound that begins this much earlier."""
+        return replace(self, starts=tuple(start + samples for start in self.starts))
+
     @property
     def delay(self) -> int:
         """Delay in samples from the place of its signal to the strongest part of what was received."""
@@ -165,18 +174,29 @@ class ChannelSearch:
         self._books = books
         self._graph = graph
         self._lengths = lengths_of(graph)
+        self._names = frozenset[str]().union(*(book.names for book in books))
 
-    def paths(self, sound: WeightedSound, noticed: Sequence[int], reported: Sequence[Path] = ()) -> list[Path]:
-        """Return sentences and partial sentences, those that explain most first. They begin near a sample where speech
-        was `noticed`, or anywhere if with a greeting. None that begins within a sentence `reported` is in the same
-        voice, of which late echoes remain: a robot does not say two things at once."""
+    def paths(
+        self,
+        sound: WeightedSound,
+        noticed: Sequence[int],
+        reported: Sequence[Path] = (),
+        earlier: Sequence[Path] = (),
+    ) -> list[Path]:
+        """Return sentences and partial sentences, those that explain most first. They begin where `earlier` ones did, found
+        in less of this sound, near a sample where speech was `noticed`, or anywhere after it if with a
+        greeting. None that begins within a sentence `reported` is in the same voice, of which late echoes remain: a
+        robot does not say two things at once."""
         found: list[Path] = []
-        level = self._begun(sound, noticed, reported)
-        if max((path.score for path in level), default=0.0) < (FAINT_BESIDE if reported else FAINT):
-            return []
-        while level:
-            found += level
-            level = self._extended(sound, level)
+        least = FAINT_BESIDE if reported else FAINT
+        begun = (self._begun_again(sound, earlier, reported), self._begun(sound, noticed, reported))
+        for level in chain.from_iterable(_by_place(each, least) for each in begun):
+            leaders = _leaders(found, 1)
+            while level := _kept(level, leaders):
+                found += level
+                level = self._extended(sound, level)
+        best = max(filter(self.is_whole, found), key=lambda path: path.score, default=None)
+        found += self._neighbours(sound, best) if best is not None else []
         return sorted(found, key=lambda path: -path.score)
 
     def is_whole(self, path: Path) -> bool:
@@ -201,7 +221,61 @@ class ChannelSearch:
                     places = sorted(_places(sound, said, where), key=lambda place: -place[0])
                     best |= dict.fromkeys((way, at) for _, way, at in places[:PLACES])
                 begun += [_Next(empty, word, node, 0, way, at, SHIFT, 0.0) for way, at in best]
-        return _best_first(sound, _joined(sound, begun, FIRST_TAPS))[:STARTS]
+        return _joined(sound, begun, FIRST_TAPS)
+
+    def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path], reported: Sequence[Path]) -> list[Path]:
+        """The first words of paths found in less of this sound."""
+        nodes = dict(self._graph.following[self._graph.start])
+        done = {path.book.voice for path in reported}
+        known = {(path.book, path.words[0], path.said[0], path.starts[0]) for path in earlier}
+        words = [
+            _Next(Path.before(book, self._graph.start), word, nodes[word], 0, said, at, SHIFT, 0.0)
+            for book, word, said, at in known
+            if book in self._books and book.voice not in done
+        ]
+        return _joined(sound, words, FIRST_TAPS)
+
+    def _neighbours(self, sound: WeightedSound, path: Path) -> list[Path]:
+        """The sentences that differ from a path in one word, its others being where they are."""
+        swaps = list(self._swaps(path))
+        if not swaps:
+            return []
+        new = sound.fits((said, at) for _, _, said, at in swaps)
+        old = sound.fits((path.said[k], path.starts[k]) for k, *_ in swaps)
+        own = path.autocorrelation + autocorrelations(new) - autocorrelations(old)
+        gained = [(a.correlation - b.correlation)[SHIFT : SHIFT + TAPS] for a, b in zip(new, old, strict=True)]
+        across = path.correlation + np.stack(gained)
+        taps, explained = _estimated(own, across, len(path.taps))
+        return [
+            replace(
+                path,
+                words=_with(path.words, k, word),
+                said=_with(path.said, k, said),
+                starts=_with(path.starts, k, at),
+                autocorrelation=own[n],
+                correlation=across[n],
+                taps=taps[n],
+                explained=_with(path.explained, len(path.words), explained[n]),
+            )
+            for n, (k, word, said, at) in enumerate(swaps)
+        ]
+
+    def _swaps(self, path: Path) -> Iterator[tuple[int, str, Said, int]]:
+        """The words that may be in place of one of a path: its index, the word, its rendering and first sample."""
+        node, paused = self._graph.start, True
+        for k, (word, said, at) in enumerate(zip(path.words, path.said, path.starts, strict=True)):
+            following = self._graph.following[node]
+            node = dict(following)[word]
+            for other, target in following:
+                if target == node and other != word and self._may_say(path.book, path.words[:k], other):
+                    for way in path.book.said(other, path.thirds[k]):
+                        if way.final == said.final:
+                            yield k, other, way, at + (said.lead - way.lead) * paused
+            paused = said.final
+
+    def _may_say(self, book: Voicebook, words: tuple[str, ...], word: str) -> bool:
+        """Whether a voice may go on with a word: a robot says no other name than its own after "I am"."""
+        return words[-2:] != I_AM or word not in self._names or word in book.names
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
@@ -214,9 +288,7 @@ class ChannelSearch:
         enough = max(max(each.expected_score for each in promising) / ENOUGH, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
         paths = _best_first(sound, _joined(sound, promising, n_taps))
-        leaders = sorted(paths, key=lambda path: -path.score)[:4]
-        kept = [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
-        return kept[: WIDE if len(paths[0].words) < WIDE_WORDS else NARROW]
+        return _kept(paths, _leaders(paths, 4))[:WIDTH]
 
     def _next(self, sound: WeightedSound, path: Path) -> Iterator[_Next]:
         """The possible next words that are expected to explain some energy through the path's own response."""
@@ -224,6 +296,7 @@ class ChannelSearch:
         there = [
             (word, node, later, said, start + last.advance - said.lead * last.final)
             for word, node in self._graph.following[path.node]
+            if self._may_say(path.book, path.words, word)
             for later in {third, min(third + 1, 2)}
             if may_have((*path.thirds, later), self._lengths[node])
             for said in self._said(path.book, word, later, node)
@@ -294,10 +367,7 @@ def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[P
             for word, fit in zip(words, fits, strict=True)
         ]
     )
-    begin, _ = span_of(n_taps)
-    there = across[:, begin : begin + n_taps]
-    taps = responses(own, there, n_taps)
-    explained = np.einsum("ij,ij->i", taps, there) - n_taps
+    taps, explained = _estimated(own, across, n_taps)
     return [
         Path(
             word.path.book,
@@ -309,10 +379,23 @@ def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[P
             own[k],
             across[k],
             taps[k],
-            (*word.path.explained, float(explained[k])),
+            (*word.path.explained, explained[k]),
         )
         for k, word in enumerate(words)
     ]
+
+
+def _estimated(own: Taps, across: Taps, n_taps: int) -> tuple[Taps, list[float]]:
+    """The response of each known signal, of `n_taps`, and the energy that it explains."""
+    begin, _ = span_of(n_taps)
+    there = across[:, begin : begin + n_taps]
+    taps = responses(own, there, n_taps)
+    explained: list[float] = (np.einsum("ij,ij->i", taps, there) - n_taps).tolist()
+    return taps, explained
+
+
+def _with(values: tuple[_T, ...], k: int, value: _T) -> tuple[_T, ...]:
+    return (*values[:k], value, *values[k + 1 :])
 
 
 def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
@@ -331,8 +414,30 @@ def _share_of_best(explained: Sequence[tuple[float, float]]) -> float:
     return score / max(energy, TINY)
 
 
+def _by_place(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
+    """Paths of one word by the place where they begin, the place of the best one first. Paths compete only with those
+    from the same place: their shares of the energy compare only over the same sound."""
+    left = sorted(begun, key=lambda path: -path.score)
+    for _ in range(MOST_BEGINNINGS):
+        if not left or left[0].score < least:
+            return
+        at = left[0].starts[0]
+        yield [path for path in left if abs(path.starts[0] - at) < APART][:WIDTH]
+        left = [path for path in left if abs(path.starts[0] - at) >= APART]
+
+
+def _leaders(paths: Sequence[Path], n: int) -> list[Path]:
+    return sorted(paths, key=lambda path: -path.score)[:n]
+
+
+def _kept(paths: Sequence[Path], leaders: Sequence[Path]) -> list[Path]:
+    return [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
+
+
 def _is_behind(path: Path, leader: Path) -> bool:
-    return leader.explained_until(path.end + NEAR) > BEHIND_SHARE * path.score + BEHIND
+    """Whether another path explains much more of the same sound; what begins after its end may be another sentence."""
+    explained = leader.explained_until(path.end + NEAR)
+    return path.starts[0] < leader.end and explained > BEHIND_SHARE * path.score + BEHIND
 
 
 def _peaks(correlation: Taps) -> Iterator[tuple[float, int]]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.beginnings import Beginning
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
+from hvcpd.recognition.channel.search import Path
 from hvcpd.recognition.events import Garbled, Recognised
 
 EARLIER = SAMPLE_RATE_HZ // 4
@@ -64,6 +65,8 @@ class OpenStretch:
     closed_at: int = 0
     whole_from: int = 0
     """A sentence that begins before this sample may lack its beginning."""
+    earlier: tuple[Path, ...] = ()
+    """Paths in progress at the end of the stretch with which it was joined."""
     job: Stretch | None = None
     result: SearchResult | None = None
 
@@ -77,7 +80,12 @@ class OpenStretch:
     @property
     def unfinished(self) -> int | None:
         """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
-        return self.result.unfinished if self.result is not None else None
+        return self.in_progress[0].starts[0] if self.in_progress else None
+
+    @property
+    def in_progress(self) -> tuple[Path, ...]:
+        """The paths in progress at the stretch's end, the best first."""
+        return self.result.in_progress if self.result is not None else ()
 
     def note_sign(self, at: int, now: int, rises: bool, clatters: bool) -> None:
         """There were signs of speech from sample `at` up to `now`; `rises`: somebody began to speak; `clatters`: there
