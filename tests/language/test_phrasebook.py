@@ -10,6 +10,7 @@ from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
 from hvcpd.language.card import as_markdown, as_text, make_card
 from hvcpd.language.forms import Kind
+from hvcpd.language.graph import WordGraph
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.language.words import number_words, spoken_words
 
@@ -132,29 +133,39 @@ def test_what_is_said_is_what_is_understood(seed: int) -> None:
     assert BOOK.parse_text(BOOK.write(utterance)) == utterance
 
 
-def _accepts(words: tuple[str, ...]) -> bool:
-    node = BOOK.graph.start
-    arcs = {(arc.source, arc.word): arc.target for arc in BOOK.graph.arcs}
+def _accepts(graph: WordGraph, words: tuple[str, ...]) -> bool:
+    node = graph.start
+    arcs = {(arc.source, arc.word): arc.target for arc in graph.arcs}
     for word in words:
         if (node, word) not in arcs:
             return False
         node = arcs[node, word]
-    return node in BOOK.graph.finals
+    return node in graph.finals
+
+
+def _path(graph: WordGraph, rng: random.Random) -> tuple[str, ...]:
+    """The words of a random path from the start to a final node."""
+    node, words = graph.start, []
+    while graph.following[node] and not (node in graph.finals and rng.random() < 0.3):
+        word, node = rng.choice(graph.following[node])
+        words.append(word)
+    return tuple(words)
 
 
 @given(st.integers(0, 2**32))
 def test_the_network_accepts_every_sentence_and_each_of_its_paths_is_one(seed: int) -> None:
     rng = random.Random(seed)
-    assert _accepts(BOOK.render(BOOK.sample(rng)))
-    node, words = BOOK.graph.start, []
-    following: dict[int, list[tuple[str, int]]] = {}
-    for arc in BOOK.graph.arcs:
-        following.setdefault(arc.source, []).append((arc.word, arc.target))
-    while node in following and not (node in BOOK.graph.finals and rng.random() < 0.3):
-        word, node = rng.choice(following[node])
-        words.append(word)
-    meaning = BOOK.parse(words)
+    assert _accepts(BOOK.graph, BOOK.render(BOOK.sample(rng)))
+    meaning = BOOK.parse(_path(BOOK.graph, rng))
     assert BOOK.parse(BOOK.render(meaning)) == meaning
+
+
+@given(st.integers(0, 2**32))
+def test_the_robots_network_has_what_robots_say_and_nothing_else(seed: int) -> None:
+    rng = random.Random(seed)
+    assert _accepts(BOOK.robots_graph, BOOK.render(BOOK.sample(rng)))
+    words = _path(BOOK.robots_graph, rng)
+    assert BOOK.render(BOOK.parse(words)) == words
 
 
 def test_the_network_is_deterministic_and_merges_equal_tails() -> None:

@@ -15,14 +15,14 @@ from hvcpd.assembly.make import make_books
 from hvcpd.assembly.sound import make_phrasebook, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.language.graph import Arc, lengths_of
+from hvcpd.language.graph import Arc, WordGraph, lengths_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch, least_fit
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.renderings import Voicebook, may_have, thirds_of
-from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 NAMES = ("Rob", "Bot")
 AT = 20_000
@@ -53,11 +53,11 @@ def test_a_sentence_is_found_at_0_db_through_a_room_by_another_clock(team: Team,
     book, books = team
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) + 12_000, (AT, heard), noise=1.0)
-    search = ChannelSearch(book.robots_graph, books)
+    sentences = ChannelSearch(book.robots_graph, books)
     weighted = WeightedSound(sound[8000:], sound[:8000])
-    best = search.paths(weighted, [AT - 8000])[0]
+    best = sentences.paths(weighted, [AT - 8000])[0]
     assert best.words == words
-    assert search.is_whole(best)
+    assert sentences.is_whole(best)
     assert best.score > LEAST_SCORE
     assert least_fit(weighted, best) > LEAST_FIT
     assert abs(best.starts[0] + best.delay - (AT - 8000)) < 160
@@ -160,3 +160,26 @@ def test_nothing_is_sure_in_a_voice_that_nobody_has(seed: int) -> None:
     heard = through_a_room(spoken("hi rob, water rose", book=stranger), seed)
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard)))
     assert all(path.score < LEAST_SCORE for path in SEARCH.paths(sound, [AT - 8000]))
+
+
+def test_a_sentence_is_found_where_an_earlier_search_found_its_beginning() -> None:
+    heard = through_a_room(spoken("all, who is here"), 3)
+    sound = scene(AT + len(heard) + 40_000, (AT, heard), noise=1.0)
+    begun = SEARCH.paths(weighted(sound[: AT + len(heard) // 2]), [AT - 8000])[0]
+    late = [AT + 24_000]  # the only place at which speech was noticed since then
+    assert all(path.words[0] != "all" for path in SEARCH.paths(weighted(sound), late))
+    best = SEARCH.paths(weighted(sound), late, earlier=[begun])[0]
+    assert best.words == ("all", "who", "is", "here")
+    moved = SEARCH.paths(weighted(sound[4000:]), [at - 4000 for at in late], earlier=[begun.moved(-4000)])[0]
+    assert (moved.words, moved.starts[0]) == (best.words, best.starts[0] - 4000)
+
+
+@pytest.mark.parametrize(("name", "told"), [("rob", "rob"), ("bot", "rob")])
+def test_of_robots_with_different_voices_each_says_its_own_name(name: str, told: str) -> None:
+    graph = WordGraph(
+        4, (Arc(0, 1, "i"), Arc(1, 2, "am"), Arc(2, 3, "rob"), Arc(2, 3, "bot")), 0, frozenset({3}), frozenset()
+    )
+    books = [Book("oak", frozenset({"rob"})), Book("willow", frozenset({"bot"}))]
+    heard = through_a_room(spoken(f"i am {name}", book=books[0]), 3)
+    found = ChannelSearch(graph, books).paths(weighted(scene(AT + len(heard) + 9000, (AT, heard))), [AT - 8000])
+    assert {path.words for path in found if path.book.voice == "oak" and len(path.words) == 3} <= {("i", "am", told)}

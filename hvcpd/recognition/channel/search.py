@@ -14,7 +14,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
-from typing import TypeVar
 
 import numpy as np
 
@@ -35,8 +34,6 @@ from hvcpd.recognition.channel.weighting import (
 )
 from hvcpd.recognition.frontend import TINY, rfft
 from hvcpd.recognition.renderings import GREETING, I_AM, Said, Voicebook, may_have, thirds_of
-
-_T = TypeVar("_T")
 
 FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""
@@ -183,20 +180,19 @@ class ChannelSearch:
         reported: Sequence[Path] = (),
         earlier: Sequence[Path] = (),
     ) -> list[Path]:
-        """Return sentences and partial sentences, those that explain most first. They begin where `earlier` ones did, found
-        in less of this sound, near a sample where speech was `noticed`, or anywhere after it if with a
-        greeting. None that begins within a sentence `reported` is in the same voice, of which late echoes remain: a
-        robot does not say two things at once."""
+        """Return sentences and partial sentences, those that explain most first. They begin where `earlier` ones did,
+        found in less of this sound, or near a sample where speech was `noticed`, or anywhere if with a greeting. None
+        that begins within a sentence `reported` is in the same voice, of which late echoes remain: a robot does not say
+        two things at once."""
         found: list[Path] = []
         least = FAINT_BESIDE if reported else FAINT
-        begun = (self._begun_again(sound, earlier, reported), self._begun(sound, noticed, reported))
+        earlier = [path for path in earlier if not any(_is_within(path, each) for each in reported)]
+        begun = (self._begun_again(sound, earlier), self._begun(sound, noticed, reported))
         for level in chain.from_iterable(_by_place(each, least) for each in begun):
-            leaders = _leaders(found, 1)
-            while level := _kept(level, leaders):
+            best = _leaders(found, 1)
+            while level := _kept(level, best):
                 found += level
                 level = self._extended(sound, level)
-        best = max(filter(self.is_whole, found), key=lambda path: path.score, default=None)
-        found += self._neighbours(sound, best) if best is not None else []
         return sorted(found, key=lambda path: -path.score)
 
     def is_whole(self, path: Path) -> bool:
@@ -223,55 +219,16 @@ class ChannelSearch:
                 begun += [_Next(empty, word, node, 0, way, at, SHIFT, 0.0) for way, at in best]
         return _joined(sound, begun, FIRST_TAPS)
 
-    def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path], reported: Sequence[Path]) -> list[Path]:
+    def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path]) -> list[Path]:
         """The first words of paths found in less of this sound."""
         nodes = dict(self._graph.following[self._graph.start])
-        done = {path.book.voice for path in reported}
         known = {(path.book, path.words[0], path.said[0], path.starts[0]) for path in earlier}
         words = [
             _Next(Path.before(book, self._graph.start), word, nodes[word], 0, said, at, SHIFT, 0.0)
             for book, word, said, at in known
-            if book in self._books and book.voice not in done
+            if book in self._books
         ]
         return _joined(sound, words, FIRST_TAPS)
-
-    def _neighbours(self, sound: WeightedSound, path: Path) -> list[Path]:
-        """The sentences that differ from a path in one word, its others being where they are."""
-        swaps = list(self._swaps(path))
-        if not swaps:
-            return []
-        new = sound.fits((said, at) for _, _, said, at in swaps)
-        old = sound.fits((path.said[k], path.starts[k]) for k, *_ in swaps)
-        own = path.autocorrelation + autocorrelations(new) - autocorrelations(old)
-        gained = [(a.correlation - b.correlation)[SHIFT : SHIFT + TAPS] for a, b in zip(new, old, strict=True)]
-        across = path.correlation + np.stack(gained)
-        taps, explained = _estimated(own, across, len(path.taps))
-        return [
-            replace(
-                path,
-                words=_with(path.words, k, word),
-                said=_with(path.said, k, said),
-                starts=_with(path.starts, k, at),
-                autocorrelation=own[n],
-                correlation=across[n],
-                taps=taps[n],
-                explained=_with(path.explained, len(path.words), explained[n]),
-            )
-            for n, (k, word, said, at) in enumerate(swaps)
-        ]
-
-    def _swaps(self, path: Path) -> Iterator[tuple[int, str, Said, int]]:
-        """The words that may be in place of one of a path: its index, the word, its rendering and first sample."""
-        node, paused = self._graph.start, True
-        for k, (word, said, at) in enumerate(zip(path.words, path.said, path.starts, strict=True)):
-            following = self._graph.following[node]
-            node = dict(following)[word]
-            for other, target in following:
-                if target == node and other != word and self._may_say(path.book, path.words[:k], other):
-                    for way in path.book.said(other, path.thirds[k]):
-                        if way.final == said.final:
-                            yield k, other, way, at + (said.lead - way.lead) * paused
-            paused = said.final
 
     def _may_say(self, book: Voicebook, words: tuple[str, ...], word: str) -> bool:
         """Whether a voice may go on with a word: a robot says no other name than its own after "I am"."""
@@ -367,7 +324,10 @@ def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[P
             for word, fit in zip(words, fits, strict=True)
         ]
     )
-    taps, explained = _estimated(own, across, n_taps)
+    begin, _ = span_of(n_taps)
+    there = across[:, begin : begin + n_taps]
+    taps = responses(own, there, n_taps)
+    explained = np.einsum("ij,ij->i", taps, there) - n_taps
     return [
         Path(
             word.path.book,
@@ -379,23 +339,10 @@ def _joined(sound: WeightedSound, words: Sequence[_Next], n_taps: int) -> list[P
             own[k],
             across[k],
             taps[k],
-            (*word.path.explained, explained[k]),
+            (*word.path.explained, float(explained[k])),
         )
         for k, word in enumerate(words)
     ]
-
-
-def _estimated(own: Taps, across: Taps, n_taps: int) -> tuple[Taps, list[float]]:
-    """The response of each known signal, of `n_taps`, and the energy that it explains."""
-    begin, _ = span_of(n_taps)
-    there = across[:, begin : begin + n_taps]
-    taps = responses(own, there, n_taps)
-    explained: list[float] = (np.einsum("ij,ij->i", taps, there) - n_taps).tolist()
-    return taps, explained
-
-
-def _with(values: tuple[_T, ...], k: int, value: _T) -> tuple[_T, ...]:
-    return (*values[:k], value, *values[k + 1 :])
 
 
 def _best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
@@ -424,6 +371,11 @@ def _by_place(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
         at = left[0].starts[0]
         yield [path for path in left if abs(path.starts[0] - at) < APART][:WIDTH]
         left = [path for path in left if abs(path.starts[0] - at) >= APART]
+
+
+def _is_within(path: Path, reported: Path) -> bool:
+    """Whether a path begins within a sentence in the same voice."""
+    return path.book.voice == reported.book.voice and reported.starts[0] - EARLIER <= path.starts[0] < reported.end
 
 
 def _leaders(paths: Sequence[Path], n: int) -> list[Path]:
