@@ -33,8 +33,8 @@ from hvcpd.assembly.plan import HearingPlan
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Evidence, SearchResult, Stretch, quiet_part
+from hvcpd.recognition.channel.path import Path as Sentence
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.search import Path as Sentence
 from hvcpd.recognition.channel.stretches import EVERY
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of

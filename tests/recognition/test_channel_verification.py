@@ -9,7 +9,8 @@ import pytest
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch, is_preceded, least_fit
-from hvcpd.recognition.channel.search import ChannelSearch, Path
+from hvcpd.recognition.channel.path import Path
+from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import WeightedSound, response, responses
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 

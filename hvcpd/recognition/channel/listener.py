@@ -14,7 +14,8 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
-from hvcpd.recognition.channel.search import ChannelSearch, Path, span_of
+from hvcpd.recognition.channel.path import Path, span_of
+from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.beginnings import Beginning
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
-from hvcpd.recognition.channel.search import Path
+from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.events import Garbled, Recognised
 
 EARLIER = SAMPLE_RATE_HZ // 4

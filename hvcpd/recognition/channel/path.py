@@ -1,0 +1,205 @@
+"""Paths through the word network: known signals, each with its own estimate of the channel, and which of two is ahead.
+
+A path's score is the received energy that it explains through its best-fitting response: every path has its own
+estimate ("per-survivor processing", R. Raheli, A. Polydoros, C. Tzou, IEEE Trans. Communications 43, 1995). Its normal
+equations are the sums over its words, so each further word costs one correlation. The short overlap of neighbouring
+words is neglected, which makes no difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.channel.weighting import (
+    BACK,
+    SHIFT,
+    TAPS,
+    Spectrum,
+    Taps,
+    WeightedSound,
+    autocorrelations,
+    energy_weights,
+    response,
+    responses,
+    transform_size,
+)
+from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.renderings import Said, Voicebook, thirds_of
+
+FIRST_TAPS = 64
+"""4 ms: for a first word, enough for most loudspeakers without a room."""
+BEHIND_SHARE, BEHIND = 1.25, 150.0
+"""A path is dropped if another one has explained this much more at its end."""
+NEAR = 400
+"""Maximum distance in samples between the ends of two paths that are compared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A sentence up to a word, with its normal equations over noise of variance 1."""
+
+    book: Voicebook
+    node: int
+    words: tuple[str, ...]
+    said: tuple[Said, ...]
+    starts: tuple[int, ...]
+    thirds: tuple[int, ...]
+    autocorrelation: Taps
+    correlation: Taps
+    """Correlation of the sound with the signal, at lags from -BACK on."""
+    taps: Taps
+    explained: tuple[float, ...]
+    """Energy that it explains beyond what its taps do by chance, before its first word and after each one."""
+
+    @staticmethod
+    def before(book: Voicebook, node: int) -> Path:
+        """A path without words."""
+        nothing = np.zeros(TAPS, np.float32)
+        return Path(book, node, (), (), (), (), nothing, nothing, nothing[:0], (0.0,))
+
+    @property
+    def score(self) -> float:
+        """The normal equations of all its words."""
+        return self.explained[-1]
+
+    @property
+    def end(self) -> int:
+        """The sample after its last word's signal."""
+        return self.starts[-1] + self.said[-1].length
+
+    @property
+    def ends(self) -> bool:
+        """Whether it may be complete: a pause follows, and its words are in the right thirds of a sentence of this
+        length."""
+        return self.said[-1].final and self.thirds == thirds_of(len(self.words))
+
+    def energy(self, sound: WeightedSound, until: int) -> float:
+        """The energy received from its first word on, until a sample."""
+        return sound.energy(self.starts[0], until)
+
+    def explained_until(self, sample: int) -> float:
+        """The energy explained by its words that end before that sample."""
+        ends = (start + said.length for start, said in zip(self.starts, self.said, strict=True))
+        return max((e for end, e in zip(ends, self.explained[1:], strict=True) if end <= sample), default=0.0)
+
+    def sound(self, n: int) -> Samples:
+        """The sentence as received, shape (n,)."""
+        said = np.zeros(n + TAPS, np.float32)
+        for start, each in zip(self.starts, self.said, strict=True):
+            first, last = max(start, 0), min(start + each.length, n + TAPS)
+            said[first:last] += each.samples[first - start : last - start]
+        size = transform_size(n + TAPS)
+        heard = np.fft.irfft(rfft(said, size) * rfft(self.response, size), size)
+        return np.asarray(heard[BACK : BACK + n], np.float32)
+
+    @cached_property
+    def response(self) -> Taps:
+        """Its best-fitting response of TAPS taps, at lags from -BACK on."""
+        return response(self.autocorrelation, self.correlation, TAPS)
+
+    @cached_property
+    def spread(self) -> Spectrum:
+        """The `energy_weights` of its response."""
+        return energy_weights(self.taps)
+
+    def moved(self, samples: int) -> Path:
+        """The same path in a sound that begins this much earlier."""
+        return replace(self, starts=tuple(start + samples for start in self.starts))
+
+    @property
+    def delay(self) -> int:
+        """Delay in samples from the place of its signal to the strongest part of what was received."""
+        return int(np.abs(self.response).argmax()) - BACK
+
+
+@dataclass(frozen=True, eq=False)
+class Next:
+    """A possible next word, `SHIFT` around its place, and its expected gain in explained energy."""
+
+    path: Path
+    word: str
+    node: int
+    third: int
+    said: Said
+    at: int
+    shift: int
+    expected_score: float
+
+    @property
+    def end(self) -> int:
+        """The sample after its signal."""
+        return self.at + self.said.length
+
+
+def span_of(n: int) -> tuple[int, int]:
+    """The range of a response of `n` taps within a correlation at lags from -BACK on: its beginning, which depends on
+    how far back a long response reaches, and its length."""
+    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS), n
+
+
+def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Path]:
+    """Paths extended by one word each, with responses of `n_taps`."""
+    if not words:
+        return []
+    fits = sound.fits((word.said, word.at) for word in words)
+    own = np.stack([word.path.autocorrelation for word in words]) + autocorrelations(fits)
+    across = np.stack(
+        [
+            word.path.correlation + fit.correlation[word.shift : word.shift + TAPS]
+            for word, fit in zip(words, fits, strict=True)
+        ]
+    )
+    begin, _ = span_of(n_taps)
+    there = across[:, begin : begin + n_taps]
+    taps = responses(own, there, n_taps)
+    explained = np.einsum("ij,ij->i", taps, there) - n_taps
+    return [
+        Path(
+            word.path.book,
+            word.node,
+            (*word.path.words, word.word),
+            (*word.path.said, word.said),
+            (*word.path.starts, word.at + word.shift - SHIFT),
+            (*word.path.thirds, word.third),
+            own[k],
+            across[k],
+            taps[k],
+            (*word.path.explained, float(explained[k])),
+        )
+        for k, word in enumerate(words)
+    ]
+
+
+def best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
+    """Paths by their deficit in explained energy against the best path over the same sound: they end at different
+    places."""
+    heard = [path.energy(sound, path.end) for path in paths]
+    share = share_of_best([(path.score, energy) for path, energy in zip(paths, heard, strict=True)])
+    order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
+    return [paths[k] for k in order]
+
+
+def share_of_best(explained: Sequence[tuple[float, float]]) -> float:
+    """The share of explained energy for the pair with most explained energy, of pairs of explained and received
+    energy."""
+    score, energy = max(explained, default=(0.0, 0.0))
+    return score / max(energy, TINY)
+
+
+def leaders(paths: Sequence[Path], n: int) -> list[Path]:
+    return sorted(paths, key=lambda path: -path.score)[:n]
+
+
+def kept(paths: Sequence[Path], leaders: Sequence[Path]) -> list[Path]:
+    return [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
+
+
+def _is_behind(path: Path, leader: Path) -> bool:
+    """Whether another path explains much more of the same sound; what begins after its end may be another sentence."""
+    explained = leader.explained_until(path.end + NEAR)
+    return path.starts[0] < leader.end and explained > BEHIND_SHARE * path.score + BEHIND
