@@ -19,7 +19,7 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
-from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium
+from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium, ready_text, rereading_of
 from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
@@ -86,6 +86,19 @@ def rendered(wirings: list[Wiring]) -> None:
         asyncio.run(others.ended())
     finally:
         others.end()
+
+
+def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
+    """`hvcpctl reload`, `task add` and `config --running` work as with any robot."""
+    tasks = tmp_path / "tasks.yaml"
+    one = "tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}]}\n"
+    tasks.write_text(one)
+    options = make_parser().parse_args(["duet", "--pipe", "--tasks", str(tasks)])
+    rereading = rereading_of(options, tmp_path, "Rob", 0)
+    assert {each.key: each.value for each in rereading.sources}["tasks"] == str(tasks)
+    assert len(rereading.read(None)[1].tasks.tasks) == 1
+    tasks.write_text(one + "- {number: 2, name: guard the door, actions: [{wait: 1}]}\n")
+    assert len(rereading.read(None)[1].tasks.tasks) == 2
 
 
 def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -325,6 +338,12 @@ def test_without_a_sound_card_robots_talk_through_simulated_air() -> None:
     medium, where = choose_medium(options, 2)
     assert isinstance(medium, SimulatedAir)
     assert where == "through simulated air (--pipe)"
+
+
+def test_nobody_is_asked_to_speak_without_a_microphone() -> None:
+    assert "Say, or type and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=True)
+    assert "\nType and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
+    assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
 
 
 @pytest.mark.parametrize("wrong", [["--as", "Rob,Bot"], ["--names", "Rob,rob"], ["--prt", "1"]])

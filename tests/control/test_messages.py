@@ -22,6 +22,10 @@ pytestmark = pytest.mark.slow
         ("Hi, I am Zed", "'zed'"),
         ("", "there is no word to say"),
         ("?!", "there is no word to say"),
+        ("Hi Rob, water the yellow rose", "the speaker comes first: 'hi rob i am …'"),
+        ("confirmed", "the speaker comes first: 'hi all i am …'"),
+        ("Rob, negative", "the speaker comes first: 'hi rob i am …'"),
+        ("Hi Rob, I am Bot, battery twelve volts", "'battery' is not in the phrasebook after 'hi rob i am bot'; did"),
         ("Hi, I am Rob, task one complete now", "after 'hi i am rob task one complete'"),
     ],
 )
@@ -145,3 +149,26 @@ def test_wrong_usage(arguments: list[str], part: str, refused: Refuse) -> None:
 def test_a_report_that_cannot_be_written_is_told_before_the_mission(refused: Refuse, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert "--report: " in refused("simulate", "--json", "--report", tmp_path / "file" / "report")
+
+
+@pytest.mark.parametrize(
+    ("without", "part"),
+    [
+        ("Bob=pour", "Bob does not take part; did you mean 'Rob'?"),
+        ("Bot=pour", "Bot has no skill 'pour'; declare it under `skills:` in the task file"),
+    ],
+)
+def test_a_skill_that_cannot_be_taken_away(without: str, part: str, refused: Refuse) -> None:
+    assert part in refused("simulate", "--robots", "Rob,Bot", "--without", without)
+
+
+def test_a_recording_that_is_not_there(refused: Refuse, tmp_path: Path) -> None:
+    message = refused("mcap", tmp_path / "none", tmp_path / "x.mcap")
+    assert message.startswith(f"hvcpctl: {tmp_path / 'none'}: No such file or directory; name a folder")
+
+
+def test_a_task_file_in_place_of_the_settings(refused: Refuse, tmp_path: Path) -> None:
+    tasks = tmp_path / "tasks.yaml"
+    tasks.write_text("tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 5 s}]}\n", encoding="utf-8")
+    assert "expected a file name, found a list; name the file that has it" in refused("phrases", "--config", tasks)
+    assert "found the text '5 s'; write it without quotes or unit" in refused("phrases", "--tasks", tasks)

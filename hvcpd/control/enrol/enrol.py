@@ -201,7 +201,7 @@ def _from_folder(
 ) -> dict[str, list[Energies]]:
     """These words in WAVs; reports files with the name of no `known` word. Raises AudioFileError without a WAV."""
     if not folder.is_dir():
-        raise AudioFileError(f"--from: there is no folder {folder}; name one with a WAV for each take (stop_1.wav)")
+        raise AudioFileError(f"--from: there is no folder {folder}; name one with sentence_1.wav or stop_1.wav")
     found: dict[str, list[Energies]] = {}
     wavs = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".wav")
     for path in wavs:
@@ -219,7 +219,7 @@ def _from_folder(
         else:
             found.setdefault(word, []).append(check.energies)
     if not wavs:
-        raise AudioFileError(f"--from: there is no WAV in {folder}; name them by their words (stop_1.wav)")
+        raise AudioFileError(f"--from: there is no WAV in {folder}; name them sentence_1.wav or stop_1.wav")
     return {word: takes[-MAX_TAKES:] for word, takes in found.items()}
 
 

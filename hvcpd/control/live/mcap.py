@@ -50,8 +50,9 @@ def _of_lines(path: Path) -> Iterator[Message]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "this is no text"
         raise ConfigError(
-            f"{path}: {error}; name a folder of `simulate --report`, or a file of `follow --json`"
+            f"{path}: {reason}; name a folder of `simulate --report`, or a file of `follow --json`"
         ) from None
     for number, line in enumerate(lines, 1):
         try:

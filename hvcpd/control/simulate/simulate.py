@@ -115,9 +115,11 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
     known = {robot.lower(): robot for robot in robots}
     for robot, skill in options.without:
         if robot.lower() not in known:
-            raise ConfigError(f"--without: {did_you_mean(robot, robots)}")
+            raise ConfigError(f"--without: {robot} does not take part; {did_you_mean(robot, robots)}")
         if skill not in skills[known[robot.lower()]]:
-            raise ConfigError(f"--without: {robot} has no skill {skill!r}; {did_you_mean(skill, skills[robots[0]])}")
+            declared = skills[robots[0]]
+            remedy = did_you_mean(skill, declared) if declared else "declare it under `skills:` in the task file"
+            raise ConfigError(f"--without: {robot} has no skill {skill!r}; {remedy}")
         del skills[known[robot.lower()]][skill]
     return skills
 

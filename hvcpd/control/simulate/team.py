@@ -23,6 +23,7 @@ from hvcpd.synthesis.likeness import name_fault, sounds_alike
 
 if TYPE_CHECKING:
     from hvcpd.people.enrolled import Person
+    from hvcpd.synthesis.lexicon import Lexicon
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def load_team(
     people = {key: person for key, person in people.items() if key in known}
     used = tuple(known.values())
     if not allow_confusable:
-        _refuse_same_sound(used, sound)
+        refuse_same_sound(used, sound.lexicon)
     if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
         raise ConfigError(fault)
     security = settings.security
@@ -90,9 +91,9 @@ def _enrolled(settings: Settings) -> dict[str, Person]:
     return enrolled_people(settings.state_dir)[0]
 
 
-def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:
+def refuse_same_sound(names: Sequence[str], lexicon: Lexicon) -> None:
     """Raises ConfigError for the first two names that are pronounced alike."""
-    said = {name: set(sound.lexicon.sounds(name)) for name in names}
+    said = {name: set(lexicon.sounds(name)) for name in names}
     for first, second in combinations(names, 2):
         if said[first] & said[second]:
             raise ConfigError(f"the names {first!r} and {second!r} sound the same; choose another for one of them")
