@@ -149,7 +149,7 @@ def unreadable(error: Exception) -> str:
 
 def parse(data: bytes, source: str) -> Document:
     """The document in `data`. Raises ConfigError when it is not YAML at all; lesser faults are kept in the result."""
-    text = _decode(data, source)
+    text = decoded(data, source)
     document = Document(Place(source, 1, 1))
     try:
         loader = _Loader(text)  # looks for characters that are not allowed
@@ -170,7 +170,8 @@ def parse(data: bytes, source: str) -> Document:
     return document
 
 
-def _decode(data: bytes, source: str) -> str:
+def decoded(data: bytes, source: str) -> str:
+    """The text of a configuration file. Raises ConfigError with the first line that is not UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
