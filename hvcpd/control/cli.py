@@ -20,7 +20,7 @@ from hvcpd.config.command_line import (
     replace_closed_streams,
     with_examples,
 )
-from hvcpd.control import arguments
+from hvcpd.control.arguments import add_config, add_tasks, between, robot_names, sound_in, sound_out
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
 from hvcpd.control.drive.drive_parser import add_drive
@@ -79,16 +79,16 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
         metavar="COMMAND", required=True, dest="command", parser_class=parser_class
     )
     add_simulate(commands, _lazy("simulate.simulate"))
-    add_new_team(commands, _lazy("simulate.new_team"), arguments.robot_names)
-    add_duet(commands, _lazy("duet.duet"), arguments.robot_names)
+    add_new_team(commands, _lazy("simulate.new_team"))
+    add_duet(commands, _lazy("duet.duet"))
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
-    add_playground(commands, _lazy("say.playground"), arguments.robot_names)
+    add_playground(commands, _lazy("say.playground"))
     _add_pronounce(commands)
-    add_voices(commands, _lazy("say.voices"), arguments.robot_names, _sound_out)
+    add_voices(commands, _lazy("say.voices"))
     _add_prerender(commands)
     _add_check_vocabulary(commands)
     _add_transcript(commands)
@@ -105,18 +105,16 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
     add_skills(commands, _lazy("live.skills"))
     add_mqtt(commands, _lazy("live.mqtt"))
     add_mcap(commands, _lazy("live.mcap"))
-    add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
+    add_evaluate(commands, _lazy("simulate.evaluate"))
     add_completion(commands, _lazy("completion"))
     add_examples(parser)
     return parser
 
 
 def _add_shared(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    command.add_argument(
-        "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names that the robots know"
-    )
+    add_config(command)
+    add_tasks(command)
+    command.add_argument("--names", type=robot_names, metavar="Rob,Bot", help="the names that the robots know")
 
 
 def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
@@ -140,11 +138,9 @@ def _add_say(commands: _Commands) -> None:
         "--as", dest="voice_of", metavar="NAME", help="use this robot's voice (default: the one in 'I am …')"
     )
     text = "write a WAV instead of using the loudspeaker; - for a pipe"
-    c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help=text)
-    c.add_argument(
-        "--rate", type=arguments.between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower"
-    )
-    c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help=text)
+    c.add_argument("--rate", type=between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower")
+    c.add_argument("--gain-db", type=between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
     c.add_argument("--lombard", action="store_true", help="for people in noise: clearer consonants, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
@@ -155,30 +151,10 @@ def _add_say(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say.say"))
 
 
-def _sound_in(text: str) -> Path:
-    return Path("/dev/stdin" if text == "-" else text)
-
-
-_NOT_WRITTEN = frozenset({".aac", ".aif", ".aiff", ".flac", ".m4a", ".mp3", ".oga", ".ogg", ".opus"})
-"""File name extensions of other sound formats, which would mislead a player."""
-
-
-def _sound_out(text: str) -> Path:
-    """Raises argparse's error for a terminal, which must not get bytes of sound, and for another format's extension."""
-    if text != "-":
-        path = Path(text)
-        if path.suffix.lower() in _NOT_WRITTEN:
-            raise argparse.ArgumentTypeError(f"only WAV is written; name it {path.with_suffix('.wav')}")
-        return path
-    if sys.stdout.isatty():
-        raise argparse.ArgumentTypeError("no sound is written to a terminal; name a file, or pipe it: … -o - | aplay")
-    return Path("/dev/stdout")
-
-
 def _add_hear(commands: _Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
-    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
+    c.add_argument("file", type=sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.add_argument(
         "--learn-alternatives",
@@ -217,7 +193,7 @@ def _add_check_vocabulary(commands: _Commands) -> None:
 
 
 def _add_memory(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    add_config(command)
     command.add_argument("--name", metavar="NAME", help="the robot whose memory to read (default: from the settings)")
     command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, in any folder")
     command.add_argument("--socket", type=Path, metavar="FILE", help="the memory of the robot with this control socket")
@@ -237,7 +213,7 @@ def _add_transcript(commands: _Commands) -> None:
 def _add_audit(commands: _Commands) -> None:
     c = commands.add_parser("audit", help="count who ordered whom, what was refused, and how the tasks were shared")
     _add_memory(c)
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_tasks(c)
     c.set_defaults(run=_lazy("keys.audit"))
 
 
@@ -245,7 +221,7 @@ def _add_report(commands: _Commands) -> None:
     c = commands.add_parser("report", help="describe a shift: who did what, and what went wrong")
     _add_memory(c)
     c.set_defaults(since="8h")
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_tasks(c)
     c.add_argument("--html", type=Path, metavar="FILE", help="also write it as a page")
     c.set_defaults(run=_lazy("live.report"))
 
@@ -253,11 +229,11 @@ def _add_report(commands: _Commands) -> None:
 def _add_pronounce(commands: _Commands) -> None:
     c = commands.add_parser("pronounce", help="show how words are pronounced, and why")
     c.add_argument("words", nargs="*", metavar="WORD", help="words, or phrases in quotes: 'wind the clock'")
-    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    add_config(c)
     c.add_argument("--lexicon", type=Path, metavar="FILE", help="your own pronunciations (default: the settings')")
     c.add_argument("--paper-table", action="store_true", help="the words of the paper's table I")
     c.add_argument("--as", dest="voice_of", default="Rob", metavar="NAME", help="whose voice, for -o and --track")
-    c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help="write the words as sound; - for a pipe")
+    c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help="write the words as sound; - for a pipe")
     c.add_argument("--track", type=Path, metavar="FILE.csv", help="write the synthesizer's frames of one word")
     c.add_argument("--json", action="store_true", help="print one JSON object a word")
     c.set_defaults(run=_lazy("say.pronounce"))

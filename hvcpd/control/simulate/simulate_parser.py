@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from hvcpd.control import arguments
+from hvcpd.control.arguments import add_config, add_tasks
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -15,8 +16,8 @@ Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -> None:
     """Add `simulate`."""
     c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
-    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_config(c)
+    add_tasks(c)
     c.add_argument(
         "--robots",
         type=arguments.robot_names,
@@ -43,7 +44,7 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
     c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
     c.add_argument(
         "--noise-db",
-        type=arguments.level_db,
+        type=arguments.between(-200.0, 200.0, "dB"),
         default=40.0,
         metavar="DB",
         help="ambient noise in dB SPL (default 40, a quiet room)",
