@@ -54,6 +54,22 @@ def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
     assert {member["team"] for member in shift["members"]} == {"plant"}
 
 
+def test_robots_talk_as_much_as_the_settings_say_if_no_option_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Rob\ntalk: full\n", encoding="utf-8")
+
+    def said(*options: str) -> int:
+        hours(tmp_path, "--hours", "1", "--json", *options)
+        return int(json.loads(capsys.readouterr().out)["said"])
+
+    full, normal = said("--talk", "full"), said()
+    assert full > normal
+    assert said("--config", str(settings)) == full
+    assert said("--config", str(settings), "--talk", "normal") == normal
+
+
 def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hours(tmp_path, "--hours", "1", "--mute") == 2
     assert "leave out --mute" in capsys.readouterr().err

@@ -60,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
         sealed=keys is not None,
         encrypted=options.encrypted,
     )
+    options.pick, options.talk = options.pick or team.settings.pick, options.talk or team.settings.talk
     if options.hours is not None:
         if options.report is not None:
             _make_directory(options.report)

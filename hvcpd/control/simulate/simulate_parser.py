@@ -33,9 +33,10 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
         help="every robot picks tasks, or one gives orders",
     )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
-    c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
-    talk = "how much the robots say (default normal)"
-    c.add_argument("--talk", choices=("full", "normal", "terse"), default="normal", help=talk)
+    pick = "how a volunteer picks a task (default: the settings')"
+    c.add_argument("--pick", choices=("nearest", "random"), help=pick)
+    talk = "how much the robots say (default: the settings')"
+    c.add_argument("--talk", choices=("full", "normal", "terse"), help=talk)
     hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
     c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
