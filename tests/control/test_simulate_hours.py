@@ -70,6 +70,16 @@ def test_robots_talk_as_much_as_the_settings_say_if_no_option_does(
     assert said("--config", str(settings), "--talk", "normal") == normal
 
 
+def test_what_is_not_there_cannot_be_taken_away_and_a_time_of_nothing_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert hours(tmp_path, "--hours", "1", "--without", "Bob=pour") == 2
+    assert "Bob does not take part; did you mean 'Rob'?" in capsys.readouterr().err
+    (tmp_path / "later.yaml").write_text(TASKS.splitlines()[0] + "\n" + TASKS.splitlines()[1] + "\n")
+    assert main(["simulate", "--hours", "1", "--tasks", str(tmp_path / "later.yaml")]) == 0
+    assert "note: within 1 h of Monday, 00:00, nothing is due" in capsys.readouterr().err
+
+
 def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hours(tmp_path, "--hours", "1", "--mute") == 2
     assert "leave out --mute" in capsys.readouterr().err

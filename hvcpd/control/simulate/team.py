@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -16,7 +16,7 @@ from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.errors import ConfigError, VocabularyError
+from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people import PEOPLE_FOLDER
 from hvcpd.synthesis.likeness import name_fault, sounds_alike
@@ -80,6 +80,23 @@ def load_team(
         raise ConfigError(error.at(settings.tasks)) from error
     sound = assign_voices(sound, settings, lambda: phrasebook.marked_graph.words)
     return Team(settings, tasks, used, phrasebook, sound, people)
+
+
+def lacked_skills(
+    without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str]
+) -> dict[str, frozenset[str]]:
+    """By the names of `robots`, which of the `skills` each lacks. Raises ConfigError for another robot or skill."""
+    known = {robot.lower(): robot for robot in robots}
+    lacked: dict[str, frozenset[str]] = {}
+    for robot, skill in without:
+        name = known.get(robot.lower())
+        if name is None:
+            raise ConfigError(f"--without: {robot} does not take part; {did_you_mean(robot, robots)}")
+        if skill not in skills:
+            remedy = did_you_mean(skill, skills) if skills else "declare it under `skills:` in the task file"
+            raise ConfigError(f"--without: {name} has no skill {skill!r}; {remedy}")
+        lacked[name] = lacked.get(name, frozenset()) | {skill}
+    return lacked
 
 
 def _enrolled(settings: Settings) -> dict[str, Person]:
