@@ -6,6 +6,11 @@ import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import TypeAlias
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Run = Callable[[argparse.Namespace], int]
+"""What a command does with its options; the exit status."""
 
 
 def add_config(command: argparse.ArgumentParser) -> None:

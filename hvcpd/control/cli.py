@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import gc
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from hvcpd import __version__
 from hvcpd.config.command_line import (
@@ -20,7 +20,7 @@ from hvcpd.config.command_line import (
     replace_closed_streams,
     with_examples,
 )
-from hvcpd.control.arguments import add_config, add_tasks, between, robot_names, sound_in, sound_out
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, robot_names, sound_in, sound_out
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
 from hvcpd.control.drive.drive_parser import add_drive
@@ -48,17 +48,14 @@ NEW_OBJECTS = 50_000
 """Objects between two searches for cycles (Python's own: 700). A command makes about that many by its imports, and
 nearly all of them stay: searching them took a twelfth of the time of `hvcpctl stop`."""
 
-Command = Callable[[argparse.Namespace], int]
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-
-def _lazy(module: str) -> Command:
+def _lazy(module: str) -> Run:
     """The `run` of a command's module, imported only when it is needed, so that every command starts quickly."""
 
     def run(options: argparse.Namespace) -> int:
         from importlib import import_module
 
-        command: Command = import_module(f"hvcpd.control.{module}").run
+        command: Run = import_module(f"hvcpd.control.{module}").run
         return command(options)
 
     return run
@@ -75,7 +72,7 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
         prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands: _Commands = parser.add_subparsers(
+    commands: Commands = parser.add_subparsers(
         metavar="COMMAND", required=True, dest="command", parser_class=parser_class
     )
     add_simulate(commands, _lazy("simulate.simulate"))
@@ -121,7 +118,7 @@ def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
 
 
-def _add_say(commands: _Commands) -> None:
+def _add_say(commands: Commands) -> None:
     c = commands.add_parser(
         "say",
         help="speak one sentence of the phrasebook",
@@ -151,7 +148,7 @@ def _add_say(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say.say"))
 
 
-def _add_hear(commands: _Commands) -> None:
+def _add_hear(commands: Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
     c.add_argument("file", type=sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
@@ -167,7 +164,7 @@ def _add_hear(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("hear.hear"))
 
 
-def _add_listen(commands: _Commands) -> None:
+def _add_listen(commands: Commands) -> None:
     c = commands.add_parser("listen", help="listen to the microphone and print what robots say, until interrupted")
     _add_shared(c)
     _add_key_option(c, "also hear seals; with the team's key, check them and decrypt")
@@ -176,7 +173,7 @@ def _add_listen(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("hear.listen"))
 
 
-def _add_phrases(commands: _Commands) -> None:
+def _add_phrases(commands: Commands) -> None:
     c = commands.add_parser("phrases", help="print the card: every sentence that robots understand")
     _add_shared(c)
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text", help="default: text")
@@ -185,7 +182,7 @@ def _add_phrases(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say.phrases"))
 
 
-def _add_check_vocabulary(commands: _Commands) -> None:
+def _add_check_vocabulary(commands: Commands) -> None:
     c = commands.add_parser("check-vocabulary", help="find words that could be confused, and better ones")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
@@ -203,21 +200,21 @@ def _add_memory(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="print one JSON object a line")
 
 
-def _add_transcript(commands: _Commands) -> None:
+def _add_transcript(commands: Commands) -> None:
     c = commands.add_parser("transcript", help="print what a robot said and heard")
     _add_memory(c)
     c.add_argument("--follow", action="store_true", help="go on with new sentences, until interrupted")
     c.set_defaults(run=_lazy("live.transcript"))
 
 
-def _add_audit(commands: _Commands) -> None:
+def _add_audit(commands: Commands) -> None:
     c = commands.add_parser("audit", help="count who ordered whom, what was refused, and how the tasks were shared")
     _add_memory(c)
     add_tasks(c)
     c.set_defaults(run=_lazy("keys.audit"))
 
 
-def _add_report(commands: _Commands) -> None:
+def _add_report(commands: Commands) -> None:
     c = commands.add_parser("report", help="describe a shift: who did what, and what went wrong")
     _add_memory(c)
     c.set_defaults(since="8h")
@@ -226,7 +223,7 @@ def _add_report(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("live.report"))
 
 
-def _add_pronounce(commands: _Commands) -> None:
+def _add_pronounce(commands: Commands) -> None:
     c = commands.add_parser("pronounce", help="show how words are pronounced, and why")
     c.add_argument("words", nargs="*", metavar="WORD", help="words, or phrases in quotes: 'wind the clock'")
     add_config(c)
@@ -239,7 +236,7 @@ def _add_pronounce(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say.pronounce"))
 
 
-def _add_prerender(commands: _Commands) -> None:
+def _add_prerender(commands: Commands) -> None:
     c = commands.add_parser("prerender", help="render all words of the phrasebook in advance")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print the result as one JSON object")

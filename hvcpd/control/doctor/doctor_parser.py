@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from hvcpd.control.arguments import add_config, add_tasks, between, whole
-from hvcpd.control.drive.drive_parser import Commands, Run, add_port
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, whole
+from hvcpd.control.drive.drive_parser import add_port
 
 OWN_DISTANCE_M = 0.1
 """From the loudspeaker to the microphone of a small robot."""

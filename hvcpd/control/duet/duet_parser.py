@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import add_tasks, port, robot_name, robot_names
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
+from hvcpd.control.arguments import Commands, Run, add_tasks, port, robot_name, robot_names
 
 
 def add_duet(commands: Commands, run: Run) -> None:

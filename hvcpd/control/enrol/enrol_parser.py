@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import add_config, add_tasks
-from hvcpd.control.drive.drive_parser import Commands, Run
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks
 
 TAKES = 3
 """Takes of each word, because people do not say a word twice in the same way."""

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
-from hvcpd.control.arguments import add_config, robot_name, whole
-
-Command = Callable[[argparse.Namespace], int]
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from hvcpd.control.arguments import Commands, Run, add_config, robot_name, whole
 
 MAX_CODES = 500
 """Codes on a sheet; more are never used up."""
 
 
-def add_key(commands: _Commands, run: Command) -> None:
+def add_key(commands: Commands, run: Run) -> None:
     """`hvcpctl key ACTION`."""
     key = commands.add_parser("key", help="make, print, change or revoke the team's key for sealed speech")
     actions = key.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")

@@ -5,13 +5,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import add_config, port, task_number, whole
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
+from hvcpd.control.arguments import Commands, Run, add_config, port, task_number, whole
 
 EXITS = (
     "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "

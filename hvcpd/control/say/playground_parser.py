@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
-from hvcpd.control.arguments import add_config, add_tasks, robot_names
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, robot_names
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
 DEFAULT = Path("playground.html")
 
 

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import add_config, robot_names, sound_out
+from hvcpd.control.arguments import Commands, Run, add_config, robot_names, sound_out
 from hvcpd.errors import did_you_mean
 
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-
-def add_voices(commands: _Commands, run: Callable[[argparse.Namespace], int]) -> None:
+def add_voices(commands: Commands, run: Run) -> None:
     """Add `voices`."""
     c = commands.add_parser(
         "voices",

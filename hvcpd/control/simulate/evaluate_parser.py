@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
-from hvcpd.control.arguments import seed, whole
-
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from hvcpd.control.arguments import Commands, Run, seed, whole
 
 
-def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int]) -> None:
+def add_evaluate(commands: Commands, run: Run) -> None:
     """Add `evaluate`."""
     from hvcpd.evaluation.experiments import NAMES
 

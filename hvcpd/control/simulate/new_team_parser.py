@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import robot_names
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from hvcpd.control.arguments import Commands, Run, robot_names
 
 
-def add_new_team(commands: Commands, run: Callable[[argparse.Namespace], int]) -> None:
+def add_new_team(commands: Commands, run: Run) -> None:
     """Add `new-team`."""
     command = commands.add_parser(
         "new-team",

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.control import arguments
-from hvcpd.control.arguments import add_config, add_tasks
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks
 
 
-def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -> None:
+def add_simulate(commands: Commands, run: Run) -> None:
     """Add `simulate`."""
     c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
     add_config(c)
