@@ -93,7 +93,8 @@ def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
     assert robot.state is State.STOPPED
     assert "STOPPED" in ctl("status")
     assert "already" in ctl("stop")
-    assert json.loads(ctl("resume", "--json")) == {"name": "Rob", "stopped": False, "before": True}
+    resumed = {"name": "Rob", "stopped": False, "before": True, "kept": True, "reason": None}
+    assert json.loads(ctl("resume", "--json")) == resumed
     assert robot.state is not State.STOPPED
     assert "was not stopped" in ctl("resume")
 
