@@ -22,7 +22,7 @@ def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.C
     folder = tmp_path / "garden"
     tasks = ("--task", "water the green rose; -3, -4; pour 0.2", "--task", "count the empty chairs; dock")
     assert main(["new-team", str(folder), *GARDEN, *tasks]) == 0
-    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml --robots Rob,Bot" in capsys.readouterr().out
+    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml" in capsys.readouterr().out
     settings = load_settings(folder / "hvcpd.yaml", environment={})
     assert (settings.name, settings.names) == ("Rob", ("Rob", "Bot"))
     rose, chairs = load_tasks(settings.tasks).tasks
@@ -93,7 +93,7 @@ def test_an_input_that_ends_is_no_missing_terminal(tmp_path: Path) -> None:
 def test_the_command_that_is_shown_can_be_pasted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "my garden"
     assert main(["new-team", str(folder), *GARDEN, "--task", "count the empty chairs"]) == 0
-    command = f"hvcpctl simulate --config '{folder}/hvcpd.yaml' --robots Rob,Bot"
+    command = f"hvcpctl simulate --config '{folder}/hvcpd.yaml'"
     assert command in capsys.readouterr().out
     assert command in (folder / "tasks.yaml").read_text(encoding="utf-8")
 

@@ -80,6 +80,16 @@ def test_what_is_not_there_cannot_be_taken_away_and_a_time_of_nothing_is_told(
     assert "note: within 1 h of Monday, 00:00, nothing is due" in capsys.readouterr().err
 
 
+def test_without_an_option_the_settings_robots_take_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It took Rob and Bot, whoever the team was."""
+    (tmp_path / "tasks.yaml").write_text(TASKS)
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Ada\nnames: [Leo, Zoe]\ntasks: tasks.yaml\n", encoding="utf-8")
+    main(["simulate", "--hours", "1", "--json", "--config", str(settings)])
+    shift = json.loads(capsys.readouterr().out)
+    assert {member["name"] for member in shift["members"]} == {"Ada", "Leo", "Zoe"}
+
+
 def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hours(tmp_path, "--hours", "1", "--mute") == 2
     assert "leave out --mute" in capsys.readouterr().err

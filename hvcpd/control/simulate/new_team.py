@@ -93,11 +93,11 @@ def run(options: argparse.Namespace, console: Console | None = None) -> int:
         tasks = _ask_tasks(console, robots, skills)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / "tasks.yaml", tasks_of(folder, robots, skills, tasks).encode())
+        write_whole(folder / "tasks.yaml", tasks_of(folder, skills, tasks).encode())
         write_whole(folder / "hvcpd.yaml", settings_of(robots, skills).encode())
     except OSError as error:
         raise ConfigError(unwritable(folder, error, "name another folder")) from None
-    words = _to_simulate(folder, robots)
+    words = _to_simulate(folder)
     sys.stdout.write(f"{folder}: hvcpd.yaml and tasks.yaml; to simulate this team:\n  {shlex.join(words)}\n")
     wanted = options.demo
     if wanted is None and is_asked:
@@ -105,8 +105,8 @@ def run(options: argparse.Namespace, console: Console | None = None) -> int:
     return _simulate(words[1:]) if wanted else EX_OK
 
 
-def _to_simulate(folder: Path, robots: tuple[str, ...]) -> list[str]:
-    return ["hvcpctl", "simulate", "--config", str(folder / "hvcpd.yaml"), "--robots", ",".join(robots)]
+def _to_simulate(folder: Path) -> list[str]:
+    return ["hvcpctl", "simulate", "--config", str(folder / "hvcpd.yaml")]
 
 
 def _ask_skills(console: Console) -> list[SkillAnswer]:
@@ -222,12 +222,12 @@ def settings_of(robots: tuple[str, ...], skills: list[SkillAnswer]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def tasks_of(folder: Path, robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> str:
+def tasks_of(folder: Path, skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> str:
     """The task file, the same for all robots."""
     lines = [
         "# The team's tasks. All robots have this file.",
         "#",
-        f"#     {shlex.join(_to_simulate(folder, robots))}",
+        f"#     {shlex.join(_to_simulate(folder))}",
     ]
     lines += ["skills:"] if skills else []
     for each in skills:
@@ -249,7 +249,7 @@ def _check(robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskA
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "hvcpd.yaml").write_text(settings_of(robots, skills))
-        (folder / "tasks.yaml").write_text(tasks_of(folder, robots, skills, tasks))
+        (folder / "tasks.yaml").write_text(tasks_of(folder, skills, tasks))
         try:
             team = load_team(argparse.Namespace(config=folder / "hvcpd.yaml", tasks=None), robots)
             found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)

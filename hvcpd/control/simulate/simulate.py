@@ -24,7 +24,7 @@ from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
-from hvcpd.control.simulate.team import Team, lacked_skills, load_team, vocabulary_cache
+from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, vocabulary_cache
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
 from hvcpd.hardware.soundfile import write_wav
@@ -45,7 +45,8 @@ Pace = Callable[[float, Samples], None]
 
 def run(options: argparse.Namespace) -> int:
     """Run the mission, show it, write the report; returns 0 only if every task was done exactly once."""
-    robots: tuple[str, ...] = options.robots
+    robots: tuple[str, ...] = options.robots or robots_of(options)
+    options.robots = robots
     if len(robots) > MAX_ROBOTS:
         raise ConfigError(f"--robots: {len(robots)} is too many; at most {MAX_ROBOTS}")
     keys = _keys(options)

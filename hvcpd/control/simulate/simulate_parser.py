@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from hvcpd.control import arguments
-from hvcpd.control.arguments import Commands, Run, add_config, add_tasks
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, lack, robot_names, seed
 
 
 def add_simulate(commands: Commands, run: Run) -> None:
@@ -14,14 +13,9 @@ def add_simulate(commands: Commands, run: Run) -> None:
     c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
     add_config(c)
     add_tasks(c)
-    c.add_argument(
-        "--robots",
-        type=arguments.robot_names,
-        default=("Rob", "Bot"),
-        metavar="Rob,Bot",
-        help="who takes part (up to 12)",
-    )
-    c.add_argument("--seed", type=arguments.seed, default=1, metavar="N", help="same seed, same mission (default 1)")
+    who = "who takes part, up to 12 (default: the settings' `names`)"
+    c.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help=who)
+    c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same mission (default 1)")
     c.add_argument(
         "--mode",
         choices=("volunteer", "coordinate"),
@@ -34,14 +28,14 @@ def add_simulate(commands: Commands, run: Run) -> None:
     talk = "how much the robots say (default: the settings')"
     c.add_argument("--talk", choices=("full", "normal", "terse"), help=talk)
     hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
-    c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
+    c.add_argument("--hours", type=between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
-    c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
+    c.add_argument("--loss", type=between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
     c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
     c.add_argument(
         "--noise-db",
-        type=arguments.between(-200.0, 200.0, "dB"),
+        type=between(-200.0, 200.0, "dB"),
         default=40.0,
         metavar="DB",
         help="ambient noise in dB SPL (default 40, a quiet room)",
@@ -71,10 +65,10 @@ def _add_robots_options(c: argparse.ArgumentParser) -> None:
     c.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=key)
     c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
     tank = "give each robot a pump and this much water"
-    c.add_argument("--tank", type=arguments.between(0.0, 1000.0), metavar="LITRES", help=tank)
+    c.add_argument("--tank", type=between(0.0, 1000.0), metavar="LITRES", help=tank)
     c.add_argument(
         "--without",
-        type=arguments.lack,
+        type=lack,
         action="append",
         default=[],
         metavar="ROBOT=SKILL",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings import Settings
-from hvcpd.config.settings_file import load_settings
+from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
@@ -80,6 +80,15 @@ def load_team(
         raise ConfigError(error.at(settings.tasks)) from error
     sound = assign_voices(sound, settings, lambda: phrasebook.marked_graph.words)
     return Team(settings, tasks, used, phrasebook, sound, people)
+
+
+def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
+    """The robots that the settings name, without enrolled people. Raises ConfigError."""
+    loaded = load_with_sources(options.config, name_needed=False)
+    settings, source = loaded.settings, {each.key: each.source for each in loaded.sources}["name"]
+    own = () if source == "default" else (settings.name,)
+    named = {name.lower(): name for name in (*settings.names, *own)}
+    return tuple(name for key, name in named.items() if key not in _enrolled(settings))
 
 
 def lacked_skills(
