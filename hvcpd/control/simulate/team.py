@@ -87,8 +87,9 @@ def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     loaded = load_with_sources(options.config, name_needed=False)
     settings, source = loaded.settings, {each.key: each.source for each in loaded.sources}["name"]
     own = () if source == "default" else (settings.name,)
+    people = _enrolled(settings)
     named = {name.lower(): name for name in (*settings.names, *own)}
-    return tuple(name for key, name in named.items() if key not in _enrolled(settings))
+    return tuple(name for key, name in named.items() if key not in people)
 
 
 def lacked_skills(
