@@ -24,7 +24,7 @@ from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Vis
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.errors import ConfigError, DeviceError, HvcpdError
+from hvcpd.errors import ConfigError, DeviceError, HvcpdError, PhraseError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
 
@@ -98,7 +98,14 @@ def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
     assert {each.key: each.value for each in rereading.sources}["tasks"] == str(tasks)
     assert len(rereading.read(None)[1].tasks.tasks) == 1
     tasks.write_text(one + "- {number: 2, name: guard the door, actions: [{wait: 1}]}\n")
-    assert len(rereading.read(None)[1].tasks.tasks) == 2
+    wiring = rereading.read(None)[1]
+    assert len(wiring.tasks.tasks) == 2
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Bot", 1).read(None)[1], lambda _: lambda: True)
+    tasks.write_text(one.replace("fetch the ball", "sweep the floor"))
+    with pytest.raises(PhraseError):
+        visitor.say("Hi Rob, I am Anna, sweep the floor")
+    visitor.wiring = rereading.read(None)[1]
+    assert visitor.say("Hi Rob, I am Anna, sweep the floor").line == "Anna: Hi Rob, I am Anna, sweep the floor"
 
 
 def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

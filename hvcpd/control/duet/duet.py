@@ -305,6 +305,7 @@ class Duet:
 
     def say(self, line: str) -> None:
         """The visitor says a sentence; one that is not in the phrasebook is answered by a message."""
+        self._visitor.wiring = self.daemons[0].wiring
         try:
             self._onlooker.visited(self._visitor.say(line), self._now_s)
         except HvcpdError as error:
