@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, unreadable
 
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top of a document: keys and list indices (from 0)."""
@@ -130,21 +130,6 @@ def read_bytes(path: Path) -> bytes:
     if len(data) > MAX_FILE_BYTES:
         raise ConfigError(f"{path}: the file is larger than {MAX_FILE_BYTES >> 20} MiB; is it the right file?")
     return data
-
-
-def unreadable(error: Exception) -> str:
-    """What is wrong with a file that cannot be opened, and what to do."""
-    match error:
-        case FileNotFoundError():
-            return "there is no such file; check the name, or create it"
-        case IsADirectoryError():
-            return "this is a directory; name a file in it"
-        case PermissionError():
-            return "no permission to read it; run `chmod a+r` on it, or run as its owner"
-        case OSError():
-            return f"cannot be read ({error.strerror}); check the name and the disk"
-        case _:
-            return "this is not a file name; check it"
 
 
 def parse(data: bytes, source: str) -> Document:

@@ -164,7 +164,9 @@ def test_a_skill_that_cannot_be_taken_away(without: str, part: str, refused: Ref
 
 def test_a_recording_that_is_not_there(refused: Refuse, tmp_path: Path) -> None:
     message = refused("mcap", tmp_path / "none", tmp_path / "x.mcap")
-    assert message.startswith(f"hvcpctl: {tmp_path / 'none'}: No such file or directory; name a folder")
+    assert message.startswith(f"hvcpctl: {tmp_path / 'none'}: there is no such file; check the name")
+    (tmp_path / "bytes").write_bytes(b"\xff\xfe")
+    assert "this is no text; is this a transcript of `simulate" in refused("mcap", tmp_path / "bytes", tmp_path / "x")
 
 
 def test_a_task_file_in_place_of_the_settings(refused: Refuse, tmp_path: Path) -> None:
