@@ -37,6 +37,10 @@ def test_a_sentence_outside_the_phrasebook(sentence: str, part: str, refused: Re
     assert not (tmp_path / "x.wav").exists()
 
 
+def test_a_message_cannot_steer_the_terminal(refused: Refuse, tmp_path: Path) -> None:
+    assert "\x1b" not in refused("say", "Hi \x1b[31mRob", "-o", tmp_path / "x.wav")
+
+
 def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
     assert "'rob'" in refused("say", "Hi, I am Rob", "--names", "Zed,Bot", "-o", tmp_path / "x.wav")
 
