@@ -67,6 +67,7 @@ class Console:
             except ConfigError as error:
                 self.tell(f"  {error}\n")
             except EOFError:
+                self.tell("\n")
                 raise ConfigError(ENDED) from None
 
 
