@@ -6,6 +6,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,13 +16,10 @@ from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdErro
 
 if TYPE_CHECKING:
     from hvcpd.config.settings import Settings
-    from hvcpd.config.settings_file import Loaded
-    from hvcpd.config.task_changes import TaskChanges
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.logging import RateLimiter
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.preflight import Preflight
-    from hvcpd.daemon.wiring import Wiring
 
 _EPILOG = (
     "Exit status, as in sysexits.h: 0 stopped by a signal, 64 wrong usage, 69 a device is missing or failed, 70 a "
@@ -88,13 +86,13 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.logging import set_up_logging
     from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.preflight import examine
-    from hvcpd.daemon.wiring import wire_up
     from hvcpd.synthesis.likeness import name_fault
 
     devices = devices or Devices()
     overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level", "log_format")}
+    load = partial(load_with_sources, options.config, overrides, reserved=name_fault)
     try:
-        loaded = load_with_sources(options.config, overrides, reserved=name_fault)
+        loaded = load()
     except HvcpdError as error:
         complain("hvcpd", str(error))
         return error.exit_status
@@ -108,17 +106,13 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
         return preflight.exit_status
     limiter = set_up_logging(settings.log_level, form=settings.log_format)
 
-    def read_again(changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
-        again = load_with_sources(options.config, overrides, reserved=name_fault)
-        return again, wire_up(again.settings, options.allow_confusable, changes)
-
     def set_log(settings: Settings) -> None:
         set_up_logging(settings.log_level, form=settings.log_format, limiter=limiter)
 
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.reloading import Rereading
 
-    rereading = Rereading(loaded.sources, read_again, set_log, options.allow_confusable)
+    rereading = Rereading(load, loaded.sources, set_log, options.allow_confusable)
     return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter)
 
 

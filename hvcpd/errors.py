@@ -2,7 +2,7 @@
 
 Our own misuse raises ordinary Python errors. What comes from outside and cannot be used (a bad file, a missing
 device) raises one of these; a command prints its text, which names the place and the remedy, and no traceback.
-`did_you_mean` and `unwritable` make the parts of such texts that many of them share.
+`did_you_mean`, `unwritable` and `unreadable` make the parts of such texts that many of them share.
 """
 
 from __future__ import annotations
@@ -167,8 +167,23 @@ def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file
             remedy = "make room there, or name another place"
         case errno.EISDIR:
             remedy = "name a file in it"
-        case errno.ENOENT:
+        case errno.ENOENT if not Path(path).parent.exists():
             remedy = f"there is no folder {Path(path).parent}; make it, or name another"
         case _:
             remedy = otherwise
     return f"{path}: cannot be written: {reason}; {remedy}"
+
+
+def unreadable(error: Exception) -> str:
+    """What is wrong with a file that cannot be opened, and what to do."""
+    match error:
+        case FileNotFoundError():
+            return "there is no such file; check the name, or create it"
+        case IsADirectoryError():
+            return "this is a directory; name a file in it"
+        case PermissionError():
+            return "no permission to read it; run `chmod a+r` on it, or run as its owner"
+        case OSError():
+            return f"cannot be read ({error.strerror}); check the name and the disk"
+        case _:
+            return "this is not a file name; check it"

@@ -131,9 +131,11 @@ def replace_closed_streams() -> None:
 
 
 def complain(program: str, text: str) -> None:
-    """Write to standard error, each line with the program's name; where that is closed or full, nowhere."""
+    """Write to standard error, each line with the program's name; where that is closed or full, nowhere. What could
+    steer a terminal, from a file or an argument, is shown as U+FFFD."""
+    lines = ("".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line) for line in text.splitlines())
     try:
-        sys.stderr.writelines(f"{program}: {line}\n" for line in text.splitlines())
+        sys.stderr.writelines(f"{program}: {line}\n" for line in lines)
         sys.stderr.flush()
     except OSError:
         let_go(sys.stderr)

@@ -14,7 +14,7 @@ from typing import Any
 
 import yaml
 
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, unreadable
 
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top of a document: keys and list indices (from 0)."""
@@ -132,24 +132,9 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def unreadable(error: Exception) -> str:
-    """What is wrong with a file that cannot be opened, and what to do."""
-    match error:
-        case FileNotFoundError():
-            return "there is no such file; check the name, or create it"
-        case IsADirectoryError():
-            return "this is a directory; name a file in it"
-        case PermissionError():
-            return "no permission to read it; run `chmod a+r` on it, or run as its owner"
-        case OSError():
-            return f"cannot be read ({error.strerror}); check the name and the disk"
-        case _:
-            return "this is not a file name; check it"
-
-
 def parse(data: bytes, source: str) -> Document:
     """The document in `data`. Raises ConfigError when it is not YAML at all; lesser faults are kept in the result."""
-    text = _decode(data, source)
+    text = decoded(data, source)
     document = Document(Place(source, 1, 1))
     try:
         loader = _Loader(text)  # looks for characters that are not allowed
@@ -170,7 +155,8 @@ def parse(data: bytes, source: str) -> Document:
     return document
 
 
-def _decode(data: bytes, source: str) -> str:
+def decoded(data: bytes, source: str) -> str:
+    """The text of a configuration file. Raises ConfigError with the first line that is not UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -245,7 +245,7 @@ def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], An
 
 def _int(value: Any, _: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise FaultError(f"expected a whole number, found {describe(value)}; write digits without quotes or point")
+        raise FaultError(f"expected a whole number, found {describe(value)}; write only digits, as 15")
     return value
 
 
@@ -255,7 +255,9 @@ def _as_number(value: object) -> str:
         meant = float(value) if isinstance(value, str) and "e" in value.lower() else math.nan
     except ValueError:
         meant = math.nan
-    return f"write {meant:.1e}, with a dot and a sign" if math.isfinite(meant) else "write it without quotes, as 1.5"
+    if math.isfinite(meant):
+        return f"write {meant:.1e}, with a dot and a sign"
+    return "write it without quotes or unit, as 1.5"
 
 
 def _float(value: Any, _: Any) -> float:
@@ -284,7 +286,8 @@ def _str(value: Any, _: Any) -> str:
 
 def _path(value: Any, _: Any) -> Path:
     if not isinstance(value, str | Path) or not str(value) or "\0" in str(value):
-        raise FaultError(f"expected a file name, found {describe(value)}; write the path")
+        remedy = "name the file that has it" if isinstance(value, list | dict) else "write the path"
+        raise FaultError(f"expected a file name, found {describe(value)}; {remedy}")
     return Path(value)
 
 

@@ -1,9 +1,26 @@
-"""Types of options of several commands: texts become values, or an error that says what is wrong."""
+"""Options of several commands, and their types: texts become values, or an error that says what is wrong."""
 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+Run = Callable[[argparse.Namespace], int]
+"""What a command does with its options; the exit status."""
+
+
+def add_config(command: argparse.ArgumentParser) -> None:
+    """Add --config."""
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+
+
+def add_tasks(command: argparse.ArgumentParser) -> None:
+    """Add --tasks."""
+    command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
 
 
 def robot_names(text: str) -> tuple[str, ...]:
@@ -17,6 +34,14 @@ def robot_names(text: str) -> tuple[str, ...]:
     return names
 
 
+def robot_name(text: str) -> str:
+    """One robot's name."""
+    found = robot_names(text)
+    if len(found) != 1:
+        raise argparse.ArgumentTypeError("give one name, as in: Rob")
+    return found[0]
+
+
 def task_number(text: str) -> int:
     """A task's number, in digits or as it is spoken."""
     from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
@@ -28,17 +53,6 @@ def task_number(text: str) -> int:
     return found
 
 
-def level_db(text: str) -> float:
-    """A level of -200 to 200 dB."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not -200.0 <= value <= 200.0:
-        raise argparse.ArgumentTypeError(f"{text} dB is out of the range -200 to 200")
-    return value
-
-
 def lack(text: str) -> tuple[str, str]:
     """ROBOT=SKILL: a robot and the skill that it lacks."""
     robot, _, skill = text.partition("=")
@@ -47,23 +61,55 @@ def lack(text: str) -> tuple[str, str]:
     return robot, skill
 
 
-def between(least: float, most: float) -> Callable[[str], float]:
+def between(least: float, most: float, unit: str = "") -> Callable[[str], float]:
     """Return a parser for numbers within bounds."""
 
     def number(text: str) -> float:
         try:
             value = float(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+            raise argparse.ArgumentTypeError(f"{text!r} is not a number; write for example {most:g}") from None
         if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not from {least:g} to {most:g}")
+            raise argparse.ArgumentTypeError(f"{text} is not from {least:g} to {most:g}{unit and ' '}{unit}")
         return value
 
     return number
 
 
-def seed(text: str) -> int:
-    """A whole number of 32 bits."""
-    if not text.isdecimal() or not text.isascii() or int(text[:12]) >= 2**32:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 to {2**32 - 1}")
-    return int(text)
+def whole(least: int, most: int, what: str = "whole number") -> Callable[[str], int]:
+    """Return a parser for whole numbers within bounds."""
+
+    def number(text: str) -> int:
+        if not text.isdecimal() or not text.isascii() or len(text) > MAX_DIGITS or not least <= int(text) <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a {what} from {least} to {most}")
+        return int(text)
+
+    return number
+
+
+MAX_DIGITS = 10
+"""Of a whole number; Python itself refuses to read very long ones."""
+seed = whole(0, 2**32 - 1)
+"""A whole number of 32 bits."""
+port = whole(0, 65535, "port")
+
+
+def sound_in(text: str) -> Path:
+    """A recording, or standard input."""
+    return Path("/dev/stdin" if text == "-" else text)
+
+
+_NOT_WRITTEN = frozenset({".aac", ".aif", ".aiff", ".flac", ".m4a", ".mp3", ".oga", ".ogg", ".opus"})
+"""File name extensions of other sound formats, which would mislead a player."""
+
+
+def sound_out(text: str) -> Path:
+    """Where sound is written: no terminal, which must not get its bytes, and no file of another format's extension."""
+    if text != "-":
+        path = Path(text)
+        if path.suffix.lower() in _NOT_WRITTEN:
+            raise argparse.ArgumentTypeError(f"only WAV is written; name it {path.with_suffix('.wav')}")
+        return path
+    if sys.stdout.isatty():
+        raise argparse.ArgumentTypeError("no sound is written to a terminal; name a file, or pipe it: … -o - | aplay")
+    return Path("/dev/stdout")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import gc
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from hvcpd import __version__
 from hvcpd.config.command_line import (
@@ -20,7 +20,7 @@ from hvcpd.config.command_line import (
     replace_closed_streams,
     with_examples,
 )
-from hvcpd.control import arguments
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, robot_names, sound_in, sound_out
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_calibrate, add_doctor, add_stop_test
 from hvcpd.control.drive.drive_parser import add_drive
@@ -48,17 +48,14 @@ NEW_OBJECTS = 50_000
 """Objects between two searches for cycles (Python's own: 700). A command makes about that many by its imports, and
 nearly all of them stay: searching them took a twelfth of the time of `hvcpctl stop`."""
 
-Command = Callable[[argparse.Namespace], int]
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-
-def _lazy(module: str) -> Command:
+def _lazy(module: str) -> Run:
     """The `run` of a command's module, imported only when it is needed, so that every command starts quickly."""
 
     def run(options: argparse.Namespace) -> int:
         from importlib import import_module
 
-        command: Command = import_module(f"hvcpd.control.{module}").run
+        command: Run = import_module(f"hvcpd.control.{module}").run
         return command(options)
 
     return run
@@ -75,20 +72,20 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
         prog="hvcpctl", description="Try, watch and control robots that coordinate by speaking English."
     )
     parser.add_argument("--version", action="version", version=f"hvcpctl {__version__}")
-    commands: _Commands = parser.add_subparsers(
+    commands: Commands = parser.add_subparsers(
         metavar="COMMAND", required=True, dest="command", parser_class=parser_class
     )
     add_simulate(commands, _lazy("simulate.simulate"))
-    add_new_team(commands, _lazy("simulate.new_team"), arguments.robot_names)
-    add_duet(commands, _lazy("duet.duet"), arguments.robot_names)
+    add_new_team(commands, _lazy("simulate.new_team"))
+    add_duet(commands, _lazy("duet.duet"))
     _add_say(commands)
     _add_hear(commands)
     _add_listen(commands)
     add_enrol(commands, _lazy("enrol.enrol"))
     _add_phrases(commands)
-    add_playground(commands, _lazy("say.playground"), arguments.robot_names)
+    add_playground(commands, _lazy("say.playground"))
     _add_pronounce(commands)
-    add_voices(commands, _lazy("say.voices"), arguments.robot_names, _sound_out)
+    add_voices(commands, _lazy("say.voices"))
     _add_prerender(commands)
     _add_check_vocabulary(commands)
     _add_transcript(commands)
@@ -105,25 +102,23 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
     add_skills(commands, _lazy("live.skills"))
     add_mqtt(commands, _lazy("live.mqtt"))
     add_mcap(commands, _lazy("live.mcap"))
-    add_evaluate(commands, _lazy("simulate.evaluate"), arguments.seed)
+    add_evaluate(commands, _lazy("simulate.evaluate"))
     add_completion(commands, _lazy("completion"))
     add_examples(parser)
     return parser
 
 
 def _add_shared(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    command.add_argument(
-        "--names", type=arguments.robot_names, metavar="Rob,Bot", help="the names that the robots know"
-    )
+    add_config(command)
+    add_tasks(command)
+    command.add_argument("--names", type=robot_names, metavar="Rob,Bot", help="the names that the robots know")
 
 
 def _add_key_option(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
 
 
-def _add_say(commands: _Commands) -> None:
+def _add_say(commands: Commands) -> None:
     c = commands.add_parser(
         "say",
         help="speak one sentence of the phrasebook",
@@ -140,11 +135,9 @@ def _add_say(commands: _Commands) -> None:
         "--as", dest="voice_of", metavar="NAME", help="use this robot's voice (default: the one in 'I am …')"
     )
     text = "write a WAV instead of using the loudspeaker; - for a pipe"
-    c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help=text)
-    c.add_argument(
-        "--rate", type=arguments.between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower"
-    )
-    c.add_argument("--gain-db", type=arguments.between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help=text)
+    c.add_argument("--rate", type=between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower")
+    c.add_argument("--gain-db", type=between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
     c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
     c.add_argument("--lombard", action="store_true", help="for people in noise: clearer consonants, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
@@ -155,30 +148,10 @@ def _add_say(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say.say"))
 
 
-def _sound_in(text: str) -> Path:
-    return Path("/dev/stdin" if text == "-" else text)
-
-
-_NOT_WRITTEN = frozenset({".aac", ".aif", ".aiff", ".flac", ".m4a", ".mp3", ".oga", ".ogg", ".opus"})
-"""File name extensions of other sound formats, which would mislead a player."""
-
-
-def _sound_out(text: str) -> Path:
-    """Raises argparse's error for a terminal, which must not get bytes of sound, and for another format's extension."""
-    if text != "-":
-        path = Path(text)
-        if path.suffix.lower() in _NOT_WRITTEN:
-            raise argparse.ArgumentTypeError(f"only WAV is written; name it {path.with_suffix('.wav')}")
-        return path
-    if sys.stdout.isatty():
-        raise argparse.ArgumentTypeError("no sound is written to a terminal; name a file, or pipe it: … -o - | aplay")
-    return Path("/dev/stdout")
-
-
-def _add_hear(commands: _Commands) -> None:
+def _add_hear(commands: Commands) -> None:
     c = commands.add_parser("hear", help="list every sentence in a recording")
     _add_shared(c)
-    c.add_argument("file", type=_sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
+    c.add_argument("file", type=sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
     c.add_argument(
         "--learn-alternatives",
@@ -191,7 +164,7 @@ def _add_hear(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("hear.hear"))
 
 
-def _add_listen(commands: _Commands) -> None:
+def _add_listen(commands: Commands) -> None:
     c = commands.add_parser("listen", help="listen to the microphone and print what robots say, until interrupted")
     _add_shared(c)
     _add_key_option(c, "also hear seals; with the team's key, check them and decrypt")
@@ -200,7 +173,7 @@ def _add_listen(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("hear.listen"))
 
 
-def _add_phrases(commands: _Commands) -> None:
+def _add_phrases(commands: Commands) -> None:
     c = commands.add_parser("phrases", help="print the card: every sentence that robots understand")
     _add_shared(c)
     c.add_argument("--format", choices=("text", "markdown", "html"), default="text", help="default: text")
@@ -209,7 +182,7 @@ def _add_phrases(commands: _Commands) -> None:
     c.set_defaults(run=_lazy("say.phrases"))
 
 
-def _add_check_vocabulary(commands: _Commands) -> None:
+def _add_check_vocabulary(commands: Commands) -> None:
     c = commands.add_parser("check-vocabulary", help="find words that could be confused, and better ones")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print one JSON object a line")
@@ -217,7 +190,7 @@ def _add_check_vocabulary(commands: _Commands) -> None:
 
 
 def _add_memory(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    add_config(command)
     command.add_argument("--name", metavar="NAME", help="the robot whose memory to read (default: from the settings)")
     command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, in any folder")
     command.add_argument("--socket", type=Path, metavar="FILE", help="the memory of the robot with this control socket")
@@ -227,43 +200,43 @@ def _add_memory(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="print one JSON object a line")
 
 
-def _add_transcript(commands: _Commands) -> None:
+def _add_transcript(commands: Commands) -> None:
     c = commands.add_parser("transcript", help="print what a robot said and heard")
     _add_memory(c)
     c.add_argument("--follow", action="store_true", help="go on with new sentences, until interrupted")
     c.set_defaults(run=_lazy("live.transcript"))
 
 
-def _add_audit(commands: _Commands) -> None:
+def _add_audit(commands: Commands) -> None:
     c = commands.add_parser("audit", help="count who ordered whom, what was refused, and how the tasks were shared")
     _add_memory(c)
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_tasks(c)
     c.set_defaults(run=_lazy("keys.audit"))
 
 
-def _add_report(commands: _Commands) -> None:
+def _add_report(commands: Commands) -> None:
     c = commands.add_parser("report", help="describe a shift: who did what, and what went wrong")
     _add_memory(c)
     c.set_defaults(since="8h")
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_tasks(c)
     c.add_argument("--html", type=Path, metavar="FILE", help="also write it as a page")
     c.set_defaults(run=_lazy("live.report"))
 
 
-def _add_pronounce(commands: _Commands) -> None:
+def _add_pronounce(commands: Commands) -> None:
     c = commands.add_parser("pronounce", help="show how words are pronounced, and why")
     c.add_argument("words", nargs="*", metavar="WORD", help="words, or phrases in quotes: 'wind the clock'")
-    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    add_config(c)
     c.add_argument("--lexicon", type=Path, metavar="FILE", help="your own pronunciations (default: the settings')")
     c.add_argument("--paper-table", action="store_true", help="the words of the paper's table I")
     c.add_argument("--as", dest="voice_of", default="Rob", metavar="NAME", help="whose voice, for -o and --track")
-    c.add_argument("-o", "--output", type=_sound_out, metavar="FILE.wav", help="write the words as sound; - for a pipe")
+    c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help="write the words as sound; - for a pipe")
     c.add_argument("--track", type=Path, metavar="FILE.csv", help="write the synthesizer's frames of one word")
     c.add_argument("--json", action="store_true", help="print one JSON object a word")
     c.set_defaults(run=_lazy("say.pronounce"))
 
 
-def _add_prerender(commands: _Commands) -> None:
+def _add_prerender(commands: Commands) -> None:
     c = commands.add_parser("prerender", help="render all words of the phrasebook in advance")
     _add_shared(c)
     c.add_argument("--json", action="store_true", help="print the result as one JSON object")

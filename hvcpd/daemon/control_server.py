@@ -85,8 +85,6 @@ class ControlServer:
         self._clients: dict[Client, asyncio.Task[None]] = {}
         self.on_gone: Callable[[Client], None] = lambda _: None
         """Told of each client that is gone."""
-        self.dropped = 0
-        """Clients that were let go because they did not read."""
 
     async def open(self, listener: socket.socket) -> None:
         """Begin to serve."""
@@ -183,7 +181,6 @@ class ControlServer:
             return
 
     def _let_go(self, client: Client) -> None:
-        self.dropped += 1
         client.wanted = frozenset()
         _log.warning(
             "control client disconnected", reason="it does not read", pid=client.caller.pid, uid=client.caller.uid

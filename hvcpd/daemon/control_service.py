@@ -27,7 +27,7 @@ class ControlService:
 
     def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body
-        self.reloader = Reloader(body, rereading or Rereading())
+        self.reloader = Reloader(body, rereading)
         self._handler = RequestHandler(body, self.reloader)
         self._server = ControlServer(self._handler.serve, self._handler.hello)
         self._handler.server = self._server

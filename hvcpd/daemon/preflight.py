@@ -11,11 +11,13 @@ from pathlib import Path
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
+from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
 from hvcpd.hardware.audio import Direction, find_device
+from hvcpd.hardware.gpio import missing
 from hvcpd.skills.checks import faults
 
 SERIAL_PORTS = ("serial/by-id/*", "ttyUSB*", "ttyACM*")
@@ -60,7 +62,8 @@ def examine(
     allow_confusable: bool = False,
     skill_places: Mapping[str, str] | None = None,
 ) -> Preflight:
-    """Look for tasks, skills, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker, port.
+    """Look for tasks, skills, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker, port,
+    stop button.
 
     They are looked for in this order; no device is opened, and no directory made. `skill_places` has the line of each
     skill, for what is wrong with it.
@@ -82,6 +85,7 @@ def examine(
     findings.append(find_memory(settings.state_dir))
     findings.extend(find_sound(settings.audio, devices))
     findings.append(find_port(settings.wheels, device_directory))
+    findings += find_stop_button(settings.stop_button, device_directory)
     return Preflight(tuple(findings), wiring)
 
 
@@ -181,6 +185,18 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
             "then log in again"
         )
     return Finding("wheels", f"{port}, {settings.baud_rate} baud, motors {settings.left_id} and {settings.right_id}")
+
+
+def find_stop_button(settings: StopButtonSettings, device_directory: Path) -> Iterator[Finding]:
+    """What its pin needs, if the settings have one: without it the robot would not start."""
+    if settings.pin is None:
+        return
+    why = missing(device_directory)
+    if why is not None:
+        yield Finding("stop button", f"stop_button: pin {settings.pin} cannot be used: {why}", EX_UNAVAILABLE)
+        return
+    pressed = "open" if settings.normally_closed else "closed"
+    yield Finding("stop button", f"pin {settings.pin}, pressed while its switch is {pressed}")
 
 
 def _port_fault(text: str) -> Finding:

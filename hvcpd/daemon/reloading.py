@@ -17,7 +17,7 @@ from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.preflight import find_confusable
-from hvcpd.daemon.wiring import Wiring
+from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, unwritable
 from hvcpd.people.enrolled import Person
 from hvcpd.reporting.files import write_whole
@@ -34,22 +34,27 @@ _log = structlog.get_logger(__name__)
 
 @dataclass(frozen=True)
 class Rereading:
-    """How a daemon came by its settings, to do so again. `read` raises HvcpdError with every fault."""
+    """How a daemon came by its settings, to do so again. `load` raises HvcpdError with every fault."""
 
-    sources: tuple[Sourced, ...] = ()
-    read: Callable[[TaskChanges | None], tuple[Loaded, Wiring]] | None = None
-    """It is given changes of the tasks that take the place of those that are kept."""
+    load: Callable[[], Loaded]
+    sources: tuple[Sourced, ...]
+    """Of the settings that it has at first."""
     set_log: Callable[[Settings], None] = lambda _: None
     allow_confusable: bool = False
+
+    def read(self, changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
+        """Settings and tasks as they are now; `changes` of the tasks take the place of those that are kept."""
+        loaded = self.load()
+        return loaded, wire_up(loaded.settings, self.allow_confusable, changes)
 
 
 class Reloader:
     """One robot's settings in force, and where each comes from."""
 
-    def __init__(self, body: Body, rereading: Rereading) -> None:
+    def __init__(self, body: Body, rereading: Rereading | None) -> None:
         self._body = body
         self._rereading = rereading
-        self.sources = rereading.sources
+        self.sources = rereading.sources if rereading is not None else ()
         self._turn = asyncio.Lock()
         self._coming: TaskRepository | None = None
         """Tasks whose words are being learned; the last ones, if there are several."""
@@ -89,30 +94,27 @@ class Reloader:
     async def _renew(self, change: Callable[[TaskChanges], TaskChanges] | None) -> dict[str, Any]:
         if self._body.robot is None:
             raise NotDoneError(f"{self._body.wiring.settings.name} is still starting; try again in a moment")
-        if self._rereading.read is None:
-            return {"changed": [], "restart": []}
+        if self._rereading is None:
+            raise NotDoneError(f"{self._body.wiring.settings.name} was made by a program, and has no settings to read")
         async with self._turn:
             try:
-                loaded, wiring = await asyncio.to_thread(self._read, self._rereading.read, change)
+                loaded, wiring = await asyncio.to_thread(self._read, self._rereading, change)
             except HvcpdError as error:
                 _log.error("not reloaded", reason=str(error))
                 raise
             result = self._take(loaded, wiring)
+            self._rereading.set_log(self._body.wiring.settings)
         changed = ", ".join(change["key"] for change in result["changed"])
         _log.info("reloaded", changed=changed or "nothing", needs_restart=", ".join(result["restart"]) or "nothing")
         return result
 
-    def _read(
-        self,
-        read: Callable[[TaskChanges | None], tuple[Loaded, Wiring]],
-        change: Callable[[TaskChanges], TaskChanges] | None,
-    ) -> tuple[Loaded, Wiring]:
+    def _read(self, rereading: Rereading, change: Callable[[TaskChanges], TaskChanges] | None) -> tuple[Loaded, Wiring]:
         """Settings and tasks as they are now, with this change of the tasks, which is kept if all is well. In a thread:
         the comparison of new words with all others takes seconds."""
         path = self._body.wiring.settings.task_changes_path
         changes = change(read_changes(path)) if change is not None else None
-        loaded, wiring = read(changes)
-        if not self._rereading.allow_confusable and _words(wiring.tasks) != _words(self._tasks):
+        loaded, wiring = rereading.read(changes)
+        if not rereading.allow_confusable and _words(wiring.tasks) != _words(self._tasks):
             finding = find_confusable(wiring, allowable=False)
             if not finding.ok:
                 raise ConfigError(finding.text)
@@ -156,7 +158,6 @@ class Reloader:
                 changed += _task_changes(self._tasks, read.tasks)
                 self._coming = read.tasks
         self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
-        self._rereading.set_log(settings)
         self._tell_robot(self._body.wiring)
         if self._coming is read.tasks and self._body.retask is not None:
             self._body.retask(read.tasks, partial(self._take_tasks, read.tasks))

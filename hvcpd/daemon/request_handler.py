@@ -123,8 +123,8 @@ class RequestHandler:
         robot = self._robot()
         before = robot.coordination.resume(robot.now)
         self._body.journal.stop(False)
-        await self._body.journal.stop_kept()
-        return {"stopped": False, "before": before}
+        unkept = await self._body.journal.stop_kept()
+        return {"stopped": False, "before": before, "kept": unkept is None, "reason": unkept}
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:
         if self._body.base is None:

@@ -6,6 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,7 @@ def device(kind: str, pin: int, whose: str = "", **settings: Any) -> Any:
     try:
         import gpiozero
     except ImportError:
-        remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
-        raise DeviceError(f"gpiozero is not installed; run `{remedy}`") from None
+        raise DeviceError(_not_installed()) from None
     make = getattr(gpiozero, kind)
     try:
         with warnings.catch_warnings():
@@ -41,15 +41,32 @@ def _may_use(chip: Path) -> bool:
     return os.access(chip, os.R_OK | os.W_OK)
 
 
+def _not_installed() -> str:
+    remedy = how_to_install("gpiozero lgpio", "python3-gpiozero python3-lgpio")
+    return f"gpiozero is not installed; run `{remedy}`"
+
+
+def missing(folder: Path = Path("/dev"), may_use: Callable[[Path], bool] = _may_use) -> str | None:
+    """What can be seen to be missing for pins without opening one, with the remedy; None: nothing."""
+    if find_spec("gpiozero") is None:
+        return _not_installed()
+    return None if "GPIOZERO_PIN_FACTORY" in os.environ else _no_chip(folder, may_use)
+
+
 def why_no_pins(folder: Path = Path("/dev"), may_use: Callable[[Path], bool] = _may_use) -> str:
     """Why no library can drive any pin, with the remedy; `folder` has the computer's devices."""
+    library = f"no library for them is installed; run `{how_to_install('lgpio', 'python3-lgpio')}`"
+    return _no_chip(folder, may_use) or library
+
+
+def _no_chip(folder: Path, may_use: Callable[[Path], bool]) -> str | None:
     chips = sorted(folder.glob("gpiochip*"))
     if not chips:
         return "this computer has no pins; for a trial use fake ones, GPIOZERO_PIN_FACTORY=files FAKE_PINS=FOLDER"
     if not any(map(may_use, chips)):
         group = group_of(chips[0], "gpio")
         return f"no permission for {chips[0]}; run `sudo usermod -aG {group} $USER`, and log in again"
-    return f"no library for them is installed; run `{how_to_install('lgpio', 'python3-lgpio')}`"
+    return None
 
 
 def pin_errors() -> tuple[type[Exception], ...]:

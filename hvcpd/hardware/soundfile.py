@@ -17,7 +17,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from hvcpd.errors import AudioFileError, unwritable
+from hvcpd.errors import AudioFileError, unreadable, unwritable
 from hvcpd.hardware.audio_resample import resample
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -68,14 +68,8 @@ def read_wav(path: Path) -> Samples:
                 shutil.copyfileobj(file, whole)
                 whole.seek(0)
                 return _read_file(path, whole)
-    except FileNotFoundError as error:
-        raise AudioFileError(f"{path}: there is no such file; check the name") from error
-    except IsADirectoryError as error:
-        raise AudioFileError(f"{path}: this is a directory; name a recording in it") from error
-    except PermissionError as error:
-        raise AudioFileError(f"{path}: no permission to read it; run `chmod a+r` on it") from error
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        raise AudioFileError(f"{path}: cannot be read ({error}); check the name and the disk") from error
+        raise AudioFileError(f"{path}: {unreadable(error)}") from error
 
 
 def write_wav(path: Path, samples: Samples) -> None:

@@ -26,6 +26,17 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     if not close and known and expected.issuperset(known_names) and words[known] not in graph.words:
         all_names = ",".join((*names, words[known].capitalize()))
         hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
-    if "i" in expected and words[known] in graph.words:
-        hint = f"the speaker comes first: '{written} i am …'"
+    if opening := _missing_opening(words, known, graph, names):
+        hint = f"the speaker comes first: '{' '.join(opening)} …'"
     return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
+
+
+def _missing_opening(words: Words, known: int, graph: WordGraph, names: Sequence[str]) -> Words:
+    """The words up to the speaker's name that were left out before the word after the `known` ones, or none."""
+    before = words[:known]
+    for who in (before, ("hi", *before)) if before else (("hi", "all"),):
+        opening = (*who, "i", "am")
+        sentence = (*opening, *(name.lower() for name in names[:1]), words[known])
+        if expected_after(graph, sentence)[0] == len(sentence):
+            return opening
+    return ()

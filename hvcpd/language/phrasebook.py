@@ -82,7 +82,7 @@ class Vocabulary:
 _COMPILED = tuple(map(compile_form, FORMS))
 
 SAFETY_WORDS = frozenset({"stop", "resume"})
-"""Spoken alone they halt and release robots, so that no task may have one in its name."""
+"""Spoken alone they halt and release robots, so that nothing of a team's own may have one in it."""
 RESERVED_WORDS = frozenset({"all", "team"}).union(*(compiled.all_words for compiled in _COMPILED))
 """The words of the forms themselves; no robot may be called so."""
 
@@ -292,10 +292,11 @@ class Phrasebook:
                     both = f"{_describe(slot, value)} and {_describe(slot, spoken[words])}"
                     raise VocabularyError(f"{both} are spoken the same way: rename one", _key(slot, value))
                 spoken[words] = value
-        for task in self.vocabulary.tasks:  # spoken inside other sentences, where no command may be heard
-            words = tuple(task.lower().split())
-            if SAFETY_WORDS.intersection(words) or any(True for _ in self._readings(words)):
-                raise VocabularyError(f"the task '{task}' can be mistaken for a command: rename it", "tasks")
+        for slot in ("team", "place", "task", "remark", "reason"):  # inside other sentences no command may be heard
+            for value, words in self.slots[slot].items():
+                if SAFETY_WORDS.intersection(words) or any(True for _ in self._readings(words)):
+                    text = f"{_describe(slot, value)} can be mistaken for a command: rename it"
+                    raise VocabularyError(text, _key(slot, value))
         usable = list(self._usable_forms())
         for slot, tries in _FREE.items():
             for compiled in [c for c in usable if slot in c.slots][:tries]:

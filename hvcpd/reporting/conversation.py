@@ -11,7 +11,7 @@ from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Line, Story
-from hvcpd.reporting.text import clock, listed, percent, plural, seal_words
+from hvcpd.reporting.text import at_least, clock, listed, percent, plural, seal_words
 
 MAX_NAMED = 3
 """Listeners named in a line; of more the page tells the number, and the names on demand."""
@@ -60,7 +60,7 @@ def _marks(line: Line, others: int) -> list[Markup]:
     if len(right) > MAX_NAMED:
         lowest = min(h.confidence for h in right)
         named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
-        count = f"heard by {len(right)} of {others}, confidence {percent(lowest)} or more"
+        count = f"heard by {len(right)} of {others}, confidence {at_least(lowest)}"
         marks.append(tag("li", tag("details", tag("summary", count), named), class_="good"))
     else:
         marks += [_heard(h) for h in right]

@@ -15,6 +15,7 @@ from hvcpd.reporting.icons import character
 from hvcpd.reporting.palette import ROBOT_TERMINAL, task_style
 from hvcpd.reporting.story import Line
 from hvcpd.reporting.text import (
+    at_least,
     clean,
     clock,
     listed,
@@ -77,7 +78,7 @@ class Artist:
             named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
             if len(right) > SHOWN_LISTENERS:
                 lowest = min(h.confidence for h in right)
-                named = f"{len(right)} of {len(self._started.robots) - 1}, {percent(lowest)} or more"
+                named = f"{len(right)} of {len(self._started.robots) - 1}, {at_least(lowest)}"
             parts.append((f"heard by {named}", "green"))
         if right and right[0].seal and right[0].seal != "not trusted":
             parts.append((seal_words(right[0].seal), "green"))
@@ -89,6 +90,8 @@ class Artist:
             parts.append((f"garbled at {_named(line.garbled)}", "red"))
         if line.missed and final:
             parts.append((f"not heard by {_named(line.missed)}", "red"))
+        if not parts and len(self._started.robots) == 1:
+            return [("nobody else is here", "dim")]
         return parts or [("listening …", "dim")]
 
 

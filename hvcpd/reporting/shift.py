@@ -187,8 +187,9 @@ class _Reader:
         member.team = team_of(utterance) or member.team
         match utterance:
             case m.Utterance(addressee=m.ToRobot(doer), statement=m.Confirmed(complete=True) as confirmed):
-                for ref in confirmed.tasks:
-                    self._complete(ref, self._member(doer), wall_s)  # whose report may not have been heard
+                for ref in confirmed.tasks:  # the report may not have been heard; if one was, it may be another's
+                    if not self._is_reported(ref.number, wall_s):
+                        self._complete(ref, self._member(doer), wall_s)
             case _:
                 self._tell(m.parts(utterance)[-1].statement, member, wall_s)
 
@@ -227,6 +228,10 @@ class _Reader:
     def _task(self, number: int) -> str:
         name = self._names.get(number)
         return f"task {number}, {name}" if name else f"task {number}"
+
+    def _is_reported(self, number: int, wall_s: float) -> bool:
+        """Whether anybody has just done that task."""
+        return any(task == number and wall_s - at_s < SAME_REPORT_S for (_, task), at_s in self._done_s.items())
 
     def _complete(self, ref: m.TaskByNumber, member: Member, wall_s: float) -> None:
         key = (member.name, ref.number)

@@ -31,6 +31,11 @@ def clock(at_s: float) -> str:
     return f"{whole // 60}:{whole % 60:02d}"
 
 
+def at_least(share: float) -> str:
+    """A share that others reach or exceed: "98 % or more", but "100 %"."""
+    return percent(share) if percent(share) == percent(1.0) else f"{percent(share)} or more"
+
+
 def over_noise(snr_db: float) -> str:
     """A signal-to-noise ratio in words: "21 dB over the noise", "3 dB below the noise"."""
     return f"{abs(round(snr_db))} dB {'below' if round(snr_db) < 0 else 'over'} the noise"

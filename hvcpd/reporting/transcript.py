@@ -11,7 +11,7 @@ from typing import Any
 import cattrs
 import numpy as np
 
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, unreadable
 from hvcpd.reporting.events import (
     Event,
     Garbled,
@@ -60,7 +60,7 @@ def read_transcript(path: Path) -> tuple[Event, ...]:
     converter.register_structure_hook(float, lambda value, _: math.nan if value is None else float(value))
     converter.register_structure_hook(float | str, _plain)
     events: list[Event] = []
-    for number, value in _objects(path):
+    for number, value in objects(path):
         kind = _KINDS.get(str(value.pop("event", None)))
         if kind is None:
             continue  # of a newer version
@@ -81,7 +81,7 @@ def _plain(value: Any, _: object) -> float | str:
 def read_trails(path: Path) -> tuple[Trail, ...]:
     """The trails that `write_trails` has written. Raises ConfigError, with the line that is wrong."""
     trails = []
-    for number, value in _objects(path):
+    for number, value in objects(path):
         try:
             columns = [np.asarray(value[key], np.float64) for key in ("t_s", "x_m", "y_m")]
             trails.append(Trail(str(value["robot"]), *columns))
@@ -92,16 +92,20 @@ def read_trails(path: Path) -> tuple[Trail, ...]:
     return tuple(trails)
 
 
-def _objects(path: Path) -> Iterable[tuple[int, dict[str, Any]]]:
+def objects(path: Path) -> Iterable[tuple[int, dict[str, Any]]]:
+    """Each line's number and JSON object. Raises ConfigError, with the line that is wrong."""
+    what = "is this a transcript of `simulate --report`, or the output of `follow --json`?"
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path} cannot be read: {error}") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: {unreadable(error)}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: this is no text; {what}") from None
     for number, text in enumerate(lines, 1):
         try:
             value = json.loads(text)
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
-            raise ConfigError(f"{path}, line {number}: no JSON object; is this a mission's transcript?")
+            raise ConfigError(f"{path}, line {number}: no JSON object; {what}")
         yield number, value

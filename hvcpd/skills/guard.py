@@ -24,6 +24,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 LET_GO_S = 5.0
@@ -39,6 +40,11 @@ BEAT_S = 0.1
 SILENT_S = 0.5
 """A host without a beat for this long twice in a row is frozen. Twice: if both were frozen, it has time to beat
 first."""
+
+
+MARK = "SKILL_GUARD"
+"""The variable in a program's environment with its guard's process number. By it the guard finds a program whose host
+was killed before it could report the program's group."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,11 @@ class GuardLine:
         """Its process."""
         return self._process.pid
 
+    @property
+    def mark(self) -> dict[str, str]:
+        """What a program that it guards has in its environment."""
+        return {MARK: str(self._process.pid)}
+
     async def beat(self) -> None:
         """Report for ever that the event loop runs; from the first beat on it must not stop before `close`."""
         assert self._process.stdin is not None
@@ -74,8 +85,8 @@ class GuardLine:
                 self._process.stdin.write(b"\n")
             await asyncio.sleep(BEAT_S)
 
-    def arm(self, group: int, safe: tuple[str, ...] = ()) -> None:
-        """If this process dies, kill that process group and run that program."""
+    def arm(self, group: int | None, safe: tuple[str, ...] = ()) -> None:
+        """If this process dies, kill that process group, if it is known, and run that program."""
         self._tell({"group": group, "safe": list(safe)})
 
     def clear(self) -> None:
@@ -119,6 +130,9 @@ def watch(pipe: int) -> None:
     if group is not None:
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(group, signal.SIGKILL)
+    for pid in _marked():
+        with suppress(ProcessLookupError, PermissionError):
+            os.kill(pid, signal.SIGKILL)
     running = _started(safe)
     _make_safe(pins, line_of_joints)
     if running is not None:
@@ -143,6 +157,15 @@ def _lines(pipe: int) -> Iterator[bytes]:
         *whole, rest = (rest + found).split(b"\n")
         beats = beats or b"" in whole
         yield from whole
+
+
+def _marked() -> Iterator[int]:
+    """The processes with this guard's mark."""
+    mark = f"{MARK}={os.getpid()}".encode()
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        with suppress(OSError):
+            if mark in path.read_bytes().split(b"\0"):
+                yield int(path.parent.name)
 
 
 def _load(pins: Iterable[object], joints: Line | None) -> None:

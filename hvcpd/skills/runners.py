@@ -90,7 +90,10 @@ class Program:
         """Run it to its end."""
         arguments = dict(call.arguments)
         safe = filled(self._safe, arguments)
-        starting, said = asyncio.ensure_future(start(filled(self._run, arguments))), Said()
+        if self._guard is not None:
+            self._guard.arm(None, safe)  # before it begins, for this process may be killed in between
+        mark = self._guard.mark if self._guard is not None else {}
+        starting, said = asyncio.ensure_future(start(filled(self._run, arguments), mark=mark)), Said()
         try:
             try:  # a cancel may come when it already runs, and is not yet known to
                 process = self._process = await asyncio.shield(starting)
@@ -112,6 +115,8 @@ class Program:
         try:
             process = await starting
         except OSError:
+            if self._guard is not None:
+                self._guard.clear()
             return
         await end_group(process)
         if safe and process.returncode != 0:
@@ -141,8 +146,10 @@ async def shielded(last: Any) -> None:
     task.result()
 
 
-async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subprocess.Process:
-    """A program in a group of its own. Raises OSError.
+async def start(
+    words: tuple[str, ...], asks: bool = False, mark: Mapping[str, str] | None = None
+) -> asyncio.subprocess.Process:
+    """A program in a group of its own, with `mark` in its environment. Raises OSError.
 
     No code runs between fork and exec: for that Python would copy its own process, which takes longer the larger it
     is. The guard ensures that nothing outlives this process.
@@ -153,6 +160,7 @@ async def start(words: tuple[str, ...], asks: bool = False) -> asyncio.subproces
         stdout=asyncio.subprocess.PIPE,
         limit=MAX_LINE_BYTES,
         start_new_session=True,
+        env={**os.environ, **(mark or {})},
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
+from hvcpd.config.document import decoded, read_bytes
 from hvcpd.config.names import plain_letters
 from hvcpd.errors import ConfigError
 from hvcpd.language.words import NUMBER_MAX, number_words
@@ -155,10 +156,7 @@ def common_words() -> tuple[str, ...]:
 
 
 def _read(path: Path) -> Lexicon:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise ConfigError(f"{path}: cannot read this lexicon: {error}. Give a UTF-8 text file.") from error
+    text = decoded(read_bytes(path), str(path))
     entries: dict[str, list[Pronunciation]] = {}
     places: dict[str, dict[Place, Pronunciation]] = {}
     faults = []
@@ -200,8 +198,8 @@ def _fault(fields: list[str]) -> str:
         base = phone.upper().rstrip("012")
         if base not in ARPABET or len(phone) - len(base) > 1:
             near = difflib.get_close_matches(base, sorted(ARPABET), 1, cutoff=0.5)
-            meant = f"; did you mean {near[0]}?" if near else ""
-            return f"unknown phone '{phone}'{meant} The phones are {' '.join(sorted(ARPABET))}"
+            hint = f"did you mean {near[0]}?" if near else f"the phones are {' '.join(sorted(ARPABET))}"
+            return f"unknown phone '{phone}'; {hint}"
         if is_vowel(base) != (phone[-1] in "012"):
             return f"phone '{phone}': a vowel takes a stress digit 0, 1 or 2, a consonant none"
     return ""

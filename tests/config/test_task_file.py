@@ -356,4 +356,4 @@ def test_what_recurs_is_not_done_on_demand(tmp_path: Path) -> None:
 def test_a_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Path) -> None:
     found = faults(tmp_path, three("place: {x_m: 1e1, y_m: 2}", "place: {x_m: two, y_m: 2}", ""))
     assert found[0].endswith("x_m: expected a number, found the text '1e1'; write 1.0e+01, with a dot and a sign")
-    assert found[1].endswith("write it without quotes, as 1.5")
+    assert found[1].endswith("write it without quotes or unit, as 1.5")

@@ -28,7 +28,6 @@ from tests.reporting.example import example
         (["--listen", "everywhere"], "give one address of this computer"),
         (["--replay", "nowhere", "--port", "0"], "simulate --report"),
         (["--listen", "192.0.2.1", "--expose", "--port", "0"], "cannot serve a page at 192.0.2.1"),
-        (["--port", "70000"], "port 70000"),
         (["--unix", "/nowhere/x.sock"], "--unix /nowhere/x.sock"),
     ],
 )

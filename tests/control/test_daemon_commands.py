@@ -93,7 +93,8 @@ def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
     assert robot.state is State.STOPPED
     assert "STOPPED" in ctl("status")
     assert "already" in ctl("stop")
-    assert json.loads(ctl("resume", "--json")) == {"name": "Rob", "stopped": False, "before": True}
+    resumed = {"name": "Rob", "stopped": False, "before": True, "kept": True, "reason": None}
+    assert json.loads(ctl("resume", "--json")) == resumed
     assert robot.state is not State.STOPPED
     assert "was not stopped" in ctl("resume")
 
@@ -115,6 +116,7 @@ def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
     assert task.after == {1}
     assert "there already is a task 11" in ctl("task", "add", *tulip, status=2)
     assert "x and y in metres" in ctl("task", "add", *tulip, "--place", "1", status=2)
+    assert "give a place, or an action" in ctl("task", "add", "water the red tulip", "--number", "12", status=2)
     assert "unknown action 'dance'" in ctl("task", "add", *tulip, "--number", "12", "--action", "dance=5", status=2)
     assert json.loads(ctl("task", "remove", "11", "--json"))["changed"][0]["before"] == "water the red tulip"
     assert "there is no task 11" in ctl("task", "remove", "11", status=2)
@@ -148,6 +150,15 @@ def test_the_transcript_is_the_daemons_where_one_runs(
     assert json.loads(ctl("transcript", "--json").splitlines()[0])["number"] == 1
     assert ctl("transcript", "--since", "2999-01-01") == ""
     assert json.loads(ctl("audit", "--json"))["sentences"]["Rob"] > 0
+
+
+def test_the_report_has_the_tasks_of_the_robot_that_runs(ctl: Ctl, tmp_path: Path) -> None:
+    ctl("say", "Hi Bot, I am Rob, what is left")
+    other, page = tmp_path / "other.yaml", tmp_path / "shift.html"
+    other.write_text("tasks:\n- {number: 1, name: fetch the ball, actions: [dock]}\n", encoding="utf-8")
+    ctl("report", "--tasks", str(other), "--html", str(page))
+    text = page.read_text(encoding="utf-8")
+    assert ("water the green rose" in text, "fetch the ball" in text) == (True, False)
 
 
 def test_settings_with_their_sources(ctl: Ctl, robot: RunningRobot) -> None:

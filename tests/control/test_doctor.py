@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from structlog.testing import capture_logs
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
@@ -19,6 +20,7 @@ from hvcpd.control.doctor.doctor_sound import judge
 from hvcpd.control.doctor.self_hearing import SelfHearing
 from hvcpd.hardware.acoustics import Echo
 from tests.control.echo_room import EchoRoom
+from tests.daemon.running import RunningRobot
 from tests.hardware.fake_card import FakeCard
 
 GOOD = Echo(0.1, -25.0, 0.4, 40.0)
@@ -62,6 +64,15 @@ def test_a_robot_that_is_well(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert told["microphone"]["text"].startswith("'USB Headset: Audio (hw:1,0)': 16, 48 kHz")
     assert told["heat"]["text"] == "51 °C"
     assert told["verdict"]["ok"]
+
+
+def test_a_robot_that_runs_now_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its own talk counted as noise, and its port as in use by some program."""
+    with capture_logs(), RunningRobot(tmp_path):
+        run(options(tmp_path, "--only", "wheels"))
+        assert "Rob runs now, and uses the card and the port: end it" in found(capsys)["hvcpd"]["text"]
+    run(options(tmp_path, "--only", "wheels"))
+    assert "hvcpd" not in found(capsys)
 
 
 @pytest.mark.slow

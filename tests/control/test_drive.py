@@ -83,8 +83,8 @@ def test_everything_else_can_be_rehearsed_too(capsys: pytest.CaptureFixture[str]
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
-        (["forward", "11"], "out of the range -10 to 10"),
-        (["forward", "nan"], "out of the range"),
+        (["forward", "11"], "not from -10 to 10 m"),
+        (["forward", "nan"], "not from"),
         (["turn", "right"], "'right' is not a number"),
         (["fly"], "there is no action 'fly'"),
     ],

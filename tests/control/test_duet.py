@@ -19,12 +19,12 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
-from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium
+from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium, ready_text, rereading_of
 from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.errors import ConfigError, DeviceError, HvcpdError
+from hvcpd.errors import ConfigError, DeviceError, HvcpdError, PhraseError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
 
@@ -86,6 +86,26 @@ def rendered(wirings: list[Wiring]) -> None:
         asyncio.run(others.ended())
     finally:
         others.end()
+
+
+def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
+    """`hvcpctl reload`, `task add` and `config --running` work as with any robot."""
+    tasks = tmp_path / "tasks.yaml"
+    one = "tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 1}]}\n"
+    tasks.write_text(one)
+    options = make_parser().parse_args(["duet", "--pipe", "--tasks", str(tasks)])
+    rereading = rereading_of(options, tmp_path, "Rob", 0)
+    assert {each.key: each.value for each in rereading.sources}["tasks"] == str(tasks)
+    assert len(rereading.read(None)[1].tasks.tasks) == 1
+    tasks.write_text(one + "- {number: 2, name: guard the door, actions: [{wait: 1}]}\n")
+    wiring = rereading.read(None)[1]
+    assert len(wiring.tasks.tasks) == 2
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Bot", 1).read(None)[1], lambda _: lambda: True)
+    tasks.write_text(one.replace("fetch the ball", "sweep the floor"))
+    with pytest.raises(PhraseError):
+        visitor.say("Hi Rob, I am Anna, sweep the floor")
+    visitor.wiring = rereading.read(None)[1]
+    assert visitor.say("Hi Rob, I am Anna, sweep the floor").line == "Anna: Hi Rob, I am Anna, sweep the floor"
 
 
 def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -325,6 +345,12 @@ def test_without_a_sound_card_robots_talk_through_simulated_air() -> None:
     medium, where = choose_medium(options, 2)
     assert isinstance(medium, SimulatedAir)
     assert where == "through simulated air (--pipe)"
+
+
+def test_nobody_is_asked_to_speak_without_a_microphone() -> None:
+    assert "Say, or type and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=True)
+    assert "\nType and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
+    assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
 
 
 @pytest.mark.parametrize("wrong", [["--as", "Rob,Bot"], ["--names", "Rob,rob"], ["--prt", "1"]])

@@ -18,6 +18,7 @@ from hvcpd.control.enrol.enrol_session import record_takes
 from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.soundfile import write_wav
+from hvcpd.language.words import strict_words
 from hvcpd.people.enrolled import person_path, read_person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
@@ -37,7 +38,7 @@ def spoken(name: str, pitch_hz: float = 120.0) -> Samples:
 def sentence(text: str) -> Samples:
     """In a voice that no robot has."""
     voice = Voice("child", 240.0, 1.35, 0.92, -32.0, 0.6, 3000.0)
-    return room(np.pad(Speaker(voice, LEXICON).render([text.split()]), SAMPLE_RATE_HZ // 2))
+    return room(np.pad(Speaker(voice, LEXICON).render([strict_words(text)]), SAMPLE_RATE_HZ // 2))
 
 
 def room(sound: Samples, seed: int = 1) -> Samples:
@@ -110,7 +111,7 @@ def test_sentences_from_wavs_are_kept(tmp_path: Path, capsys: pytest.CaptureFixt
     assert (told["sentences"], told["words"], told["missing"]) == (3, 0, [])
     assert told["rejected"] == ["sentence_4.wav: that was not the sentence, or it was hardly to be understood"]
     person = read_person(person_path(tmp_path / "state", "Anna"))
-    assert [" ".join(each.words) for each in person.sentences] == texts[:3]
+    assert [each.words for each in person.sentences] == [strict_words(text) for text in texts[:3]]
     assert enrol(tmp_path, "--list") == 0
     assert capsys.readouterr().out == "Anna: 3 sentences, 0 words, 0 takes\n"
 
@@ -120,8 +121,8 @@ def test_the_sentences_are_orders_to_the_robot_itself_and_have_many_sounds(
 ) -> None:
     assert enrol(tmp_path, "Zoe", "--show") == 0
     texts = capsys.readouterr().out.splitlines()
-    assert all(" i am zoe " in text and "stop" not in text.split() for text in texts)
-    phones = {phone for text in texts for word in text.split() for phone in LEXICON.sounds(word)[0]}
+    assert all(" I am Zoe, " in text and "stop" not in text.split() for text in texts)
+    phones = {phone for text in texts for word in strict_words(text) for phone in LEXICON.sounds(word)[0]}
     assert len(phones) >= 30
 
 

@@ -22,6 +22,10 @@ pytestmark = pytest.mark.slow
         ("Hi, I am Zed", "'zed'"),
         ("", "there is no word to say"),
         ("?!", "there is no word to say"),
+        ("Hi Rob, water the yellow rose", "the speaker comes first: 'hi rob i am …'"),
+        ("confirmed", "the speaker comes first: 'hi all i am …'"),
+        ("Rob, negative", "the speaker comes first: 'hi rob i am …'"),
+        ("Hi Rob, I am Bot, battery twelve volts", "'battery' is not in the phrasebook after 'hi rob i am bot'; did"),
         ("Hi, I am Rob, task one complete now", "after 'hi i am rob task one complete'"),
     ],
 )
@@ -31,6 +35,10 @@ def test_a_sentence_outside_the_phrasebook(sentence: str, part: str, refused: Re
     assert len(message.splitlines()) == 1
     assert "hvcpctl phrases" in message or "could go on with" in message
     assert not (tmp_path / "x.wav").exists()
+
+
+def test_a_message_cannot_steer_the_terminal(refused: Refuse, tmp_path: Path) -> None:
+    assert "\x1b" not in refused("say", "Hi \x1b[31mRob", "-o", tmp_path / "x.wav")
 
 
 def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
@@ -127,9 +135,9 @@ def test_a_bad_lexicon(refused: Refuse, tmp_path: Path) -> None:
         (["simulate", "--seed", "-1"], "whole number from 0 to 4294967295"),
         (["simulate", "--seed", "4294967296"], "whole number"),
         (["simulate", "--noise-db", "loud"], "is not a number"),
-        (["console", "--port", "none"], "--port: 'none' is not a whole number"),
-        (["simulate", "--noise-db", "nan"], "out of the range"),
-        (["simulate", "--noise-db", "1e9"], "out of the range"),
+        (["console", "--port", "none"], "--port: 'none' is not a port from 0 to 65535"),
+        (["simulate", "--noise-db", "nan"], "nan is not from -200 to 200 dB"),
+        (["simulate", "--noise-db", "1e9"], "not from"),
         (["simulate", "--mode", "follow"], "follow"),
         (["simulate", "--coordinator", "Rob"], "add --mode coordinate"),
         (["simulate", "--mode", "coordinate", "--robots", "Rob"], "at least two"),
@@ -145,3 +153,28 @@ def test_wrong_usage(arguments: list[str], part: str, refused: Refuse) -> None:
 def test_a_report_that_cannot_be_written_is_told_before_the_mission(refused: Refuse, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert "--report: " in refused("simulate", "--json", "--report", tmp_path / "file" / "report")
+
+
+@pytest.mark.parametrize(
+    ("without", "part"),
+    [
+        ("Bob=pour", "Bob does not take part; did you mean 'Rob'?"),
+        ("Bot=pour", "Bot has no skill 'pour'; declare it under `skills:` in the task file"),
+    ],
+)
+def test_a_skill_that_cannot_be_taken_away(without: str, part: str, refused: Refuse) -> None:
+    assert part in refused("simulate", "--robots", "Rob,Bot", "--without", without)
+
+
+def test_a_recording_that_is_not_there(refused: Refuse, tmp_path: Path) -> None:
+    message = refused("mcap", tmp_path / "none", tmp_path / "x.mcap")
+    assert message.startswith(f"hvcpctl: {tmp_path / 'none'}: there is no such file; check the name")
+    (tmp_path / "bytes").write_bytes(b"\xff\xfe")
+    assert "this is no text; is this a transcript of `simulate" in refused("mcap", tmp_path / "bytes", tmp_path / "x")
+
+
+def test_a_task_file_in_place_of_the_settings(refused: Refuse, tmp_path: Path) -> None:
+    tasks = tmp_path / "tasks.yaml"
+    tasks.write_text("tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 5 s}]}\n", encoding="utf-8")
+    assert "expected a file name, found a list; name the file that has it" in refused("phrases", "--config", tasks)
+    assert "found the text '5 s'; write it without quotes or unit" in refused("phrases", "--tasks", tasks)

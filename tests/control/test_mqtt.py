@@ -140,7 +140,7 @@ def test_a_broker_that_refuses_us_is_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("options", "why"),
-    [(["--port", "99999"], "no MQTT broker answers"), (["--prefix", "a/#"], "--prefix 'a/#' is not a topic")],
+    [(["--port", "99999"], "'99999' is not a port"), (["--prefix", "a/#"], "--prefix 'a/#' is not a topic")],
 )
 def test_what_cannot_be_an_address_or_a_topic_is_refused(options: list[str], why: str, tmp_path: Path) -> None:
     with RunningRobot(tmp_path):

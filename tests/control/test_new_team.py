@@ -22,7 +22,7 @@ def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.C
     folder = tmp_path / "garden"
     tasks = ("--task", "water the green rose; -3, -4; pour 0.2", "--task", "count the empty chairs; dock")
     assert main(["new-team", str(folder), *GARDEN, *tasks]) == 0
-    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml --robots Rob,Bot" in capsys.readouterr().out
+    assert f"hvcpctl simulate --config {folder}/hvcpd.yaml" in capsys.readouterr().out
     settings = load_settings(folder / "hvcpd.yaml", environment={})
     assert (settings.name, settings.names) == ("Rob", ("Rob", "Bot"))
     rose, chairs = load_tasks(settings.tasks).tasks
@@ -38,7 +38,7 @@ def test_options_become_a_team_that_robots_take(tmp_path: Path, capsys: pytest.C
 @pytest.mark.parametrize(
     ("tasks", "said"),
     [
-        (("water the green rose", "water the green rows"), "nothing is written: tasks.yaml:"),
+        (("water the green rose", "water the green rows"), "tasks.yaml:"),
         (("water", "rest"), "has 2 to 8 words"),
         ((), "this is not a terminal"),
     ],
@@ -63,18 +63,39 @@ def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> Non
             "wave",
             "greet the visitors; -4, -4; sing",
             "greet the visitors; -4, -4; wave",
+            "feed the sheep",
+            "feed the ship",
             "",
         ]
     )
     told: list[str] = []
     options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
     assert run(options, Console(lambda _question: next(answers), told.append)) == 0
-    assert sum(text.startswith("  ") for text in told) == 3
+    assert sum(text.startswith("  ") for text in told) == 4
+    assert "'feed the ship' sounds like 'feed the sheep'" in told[-1]
     assert "no robot has the skill 'sing'; write one of wait, water, dock, turn, forward, wave, or" in "".join(told)
     settings = load_settings(tmp_path / "hall" / "hvcpd.yaml", environment={})
     assert settings.names == ("Rob", "Zoe")
-    (task,) = load_tasks(settings.tasks).tasks
+    task, sheep = load_tasks(settings.tasks).tasks
     assert task.actions == (GoTo(Place(-4.0, -4.0)), Use("wave"))
+    assert sheep.name == "feed the sheep"
+
+
+def test_an_input_that_ends_is_no_missing_terminal(tmp_path: Path) -> None:
+    def ended(_question: str) -> str:
+        raise EOFError
+
+    options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
+    with pytest.raises(ConfigError, match="the input has ended"):
+        run(options, Console(ended, lambda _text: None))
+
+
+def test_the_command_that_is_shown_can_be_pasted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "my garden"
+    assert main(["new-team", str(folder), *GARDEN, "--task", "count the empty chairs"]) == 0
+    command = f"hvcpctl simulate --config '{folder}/hvcpd.yaml'"
+    assert command in capsys.readouterr().out
+    assert command in (folder / "tasks.yaml").read_text(encoding="utf-8")
 
 
 def test_the_usual_deed_is_to_wait() -> None:
@@ -104,7 +125,7 @@ def test_a_task_that_is_written_wrong_has_its_remedy(text: str, said: str) -> No
 
 
 def test_names_and_skills_are_checked_at_once() -> None:
-    for wrong in ("", "Rob, Rob", "R2-D2", "Hi"):
+    for wrong in ("", "Rob, Rob", "R2-D2", "Hi", "Rob, Robb"):
         with pytest.raises(ConfigError):
             read_robots(wrong)
     for wrong in ("Pour", "wait seconds", "pour Litres"):

@@ -111,3 +111,10 @@ def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError) as raised:
         write_whole(path, b"")
     assert f"there is no folder {tmp_path / 'none'}; make it" in unwritable(path, raised.value)
+
+
+def test_a_folder_that_exists_is_not_said_to_be_missing() -> None:
+    """The kernel has no such file there, whatever anybody makes."""
+    with pytest.raises(FileNotFoundError) as raised:
+        Path("/proc/none").mkdir()
+    assert unwritable("/proc/none", raised.value).endswith("No such file or directory; name a file that you may write")

@@ -54,6 +54,42 @@ def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
     assert {member["team"] for member in shift["members"]} == {"plant"}
 
 
+def test_robots_talk_as_much_as_the_settings_say_if_no_option_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Rob\ntalk: full\n", encoding="utf-8")
+
+    def said(*options: str) -> int:
+        hours(tmp_path, "--hours", "1", "--json", *options)
+        return int(json.loads(capsys.readouterr().out)["said"])
+
+    full, normal = said("--talk", "full"), said()
+    assert full > normal
+    assert said("--config", str(settings)) == full
+    assert said("--config", str(settings), "--talk", "normal") == normal
+
+
+def test_what_is_not_there_cannot_be_taken_away_and_a_time_of_nothing_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert hours(tmp_path, "--hours", "1", "--without", "Bob=pour") == 2
+    assert "Bob does not take part; did you mean 'Rob'?" in capsys.readouterr().err
+    (tmp_path / "later.yaml").write_text(TASKS.splitlines()[0] + "\n" + TASKS.splitlines()[1] + "\n")
+    assert main(["simulate", "--hours", "1", "--tasks", str(tmp_path / "later.yaml")]) == 0
+    assert "note: within 1 h of Monday, 00:00, nothing is due" in capsys.readouterr().err
+
+
+def test_without_an_option_the_settings_robots_take_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It took Rob and Bot, whoever the team was."""
+    (tmp_path / "tasks.yaml").write_text(TASKS)
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Ada\nnames: [Leo, Zoe]\ntasks: tasks.yaml\n", encoding="utf-8")
+    main(["simulate", "--hours", "1", "--json", "--config", str(settings)])
+    shift = json.loads(capsys.readouterr().out)
+    assert {member["name"] for member in shift["members"]} == {"Ada", "Leo", "Zoe"}
+
+
 def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert hours(tmp_path, "--hours", "1", "--mute") == 2
     assert "leave out --mute" in capsys.readouterr().err

@@ -31,6 +31,13 @@ from tests.control.conftest import Refuse
         (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),
         (["simulate", "--mode", "xyz"], "'xyz' is not one of the choices; choose from volunteer, coordinate; see"),
         (["task", "again", "thrice"], "argument NUMBER: 'thrice' is not a task number; write for example 3; see"),
+        (
+            ["task", "add", "water the rose", "--number", "9", "--robots", "two"],
+            "'two' is not a whole number from 1 to",
+        ),
+        (["duet", "--port", "99999"], "argument --port: '99999' is not a port from 0 to 65535; see"),
+        (["duet", "--as", "Rob,Bot"], "argument --as: give one name, as in: Rob; see"),
+        (["drive", "forward", "1m"], "argument M: '1m' is not a number; write for example 10; see"),
         (["evaluate", "wak"], "'wak' is not one of the choices; did you mean 'wake'? See"),
         (["say", "-o", "x.MP3", "stop"], "argument -o/--output: only WAV is written; name it x.wav; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),

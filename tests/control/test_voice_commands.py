@@ -102,8 +102,11 @@ def test_a_faulty_lexicon_names_its_lines(refused: Refuse, tmp_path: Path) -> No
     own = tmp_path / "own.txt"
     own.write_text("rob R QQ1 B\nzoe Z OW1 IY\n")
     message = refused("pronounce", "rob", "--lexicon", own)
-    assert f"{own}:1: unknown phone 'QQ1'" in message
+    assert f"{own}:1: unknown phone 'QQ1'; the phones are AA AE" in message
     assert f"{own}:2:" in message
+    own.write_bytes(b"rob R AA1 B\nzo\xeb Z OW1 IY0\n")
+    message = refused("pronounce", "rob", "--lexicon", own)
+    assert message == f"hvcpctl: {own}:2: not UTF-8 text; save the file as UTF-8\n"
 
 
 def test_rate_gain_and_lombard_are_heard(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import json
 from collections.abc import AsyncIterator, Coroutine
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,14 @@ class Talk:
             await self.writer.wait_closed()
 
 
+class SomeWords(Rereading):
+    """Of tasks, their names are compared at once; the comparison of all words, which takes seconds, is left out."""
+
+    def read(self, changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
+        loaded = self.load()
+        return loaded, wire_up(loaded.settings, changes=changes)
+
+
 class ControlBench:
     """The service, the robot behind it, and clients. `compares_words`: new words with all others, for seconds."""
 
@@ -91,16 +100,15 @@ class ControlBench:
         self.file.write_text("mode: volunteer\n")
         given = {"name": "Rob", "tasks": str(directory / "tasks.yaml"), "state_dir": str(directory / "state")} | more
 
-        def read(changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
-            again = load_with_sources(self.file, given, environment={})
-            return again, wire_up(again.settings, changes=changes)
-
-        loaded, wiring = read(None)
+        load = partial(load_with_sources, self.file, given, environment={})
+        loaded = load()
+        wiring = wire_up(loaded.settings)
         self.bench = Bench(*wiring.tasks.tasks[0].actions, skills=wiring.tasks.skills)
         self.wheels = NotedWheels()
         self.journal = JournalService(wiring)
         self.body = Body(wiring, self.journal)
-        self.service = ControlService(self.body, Rereading(loaded.sources, read, allow_confusable=not compares_words))
+        rereading = SomeWords(load, loaded.sources, allow_confusable=not compares_words)
+        self.service = ControlService(self.body, rereading)
         self.path = loaded.settings.control.socket or directory / "state" / "rob.sock"
 
     async def open(self, with_robot: bool = True) -> None:

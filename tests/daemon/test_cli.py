@@ -153,7 +153,7 @@ def test_a_missing_library_is_one_line(config: Path, capsys: pytest.CaptureFixtu
         ("name: Ann\n", "sounds like the phrasebook's word 'am'"),
         ("name: Rob\nmode: boss\n", "not one of the choices"),
         ("name: Rob\ntasks: nowhere.yaml\n", "no such file"),
-        ("name: Rob\nlexicon: nowhere.txt\n", "cannot read this lexicon"),
+        ("name: Rob\nlexicon: nowhere.txt\n", "nowhere.txt: there is no such file"),
         ("name: Rob\nteam: rob\nteams: [bot]\nnames: [Team]\n", "sounds like the phrasebook's word 'team'"),
         ("- a\n- b\n", "expected a group of keys"),
         ("name: Rob\n\tteam: x\n", ":2: not valid YAML"),

@@ -28,8 +28,9 @@ from hvcpd.coordination.states import State
 from hvcpd.daemon.control_lobby import MAX_WAITING
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
+from hvcpd.daemon.reloading import Reloader
 from hvcpd.daemon.wiring import wire_up
-from hvcpd.errors import RunningError
+from hvcpd.errors import NotDoneError, RunningError
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.people.enrolled import Person, person_path, remove_person, write_person
 from hvcpd.ports import STANDSTILL, WheelCommand
@@ -110,9 +111,10 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             assert said["text"] == "Hi all, I am Rob, I have stopped"
             assert (await talk.ask("stop"))["result"]["before"] is True
             assert starts_stopped(bench)
-            assert (await talk.ask("resume"))["result"] == {"stopped": False, "before": True}
+            told = {"stopped": False, "kept": True, "reason": None}
+            assert (await talk.ask("resume"))["result"] == told | {"before": True}
             assert not starts_stopped(bench), "it is kept when it is answered"
-            assert (await talk.ask("resume"))["result"] == {"stopped": False, "before": False}
+            assert (await talk.ask("resume"))["result"] == told | {"before": False}
             await talk.hang_up()
 
     run(scene())
@@ -369,6 +371,15 @@ def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: 
             assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [11]
             assert (tmp_path / "tasks.yaml").read_text() == ONE_TASK
             await talk.hang_up()
+
+    run(scene())
+
+
+def test_who_has_no_settings_to_read_again_says_so(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            with pytest.raises(NotDoneError, match="no settings to read"):
+                await Reloader(bench.body, None).remove(1)
 
     run(scene())
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Settings
-from hvcpd.config.settings_file import Loaded, load_settings, load_with_sources
-from hvcpd.config.task_changes import TaskChanges
+from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wiring import Wiring, wire_up
@@ -228,11 +228,8 @@ def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, 
     settings = settings_of(tmp_path, units, "Rob", names=["Bot"], mode="follow")
     given = {"name": "Rob", "tasks": str(settings.tasks), "state_dir": str(settings.state_dir), "names": ["Bot"]}
 
-    def read(changes: TaskChanges | None) -> tuple[Loaded, Wiring]:
-        loaded = load_with_sources(None, given, system_path=tmp_path / "none.yaml", environment={})
-        return loaded, wire_up(loaded.settings, changes=changes)
-
-    loaded, wiring = read(None)
+    load = partial(load_with_sources, None, given, system_path=tmp_path / "none.yaml", environment={})
+    rereading = Rereading(load, load().sources)
     reloads: list[asyncio.Task[None]] = []
 
     def watch(now_s: float) -> None:
@@ -246,7 +243,7 @@ def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, 
             raise OverError("the test has seen enough")
 
     with capture_logs() as logs, shared_room([settings], watch) as room:
-        daemon = Daemon(wiring, devices_of(room, 0), rereading=Rereading(loaded.sources, read))
+        daemon = Daemon(rereading.read(None)[1], devices_of(room, 0), rereading=rereading)
         room.streams[0].settled = daemon.settled
         with pytest.raises(OverError):
             asyncio.run(daemon.run())

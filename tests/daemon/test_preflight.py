@@ -14,8 +14,9 @@ from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.assembly.sound import make_sound
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
+from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.coordination.actions import Speech
-from hvcpd.daemon.preflight import find_memory, find_port, find_quiet_hours
+from hvcpd.daemon.preflight import find_memory, find_port, find_quiet_hours, find_stop_button
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
@@ -50,6 +51,19 @@ def test_wheels_that_ros_has_need_no_port(tmp_path: Path) -> None:
 def test_a_file_is_no_port(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert "is no serial port" in find_port(WheelSettings(port=str(tmp_path / "file")), tmp_path).text
+
+
+def test_a_stop_button_without_pins_is_found_before_anything_opens(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
+    assert not [*find_stop_button(StopButtonSettings(), tmp_path)]
+    (finding,) = find_stop_button(StopButtonSettings(17), tmp_path)
+    assert finding.exit_status == EX_UNAVAILABLE
+    assert "pin 17 cannot be used: this computer has no pins" in finding.text
+    (tmp_path / "gpiochip0").touch()
+    (finding,) = find_stop_button(StopButtonSettings(17), tmp_path)
+    assert (finding.exit_status, finding.text) == (EX_OK, "pin 17, pressed while its switch is open")
 
 
 def may_only(mode: int) -> Callable[[Path, int], bool]:

@@ -132,23 +132,39 @@ def test_a_memory_that_is_cut_while_the_robot_runs_is_told_and_the_next_start_is
     assert not list(memory.parent.glob("*.corrupt-*"))
 
 
+@contextmanager
+def immutable(*files: str) -> Iterator[None]:
+    """Nobody can change these meanwhile."""
+    if subprocess.run(["chattr", "+i", *files], stderr=subprocess.DEVNULL, check=False).returncode:
+        subprocess.run(["chattr", "-i", *files], stderr=subprocess.DEVNULL, check=False)
+        pytest.skip("only the superuser can make files immutable, and not on every file system")
+    try:
+        yield
+    finally:
+        subprocess.run(["chattr", "-i", *files], check=True)
+
+
 def test_a_stop_that_cannot_be_kept_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     state = folder / "state"
-    with life(folder) as first:
-        frozen = [str(state), str(state / "rob.latch"), str(state / "rob.sqlite3")]
-        if subprocess.run(["chattr", "+i", *frozen], stderr=subprocess.DEVNULL, check=False).returncode:
-            subprocess.run(["chattr", "-i", *frozen], stderr=subprocess.DEVNULL, check=False)
-            pytest.skip("only the superuser can make files immutable, and not on every file system")
-        try:
-            assert first.ask("stop") == EX_FAILURE
-            assert "stands still, but may move after a restart" in capsys.readouterr().err
-            assert first.until("stop not kept")["reason"]
-            status = first.status(capsys)
-            assert status["stopped"] is True
-            assert status["memory"]["unkept"] is not None
-        finally:
-            first.kill()
-            subprocess.run(["chattr", "-i", *frozen], check=True)
+    with life(folder) as first, immutable(str(state), str(state / "rob.latch"), str(state / "rob.sqlite3")):
+        assert first.ask("stop") == EX_FAILURE
+        assert "stands still, but may move after a restart" in capsys.readouterr().err
+        assert first.until("stop not kept")["reason"]
+        status = first.status(capsys)
+        assert status["stopped"] is True
+        assert status["memory"]["unkept"] is not None
+        first.kill()
     with life(folder) as second:
         assert second.status(capsys)["stopped"] is True
         assert second.ask("resume") == EX_OK
+
+
+def test_a_resume_that_cannot_be_kept_is_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It said that the robot takes on tasks again, and at the next start the robot stood still."""
+    state = folder / "state"
+    with life(folder) as first:
+        assert first.ask("stop") == EX_OK
+        with immutable(str(state), str(state / "rob.latch"), str(state / "rob.sqlite3")):
+            assert first.ask("resume") == EX_FAILURE
+            assert "takes on tasks, but will stand still after a restart" in capsys.readouterr().err
+            first.kill()

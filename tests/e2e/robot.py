@@ -16,7 +16,7 @@ from pathlib import Path
 from hil_fakes.motor_process import TrailPoint, last_point, read_trail
 from hil_fakes.sound_server import DIE_WITH_PARENT, LOUDSPEAKER, MICROPHONE, wait_until
 from hvcpd.control.live.daemon_client import DaemonClient
-from hvcpd.control.live.transcript import AskedRows, Rows
+from hvcpd.control.live.transcript import AskedRows
 from hvcpd.coordination.states import State
 from hvcpd.errors import EX_UNAVAILABLE, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord
@@ -173,7 +173,7 @@ class RobotProcess:
 
     def transcript(self) -> tuple[TranscriptRecord, ...]:
         """All that it said and heard, as its daemon has it, or else its file."""
-        rows: Rows
+        rows: AskedRows | TranscriptReader
         try:
             rows = AskedRows(DaemonClient(self.control_socket))
         except NotRunningError:

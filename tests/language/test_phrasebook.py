@@ -249,6 +249,23 @@ def test_the_task_that_reads_as_another_sentence_is_blamed_not_the_name_before_i
     assert refused.value.key == "tasks"
 
 
+@pytest.mark.parametrize(
+    ("more", "named", "key"),
+    [
+        ({"teams": ("stop",)}, "the team 'stop'", "teams"),
+        ({"places": ("bus stop",)}, "the place 'bus stop'", "tasks"),
+        ({"remarks": ("please stop here",)}, "the remark 'please stop here'", "tasks"),
+        ({"failures": ("the motors stop",)}, "the reason 'the motors stop'", "tasks"),
+        ({"remarks": ("who is here",)}, "the remark 'who is here'", "tasks"),
+    ],
+)
+def test_nothing_of_a_teams_own_halts_or_commands(more: dict[str, tuple[str, ...]], named: str, key: str) -> None:
+    """A robot that said it would halt all that hear it."""
+    with pytest.raises(VocabularyError, match=f"^{named} can be mistaken for a command") as refused:
+        Phrasebook(Vocabulary(names=("Rob", "Bot"), tasks=("shelve the novels",), **more))
+    assert refused.value.key == key
+
+
 def test_an_unknown_name_or_task_cannot_be_rendered() -> None:
     with pytest.raises(PhraseError):
         BOOK.render(m.Utterance("Zorg"))

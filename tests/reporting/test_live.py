@@ -82,6 +82,19 @@ def test_who_heard_it_and_how_well() -> None:
     assert "Ada heard speech, from no robot" in out
 
 
+def test_of_many_listeners_the_least_sure_and_alone_nobody() -> None:
+    robots = ("Rob", "Bot", "Ada", "Zoe", "Max", "Leo")
+    started = ev.Started(0.0, robots, (), (), "volunteer", 1, 40.0)
+    said = ev.Said(1.0, 4.0, 0, "Rob", "Hi all, I am Rob", False)
+
+    def heard(confidence: float) -> list[ev.Event]:
+        return [ev.Heard(1.0, 0, name, "Rob", said.text, confidence, 20.0) for name in robots[1:]]
+
+    assert "[heard by 5 of 5, 100 %]" in show([started, said, *heard(0.998)])
+    assert "[heard by 5 of 5, 87 % or more]" in show([started, said, *heard(0.87)])
+    assert "[nobody else is here]" in show([replace(started, robots=("Rob",)), said])
+
+
 def test_lines_are_in_the_order_of_their_times_and_count_on() -> None:
     """Two speak at once, and tasks are done while somebody speaks and before it is known who heard it."""
     plants = tuple(ev.Plant(k, f"water the {color} rose", 1.0, 1.0) for k, color in ((1, "red"), (2, "blue")))

@@ -62,6 +62,17 @@ def test_who_did_what() -> None:
     assert (found.own, found.said, found.heard, found.garbled, found.unknown) == ("Rob", 2, 7, 1, 1)
 
 
+def test_a_confirmation_of_a_report_that_was_heard_is_no_other_robots_report() -> None:
+    """Bot may have told whose report it was; it counted as a deed of its own, three of eleven in a day of four."""
+    talk = (
+        (0.0, "said", "Rob", "Hi all, I am Rob, task one complete"),
+        (10.0, "heard", "Anna", "Hi Bot, I am Anna, confirmed one complete"),
+        (700.0, "heard", "Anna", "Hi Bot, I am Anna, confirmed one complete"),
+    )
+    done = {member.name: member.done for member in shift(talk=talk).members}
+    assert (done["Rob"], done["Bot"]) == ([1], [1]), "ten minutes later it is another time"
+
+
 def test_what_went_wrong() -> None:
     assert [trouble.text for trouble in shift().troubles] == [
         "“stop”, said by somebody",

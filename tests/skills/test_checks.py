@@ -153,3 +153,32 @@ def test_a_pin_that_cannot_be_had_is_told_with_the_line_of_its_skill(
     tasks = load_tasks(loaded.settings.tasks)
     with pytest.raises(DeviceError, match=r"hvcpd\.yaml:4: skills\.pour: pin 17 cannot be used: "):
         asyncio.run(serve(tmp_path / "rob.sock", loaded.settings, tasks, loaded.skill_places))
+
+
+@pytest.mark.parametrize(
+    ("example", "status", "said"),
+    [
+        ("library", 0, "ok  grip: by joint 3, which hvcpd itself moves"),
+        ("tidy_up", 0, "ok  grip: by the action gripper_controller/gripper_cmd, through `hvcpctl ros`"),
+        ("wave", 2, "there is no skill to offer here: name wave under `skills:` in the settings"),
+    ],
+)
+def test_who_has_a_skill_is_told(example: str, status: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    config = str(Path(__file__).parents[2] / "examples" / example / "hvcpd.yaml")
+    assert main(["skills", "--check", "--config", config]) == status
+    assert said in "".join(capsys.readouterr())
+    assert main(["skills", "--config", config]) == 2
+    assert "there is no skill to offer here: " in capsys.readouterr().err
+
+
+def test_a_pin_that_cannot_be_is_found_by_the_check(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if list(Path("/dev").glob("gpiochip*")):
+        pytest.skip("this computer has pins")
+    monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
+    config = str(Path(__file__).parents[2] / "examples" / "greenhouse" / "hvcpd.yaml")
+    assert main(["skills", "--check", "--config", config]) == 2
+    assert "skills.pour.gpio: pin 17 cannot be used: this computer has no pins" in capsys.readouterr().err
+    monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "files")
+    assert main(["skills", "--check", "--config", config]) == 0

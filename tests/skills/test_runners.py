@@ -382,6 +382,34 @@ def test_a_host_that_is_killed_leaves_no_program_and_all_safe(tmp_path: Path) ->
     until_gone(int(pid.read_text()))
 
 
+KILLED_AT_ONCE = """
+import os, signal
+arm = guard.arm
+guard.arm = lambda group, safe: arm(group, safe) if group is None else os.kill(os.getpid(), signal.SIGKILL)
+asyncio.run"""
+
+
+def test_a_host_that_is_killed_before_it_has_reported_the_program_leaves_none_either(tmp_path: Path) -> None:
+    """The guard knew nothing of the program: it ran on for ever, and nothing was made safe."""
+    pid, safe = tmp_path / "pid", tmp_path / "safe"
+    code = HOST.replace("\nasyncio.run", KILLED_AT_ONCE)
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "program", str(pid), str(safe)], env=fake_pins(tmp_path)
+    ) as host:
+        wait_until(safe.exists, 10.0, "all is safe")
+    assert host.returncode == -signal.SIGKILL
+    wait_until(
+        lambda: not any(str(pid) in _read(each) for each in Path("/proc").glob("[0-9]*/cmdline")), 10.0, "it ends"
+    )
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A Python package with a skill, as pip installs one."""

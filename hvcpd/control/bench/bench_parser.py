@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvcpd.control.drive.drive_parser import Commands, Run
+from hvcpd.control.arguments import Commands, Run
 
 
 def add_bench(commands: Commands, run: Run) -> None:

@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from itertools import chain
 
 from hvcpd.config.settings import WheelSettings
@@ -14,6 +15,7 @@ from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, note, wrong
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
+from hvcpd.control.live.daemon_client import find_daemon_of
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK
@@ -38,6 +40,8 @@ def run(
         "sound": lambda team: look_at_sound(team, where, aloud=not options.silent),
     }
     found: list[Diagnosis] = []
+    if options.only != "machine":
+        found += _shown(look_for_daemon(options), options.json)
     if options.only in (None, "machine", "sound"):
         team = load_team(options)
         for subject, look in subjects.items():
@@ -49,6 +53,14 @@ def run(
         found += _shown(look_at_wheels(wheels, make_port), options.json)
     list(_shown([_verdict(found)], options.json))
     return EX_OK if all(diagnosis.ok for diagnosis in found) else EX_FAILURE
+
+
+def look_for_daemon(options: argparse.Namespace) -> Iterator[Diagnosis]:
+    """Whether the robot runs now, so that others of these checks do not tell what they seem to."""
+    daemon = find_daemon_of(load_settings(options.config, {}, name_needed=False).name, options)
+    if daemon is not None:
+        with closing(daemon):
+            yield note("hvcpd", f"{daemon.name} runs now, and uses the card and the port: end it, and check again")
 
 
 def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -> Iterator[Diagnosis]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from hvcpd.control.drive.drive_parser import Commands, Run, add_port
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, whole
+from hvcpd.control.drive.drive_parser import add_port
 
 OWN_DISTANCE_M = 0.1
 """From the loudspeaker to the microphone of a small robot."""
@@ -42,7 +42,7 @@ def add_calibrate(commands: Commands, run: Run) -> None:
     calibrate.add_argument("--dry-run", action="store_true", help="do not save the result")
     calibrate.add_argument(
         "--distance",
-        type=_metres,
+        type=between(0.01, 2.0, "m"),
         default=OWN_DISTANCE_M,
         metavar="M",
         help=f"from loudspeaker to microphone, metres (default {OWN_DISTANCE_M:g})",
@@ -66,27 +66,13 @@ def add_stop_test(commands: Commands, run: Run) -> None:
     how.add_argument(
         "--output", metavar="NAME", help="a part of the second loudspeaker's name (default: the settings')"
     )
-    test.add_argument("--times", type=_times, default=3, metavar="N", help="calls at each loudness (default 3)")
+    test.add_argument(
+        "--times", type=whole(1, MOST_TIMES), default=3, metavar="N", help="calls at each loudness (default 3)"
+    )
     test.set_defaults(run=run)
 
 
 def _add_shared(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    parser.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_config(parser)
+    add_tasks(parser)
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")
-
-
-def _metres(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not 0.01 <= value <= 2.0:
-        raise argparse.ArgumentTypeError(f"{text} m is out of the range 0.01 to 2")
-    return value
-
-
-def _times(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text) <= MOST_TIMES:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to {MOST_TIMES}")
-    return int(text)

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from pathlib import Path
-from typing import TypeAlias
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
+from hvcpd.control.arguments import Commands, Run, add_config, between
 
 MAX_DISTANCE_M = 10.0
 """A class room's length; every motion has an end."""
@@ -24,25 +20,13 @@ _EPILOG = (
 _OPTIONS = "Every action takes --port, --driver, --dry-run (needs no robot) and --json. "
 
 
-def _bounded(most: float, unit: str) -> Callable[[str], float]:
-    def number(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-        if not abs(value) <= most:
-            raise argparse.ArgumentTypeError(f"{text} {unit} is out of the range -{most:g} to {most:g}")
-        return value
-
-    return number
-
-
 def add_drive(commands: Commands, run: Run) -> None:
     """Add `drive` and its actions."""
     drive = commands.add_parser("drive", help="move one robot by hand, without the daemon", epilog=_OPTIONS + _EPILOG)
     actions = drive.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")
-    metres, degrees = _bounded(MAX_DISTANCE_M, "m"), _bounded(MAX_TURN_DEG, "degrees")
-    place = _bounded(MAX_COORDINATE_M, "m")
+    metres = between(-MAX_DISTANCE_M, MAX_DISTANCE_M, "m")
+    degrees = between(-MAX_TURN_DEG, MAX_TURN_DEG, "degrees")
+    place = between(-MAX_COORDINATE_M, MAX_COORDINATE_M, "m")
     _add(actions, "status", "voltage, temperature, errors, odometry", run)
     _add(actions, "forward", "drive straight ahead; a negative distance is backward", run).add_argument(
         "metres", type=metres, metavar="M", help=f"metres, -{MAX_DISTANCE_M:g} to {MAX_DISTANCE_M:g}"
@@ -67,7 +51,7 @@ def add_port(parser: argparse.ArgumentParser) -> None:
 
 def _add(actions: Commands, name: str, text: str, run: Run) -> argparse.ArgumentParser:
     parser = actions.add_parser(name, help=text, epilog=_EPILOG)
-    parser.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    add_config(parser)
     add_port(parser)
     parser.add_argument("--dry-run", action="store_true", help="say what would happen; needs no robot")
     parser.add_argument("--json", action="store_true", help="print one JSON object a line")

@@ -96,9 +96,9 @@ class DriveShow:
             fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._warm_up}
             self._print({**fields, **_pose(pose), "way_m": round(way_m, 3)})
             return
-        tense = "would have " if self._warm_up else ""
         where = f"x {_plain(pose.x_m, 3)} m, y {_plain(pose.y_m, 3)} m, heading {_degrees(pose)}°"
-        self._line(f"{tense}{state.value}{': ' + reason if reason else ''}; at {where}, after {way_m:.2f} m")
+        what = f"{state.value}{': ' + reason + ';' if reason else ''}"
+        self._line(f"{'would have ' if self._warm_up else ''}{what} at {where}, after {way_m:.2f} m")
 
     def step(self, name: str, pose: Pose) -> None:
         """Show what a run of the calibration would be."""

@@ -8,8 +8,9 @@ import os
 import signal
 import sys
 import tempfile
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import ExitStack, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -19,7 +20,7 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import SharedRoom, SimulatedAir
 from hvcpd.assembly.sound import user_cache_folder
 from hvcpd.config.settings import AudioSettings
-from hvcpd.config.settings_file import load_settings
+from hvcpd.config.settings_file import load_with_sources
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.daemon.control_socket import socket_path
@@ -28,7 +29,8 @@ from hvcpd.daemon.library_output import LibraryOutput
 from hvcpd.daemon.logging import set_up_logging
 from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.name_learning import Rendered, at_once
-from hvcpd.daemon.wiring import Wiring, wire_up
+from hvcpd.daemon.reloading import Rereading
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
@@ -57,12 +59,12 @@ _WELCOME = """\
 _FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
 _READY = """\
 Ready: one of them begins in a moment.
-Say, or type and press Enter:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
+{join}:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 _READY_ALONE = """\
 Ready: {one} begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
-Say, or type and press Enter:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
+{join}:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 _TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
@@ -83,7 +85,8 @@ def run(options: argparse.Namespace) -> int:
         log = stack.enter_context(_open_log(robots))
         set_up_logging("warning", log, form="console")
         medium, where = choose_medium(options, len(robots))
-        wirings = [_wiring(options, Path(folder), robot, k) for k, robot in enumerate(robots)]
+        rereadings = {robot: rereading_of(options, Path(folder), robot, k) for k, robot in enumerate(robots)}
+        wirings = [rereading.read(None)[1] for rereading in rereadings.values()]
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
         room = SharedRoom(bodies, medium=medium)
         socket = socket_path(wirings[0].settings)
@@ -102,8 +105,9 @@ def run(options: argparse.Namespace) -> int:
             stack.callback(rendering.end)
             rendering.wait()
             rendered = rendering.ended
-        visitor, ready = Visitor(VISITOR, wirings[0], medium.say), _ready_text(robots, options.names)
-        duet = Duet(wirings, room, visitor, ready=ready, rendered=rendered)
+        visitor = Visitor(VISITOR, wirings[0], medium.say)
+        ready = ready_text(robots, options.names, by_voice=isinstance(medium, SharedCard))
+        duet = Duet(wirings, room, visitor, ready=ready, rendered=rendered, rereadings=rereadings)
         asyncio.run(duet.live(sys.stdin, libraries.drain))
         libraries.end()
         if log.tell():
@@ -122,10 +126,11 @@ def _open_log(robots: tuple[str, ...]) -> TextIO:
     return Path(os.devnull).open("w", encoding="utf-8")
 
 
-def _ready_text(robots: tuple[str, ...], names: tuple[str, ...]) -> str:
-    """The text for the terminal when all robots here listen."""
+def ready_text(robots: tuple[str, ...], names: tuple[str, ...], by_voice: bool) -> str:
+    """The text for the terminal when all robots here listen; `by_voice`: to a microphone, too."""
     others = [name for name in names if name != robots[0]] or [robots[0]]
-    return (_READY if len(robots) > 1 else _READY_ALONE).format(one=robots[0], other=others[0])
+    join = "Say, or type and press Enter" if by_voice else "Type and press Enter"
+    return (_READY if len(robots) > 1 else _READY_ALONE).format(join=join, one=robots[0], other=others[0])
 
 
 def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCard | SimulatedAir, str]:
@@ -167,8 +172,8 @@ def _real_time() -> Callable[[float], Awaitable[None]]:
     return pace
 
 
-def _wiring(options: argparse.Namespace, folder: Path, robot: str, place: int) -> Wiring:
-    """One robot with a memory that lasts as long as the duet. Raises ConfigError."""
+def rereading_of(options: argparse.Namespace, folder: Path, robot: str, place: int) -> Rereading:
+    """How to read one robot's settings, now and again; its memory lasts as long as the duet. Raises ConfigError."""
     state = folder / robot.lower()
     state.mkdir()
     if (units := user_cache_folder()) is not None:
@@ -184,7 +189,9 @@ def _wiring(options: argparse.Namespace, folder: Path, robot: str, place: int) -
     }
     if options.tasks is not None:
         given["tasks"] = str(options.tasks)
-    return wire_up(load_settings(options.config, given, system_path=folder / "none.yaml"))
+
+    load = partial(load_with_sources, options.config, given, system_path=folder / "none.yaml")
+    return Rereading(load, load().sources)
 
 
 class Duet:
@@ -198,11 +205,16 @@ class Duet:
         out: TextIO | None = None,
         ready: str = "",
         rendered: Rendered = at_once,
+        rereadings: Mapping[str, Rereading] | None = None,
     ) -> None:
         """`ready` is written once all robots listen; `out` is standard output by default. `rendered` is as in
-        `Daemon`."""
+        `Daemon`, and so are `rereadings`, by the robots' names."""
         self._settings = [wiring.settings for wiring in wirings]
-        self.daemons = [Daemon(w, _devices(room, k), rendered=rendered) for k, w in enumerate(wirings)]
+        again = rereadings or {}
+        self.daemons = [
+            Daemon(w, _devices(room, k), rereading=again.get(w.settings.name), rendered=rendered)
+            for k, w in enumerate(wirings)
+        ]
         self._room = room
         self._visitor = visitor
         self._onlooker = Onlooker([s.name for s in self._settings], out or sys.stdout)
@@ -293,6 +305,7 @@ class Duet:
 
     def say(self, line: str) -> None:
         """The visitor says a sentence; one that is not in the phrasebook is answered by a message."""
+        self._visitor.wiring = self.daemons[0].wiring
         try:
             self._onlooker.visited(self._visitor.say(line), self._now_s)
         except HvcpdError as error:

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
+from hvcpd.control.arguments import Commands, Run, add_tasks, port, robot_name, robot_names
 
 
-def add_duet(commands: Commands, run: Run, names: Callable[[str], tuple[str, ...]]) -> None:
+def add_duet(commands: Commands, run: Run) -> None:
     """Add `duet`."""
     c = commands.add_parser(
         "duet",
@@ -26,23 +21,13 @@ def add_duet(commands: Commands, run: Run, names: Callable[[str], tuple[str, ...
             "hvcpctl duet --as Rob         # and on another computer: hvcpctl duet --as Bot",
         ),
     )
-    c.add_argument("--names", type=names, default=("Rob", "Bot"), metavar="Rob,Bot", help="the robots")
-    c.add_argument("--as", dest="as_name", type=_one(names), metavar="NAME", help="run only this robot here")
+    c.add_argument("--names", type=robot_names, default=("Rob", "Bot"), metavar="Rob,Bot", help="the robots")
+    c.add_argument("--as", dest="as_name", type=robot_name, metavar="NAME", help="run only this robot here")
     c.add_argument("--pipe", action="store_true", help="use simulated air even where there is a sound card")
     c.add_argument("--input-device", metavar="NAME", help="a part of the microphone's name")
     c.add_argument("--output-device", metavar="NAME", help="a part of the loudspeaker's name")
     c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: none)")
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    c.add_argument("--port", type=int, default=0, metavar="N", help="port of the console's page (default: any)")
+    add_tasks(c)
+    c.add_argument("--port", type=port, default=0, metavar="N", help="port of the console's page (default: any)")
     c.add_argument("--no-console", action="store_true", help="show the conversation in the terminal only")
     c.set_defaults(run=run)
-
-
-def _one(names: Callable[[str], tuple[str, ...]]) -> Callable[[str], str]:
-    def name(text: str) -> str:
-        found = names(text)
-        if len(found) != 1:
-            raise argparse.ArgumentTypeError("give one name, as in: Rob")
-        return found[0]
-
-    return name

@@ -41,14 +41,16 @@ class Visitor:
 
     def __init__(self, name: str, wiring: Wiring, play: Callable[[Samples], Callable[[], bool]]) -> None:
         self._name = name
-        self._phrasebook = wiring.phrasebook()
+        self.wiring = wiring
+        """A robot's in force, whose tasks may have changed."""
         self._speaker = Speaker(wiring.sound.voice_of(name), wiring.sound.lexicon, wiring.sound.cache)
         self._play = play
 
     def say(self, text: str) -> Visit:
         """Say it in the robots' next pause."""
-        utterance = self._phrasebook.parse_text(text)
-        sound = self._speaker.render(self._phrasebook.phrases(utterance))
+        phrasebook = self.wiring.phrasebook()
+        utterance = phrasebook.parse_text(text)
+        sound = self._speaker.render(phrasebook.phrases(utterance))
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
         return Visit(f"{self._name}: {text.strip()}", lambda: self._play(sound), one)
 

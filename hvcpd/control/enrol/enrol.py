@@ -129,7 +129,7 @@ def _import(options: argparse.Namespace) -> int:
 def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     team = load_team(options, more=(options.person,))
     if options.show:
-        sys.stdout.write("".join(f"{' '.join(words)}\n" for words in _sentences(options.person, team)))
+        sys.stdout.writelines(f"{text}\n" for text in _sentences(options.person, team))
         return EX_OK
     words = _wanted(options, team)
     path = person_path(options.state_dir or team.settings.state_dir, options.person)
@@ -159,10 +159,12 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     return EX_OK if found or sentences else EX_FAILURE
 
 
-def _sentences(person: str, team: Team) -> list[tuple[str, ...]]:
-    """The sentences to say, addressed to the robot whose microphone it is."""
+def _sentences(person: str, team: Team) -> dict[str, tuple[str, ...]]:
+    """The sentences to say, as they are written, with their words; addressed to the robot whose microphone it is."""
     robot = next((name for name in team.names if name.lower() != person.lower()), person)
-    return sentences_for(team.phrasebook, robot, person, team.sound.lexicon.sounds)
+    book = team.phrasebook
+    found = sentences_for(book, robot, person, team.sound.lexicon.sounds)
+    return {book.write(book.parse(words)): words for words in found}
 
 
 def _kept(path: Path, name: str) -> Person:
@@ -201,7 +203,7 @@ def _from_folder(
 ) -> dict[str, list[Energies]]:
     """These words in WAVs; reports files with the name of no `known` word. Raises AudioFileError without a WAV."""
     if not folder.is_dir():
-        raise AudioFileError(f"--from: there is no folder {folder}; name one with a WAV for each take (stop_1.wav)")
+        raise AudioFileError(f"--from: there is no folder {folder}; name one with sentence_1.wav or stop_1.wav")
     found: dict[str, list[Energies]] = {}
     wavs = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".wav")
     for path in wavs:
@@ -219,19 +221,19 @@ def _from_folder(
         else:
             found.setdefault(word, []).append(check.energies)
     if not wavs:
-        raise AudioFileError(f"--from: there is no WAV in {folder}; name them by their words (stop_1.wav)")
+        raise AudioFileError(f"--from: there is no WAV in {folder}; name them sentence_1.wav or stop_1.wav")
     return {word: takes[-MAX_TAKES:] for word, takes in found.items()}
 
 
 def _sentences_from_folder(
     folder: Path,
-    wanted: Sequence[tuple[str, ...]],
+    wanted: Mapping[str, tuple[str, ...]],
     check: CheckOfSentence[SpokenSentence],
     report: Report,
 ) -> list[SpokenSentence]:
     """The sentences that `--show` prints, in WAVs numbered as they are printed."""
     found = []
-    for number, words in enumerate(wanted, 1):
+    for number, words in enumerate(wanted.values(), 1):
         path = folder / f"sentence_{number}.wav"
         if path.is_file():
             sentence, fault = check(read_wav(path), words)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.drive.drive_parser import Commands, Run
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks
 
 TAKES = 3
 """Takes of each word, because people do not say a word twice in the same way."""
@@ -29,8 +29,8 @@ def add_enrol(commands: Commands, run: Run) -> None:
         ),
     )
     enrol.add_argument("person", nargs="?", metavar="NAME", help="the person's name, one word, as in 'I am Anna'")
-    enrol.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    enrol.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    add_config(enrol)
+    add_tasks(enrol)
     enrol.add_argument("--state-dir", type=Path, metavar="DIR", help="where takes are kept (default: the settings')")
     enrol.add_argument("--each-word", action="store_true", help="ask for each word of the phrasebook, not sentences")
     enrol.add_argument("--words", metavar="stop,rob", help="ask for these words, not sentences")

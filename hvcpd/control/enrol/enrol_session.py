@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import Protocol, TextIO, TypeVar
@@ -60,7 +60,7 @@ def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: Tex
 
 
 def record_sentences(
-    sentences: Sequence[Words], check: CheckOfSentence[Sentence], stream: SoundStream, out: TextIO
+    sentences: Mapping[str, Words], check: CheckOfSentence[Sentence], stream: SoundStream, out: TextIO
 ) -> list[Sentence]:
     """What `check` makes of each sentence. Raises DeviceError. What was said until an interrupt is kept."""
     found: list[Sentence] = []
@@ -95,15 +95,14 @@ class _Session:
 
     async def lead_sentences(
         self,
-        sentences: Sequence[Words],
+        sentences: Mapping[str, Words],
         check: CheckOfSentence[Sentence],
         found: list[Sentence],
     ) -> None:
-        """Sentence by sentence; one is in `found` as soon as it is good."""
+        """Sentence by sentence, each as it is written, with its words; one is in `found` as soon as it is good."""
         async with self._listening():
             self._out.write(f"{len(sentences)} sentences. Say each one as you would to a robot.\n")
-            for number, words in enumerate(sentences):
-                text = " ".join(words)
+            for number, (text, words) in enumerate(sentences.items()):
                 sentence = await self._ask(f"[{number + 1}/{len(sentences)}] {text}", partial(check, words=words))
                 if sentence is None:
                     self._out.write("this sentence is left out; four are nearly as good as five\n")

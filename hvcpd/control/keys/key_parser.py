@@ -2,37 +2,15 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
-Command = Callable[[argparse.Namespace], int]
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from hvcpd.control.arguments import Commands, Run, add_config, robot_name, whole
 
 MAX_CODES = 500
 """Codes on a sheet; more are never used up."""
 
 
-def _whole(least: int, most: int, what: str = "number") -> Callable[[str], int]:
-    def number(text: str) -> int:
-        if not text.isdecimal() or not text.isascii() or len(text) > 9 or not least <= int(text) <= most:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a {what} from {least} to {most}")
-        return int(text)
-
-    return number
-
-
-def _name(text: str) -> str:
-    from hvcpd.config.names import valid_robot_name
-
-    wrong = valid_robot_name(text)
-    if wrong:
-        raise argparse.ArgumentTypeError(wrong)
-    return text
-
-
-def add_key(commands: _Commands, run: Command) -> None:
+def add_key(commands: Commands, run: Run) -> None:
     """`hvcpctl key ACTION`."""
     key = commands.add_parser("key", help="make, print, change or revoke the team's key for sealed speech")
     actions = key.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")
@@ -47,10 +25,10 @@ def add_key(commands: _Commands, run: Command) -> None:
     parsers = {name: actions.add_parser(name, help=text) for name, text in helps.items()}
     for parser in parsers.values():
         parser.add_argument("--key", type=Path, metavar="FILE", help="the key file (default: the settings')")
-        parser.add_argument("--config", type=Path, metavar="FILE", help="settings (default: /etc/hvcpd/hvcpd.yaml)")
+        add_config(parser)
         parser.set_defaults(run=run)
     rotate, sheet = parsers["rotate"], parsers["sheet"]
-    days, codes, first = _whole(0, 3650, "number of days"), _whole(0, MAX_CODES), _whole(1, 100_000)
+    days, codes, first = whole(0, 3650, "number of days"), whole(0, MAX_CODES), whole(1, 100_000)
     rotate.add_argument(
         "--after", type=days, default=7, metavar="DAYS", help="days until robots speak with the new key (7)"
     )
@@ -65,4 +43,4 @@ def add_key(commands: _Commands, run: Command) -> None:
     sheet.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="write it to this file, which only you can read"
     )
-    parsers["revoke"].add_argument("name", type=_name, metavar="NAME", help="whose voice")
+    parsers["revoke"].add_argument("name", type=robot_name, metavar="NAME", help="whose voice")

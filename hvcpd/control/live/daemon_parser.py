@@ -5,13 +5,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import task_number
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
+from hvcpd.control.arguments import Commands, Run, add_config, port, task_number, whole
 
 EXITS = (
     "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "
@@ -118,7 +114,7 @@ def add_mqtt(commands: Commands, run: Run) -> None:
     )
     add_which(command)
     command.add_argument("--host", required=True, metavar="HOST", help="the broker")
-    command.add_argument("--port", type=int, metavar="N", help="its port (default: 1883, with --tls 8883)")
+    command.add_argument("--port", type=port, metavar="N", help="its port (default: 1883, with --tls 8883)")
     command.add_argument("--user", metavar="NAME", help="user name at the broker")
     command.add_argument("--password-file", type=Path, metavar="FILE", help="a file with that user's password")
     command.add_argument("--tls", action="store_true", help="encrypt, and check the broker's certificate")
@@ -157,7 +153,9 @@ def _add_console(commands: Commands, run: Run) -> None:
         epilog=with_examples(_WHICH + EXITS, "hvcpctl console", "hvcpctl console --replay out/demo"),
     )
     add_which(c)
-    c.add_argument("--port", type=int, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)")
+    c.add_argument(
+        "--port", type=port, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)"
+    )
     c.add_argument("--unix", type=Path, metavar="FILE", help="a UNIX socket instead of a port, for use with a tunnel")
     c.add_argument("--listen", default="127.0.0.1", metavar="ADDRESS", help="address (default: only this computer)")
     c.add_argument("--expose", action="store_true", help="allow an address that other computers can reach, unencrypted")
@@ -183,7 +181,7 @@ def add_completion(commands: Commands, run: Run) -> None:
 
 def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
     """The options that say which daemon is meant."""
-    command.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
+    add_config(command)
     if name:
         command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
     command.add_argument("--socket", type=Path, metavar="FILE", help="the robot with this control socket")
@@ -225,9 +223,11 @@ def _add_task(commands: Commands, run: Run) -> None:
         "--every", metavar="TIME", help="when it is due again: `6 h`, or a rule like `FREQ=DAILY;BYHOUR=8`"
     )
     add.add_argument("--after", metavar="N,N", help="tasks that must be done before it")
-    add.add_argument("--priority", type=int, metavar="0-9", help="of tasks that can be done, the highest comes first")
+    add.add_argument(
+        "--priority", type=whole(0, 9), metavar="0-9", help="of tasks that can be done, the highest comes first"
+    )
     add.add_argument("--deadline", metavar="TIME", help="time after which a due task is late: `30 min`")
-    add.add_argument("--robots", type=int, metavar="N", help="number of robots that carry it out together")
+    add.add_argument("--robots", type=whole(1, 99), metavar="N", help="number of robots that carry it out together")
 
 
 def _add(commands: Commands, name: str, text: str, run: Run, *examples: str) -> argparse.ArgumentParser:

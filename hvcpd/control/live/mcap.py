@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +12,7 @@ from hvcpd.errors import EX_OK, ConfigError, unwritable
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
-from hvcpd.reporting.transcript import read_trails
+from hvcpd.reporting.transcript import objects, read_trails
 
 LAST_S = 2.0**64 / 1e9
 """Seconds that an unsigned 64-bit number of nanoseconds holds (https://mcap.dev/spec, "Message")."""
@@ -47,16 +46,9 @@ def messages_of(recording: Path) -> Iterator[Message]:
 
 
 def _of_lines(path: Path) -> Iterator[Message]:
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(
-            f"{path}: {error}; name a folder of `simulate --report`, or a file of `follow --json`"
-        ) from None
-    for number, line in enumerate(lines, 1):
+    for number, event in objects(path):
+        at_s = event.get("wall_s", event.get("at_s")) if event.get("event") != "summary" else None
         try:
-            event = json.loads(line)
-            at_s = event.get("wall_s", event.get("at_s")) if event.get("event") != "summary" else None
             if at_s is not None:
                 yield from of_event(event, _time_s(at_s))
         except (ValueError, TypeError, KeyError, AttributeError) as error:

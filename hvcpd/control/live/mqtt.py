@@ -68,7 +68,7 @@ class Broker:
     def __enter__(self) -> Broker:
         try:
             self._client.connect(*self._address)
-        except (OSError, ValueError, OverflowError) as error:  # of the latter two: a host or port that cannot be
+        except (OSError, ValueError) as error:  # ValueError: a host or port that cannot be
             host, port = self._address
             raise NotDoneError(f"no MQTT broker answers at {host}, port {port}: {error}") from None
         self._client.loop_start()

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from contextlib import closing
 
-from hvcpd.control.live.transcript import open_transcript, since_wall_s
+from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, ConfigError, unwritable
 from hvcpd.reporting.shift import read_shift
@@ -22,9 +22,10 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     since_s = since_wall_s(options.since, end_s)
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
+        own_tasks = reader.tasks() if isinstance(reader, AskedRows) else None
     speakers = {row.record.speaker for row in rows if row.record.speaker}
     team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
-    shift = read_shift(rows, team.phrasebook, team.tasks.tasks, (since_s, end_s))
+    shift = read_shift(rows, team.phrasebook, own_tasks or team.tasks.tasks, (since_s, end_s))
     if options.html is not None:
         try:
             write_shift(shift, options.html)

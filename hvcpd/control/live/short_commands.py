@@ -24,7 +24,8 @@ def run(options: argparse.Namespace) -> int:
         else:
             sys.stdout.writelines(f"{line}\n" for line in result_lines(options.command, daemon.name, result))
         if result.get("kept") is False:
-            raise NotDoneError(f"{daemon.name} stands still, but may move after a restart: {result['reason']}")
+            after = "stands still, but may move" if result["stopped"] else "takes on tasks, but will stand still"
+            raise NotDoneError(f"{daemon.name} {after} after a restart: {result['reason']}")
     return EX_OK
 
 

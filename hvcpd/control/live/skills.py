@@ -6,7 +6,7 @@ import argparse
 import asyncio
 import signal
 import sys
-from collections.abc import Coroutine, Mapping
+from collections.abc import Coroutine, Iterator, Mapping
 from contextlib import AsyncExitStack, ExitStack, closing, suppress
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.daemon.skill_hosting import offer
 from hvcpd.errors import EX_OK, ConfigError, HvcpdError
+from hvcpd.hardware.gpio import missing
 from hvcpd.skills.checks import faults
 from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.objects import Object, installed, unusable
@@ -32,17 +33,13 @@ def run(options: argparse.Namespace) -> int:
     if wrong := list(faults(settings, tasks, skill_places=loaded.skill_places)):
         raise ConfigError("\n".join(wrong))
     names = offered(settings, tasks)
-    if not names:
-        raise ConfigError("there is no skill to offer: name some under `skills:` in the settings, or install a package")
-    if options.check:
-        objects = {name: unusable(name) for name in names if name not in settings.skills}
-        if broken := [
-            f"skill {name!r}: {why}; fix the package that provides it" for name, why in objects.items() if why
-        ]:
+    if options.check and (known := sorted({*names, *settings.skills})):
+        if broken := list(_broken(names, settings)):
             raise ConfigError("\n".join(broken))
-    if options.check:
-        sys.stdout.writelines(f"ok  {name}: by {_carrier(name, settings)}\n" for name in names)
+        sys.stdout.writelines(f"ok  {name}: by {_carrier(name, settings)}\n" for name in known)
         return EX_OK
+    if not names:
+        raise ConfigError(f"there is no skill to offer here: {_elsewhere(settings, tasks)}")
     with closing(find_daemon(options)) as daemon:
         path = daemon.path
         sys.stdout.write(f"Carrying out {', '.join(names)} for {daemon.name}; Ctrl-C ends it.\n")
@@ -52,11 +49,33 @@ def run(options: argparse.Namespace) -> int:
     return EX_OK
 
 
+def _broken(names: tuple[str, ...], settings: Settings) -> Iterator[str]:
+    """What packages and pins lack, with the remedy."""
+    for name in names:
+        skill = settings.skills.get(name)
+        if skill is None and (why := unusable(name)):
+            yield f"skill {name!r}: {why}; fix the package that provides it"
+        if skill is not None and skill.gpio is not None and (why := missing()):
+            yield f"skills.{name}.gpio: pin {skill.gpio.pin} cannot be used: {why}"
+
+
+def _elsewhere(settings: Settings, tasks: TaskRepository) -> str:
+    """Who has the skills that this command does not carry out, or how to have one."""
+    if settings.skills:
+        return "; ".join(f"{name} is done by {_carrier(name, settings)}" for name in settings.skills)
+    declared = ", ".join(skill.name for skill in tasks.skills) or "some"
+    return f"name {declared} under `skills:` in the settings, or install a package"
+
+
 def _carrier(name: str, settings: Settings) -> str:
     """What carries a skill out, in words."""
     skill = settings.skills.get(name)
     if skill is None:
         return "an installed Python package"
+    if skill.joint is not None:
+        return f"joint {skill.joint.id}, which hvcpd itself moves"
+    if skill.ros is not None:
+        return f"the action {skill.ros.action}, through `hvcpctl ros`"
     return f"pin {skill.gpio.pin}" if skill.gpio is not None else f"the program {skill.run[0]}"
 
 

@@ -50,6 +50,8 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
             raise ConfigError(f"--place: {options.place[:40]!r} is not x and y in metres; write for example 1.2,0.5")
         task["place"] = dict(zip(("x_m", "y_m"), parts, strict=True))
         actions = actions if "go to place" in actions else ["go to place", *actions]
+    if not actions:
+        raise ConfigError("what is to be done? give a place, or an action, for example --action wait=5")
     task["actions"] = actions
     if options.after is not None:
         task["after"] = [_value(part, "--after") for part in options.after.split(",")]

@@ -12,9 +12,10 @@ from contextlib import closing
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from hvcpd.config.settings_file import load_settings
+from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
@@ -24,14 +25,6 @@ POLL_S = 0.2
 """Interval at which `--follow` looks for new lines: a sentence lasts seconds."""
 
 _UNITS_S = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}
-
-
-class Rows(Protocol):
-    """A transcript that can be read; the methods are `TranscriptReader`'s."""
-
-    def rows(self, after: int = 0, since_wall_s: float = float("-inf")) -> tuple[TranscriptRow, ...]: ...
-
-    def close(self) -> None: ...
 
 
 class AskedRows:
@@ -50,12 +43,17 @@ class AskedRows:
                 return tuple(found)
             found += [_row(each) for each in page]
 
+    def tasks(self) -> tuple[TaskDefinition, ...]:
+        """The numbers, names and icons of the robot's tasks, which need not be those of the settings here."""
+        found = self._daemon.ask("tasks")["tasks"]
+        return tuple(TaskDefinition(each["number"], each["name"], None, (), each["icon"]) for each in found)
+
     def close(self) -> None:
         """Close the connection."""
         self._daemon.close()
 
 
-def open_transcript(options: argparse.Namespace) -> Rows:
+def open_transcript(options: argparse.Namespace) -> AskedRows | TranscriptReader:
     """The memory that the options select: the given file, the running robot's, or that of the robot in the settings."""
     if options.memory is not None:
         return TranscriptReader(Path(options.memory))

@@ -3,23 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
+from hvcpd.control.arguments import Commands, Run, add_config, robot_names, sound_out
 from hvcpd.errors import did_you_mean
 
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-
-def add_voices(
-    commands: _Commands,
-    run: Callable[[argparse.Namespace], int],
-    names: Callable[[str], tuple[str, ...]],
-    sound_out: Callable[[str], Path],
-) -> None:
-    """Add the command; `names` and `sound_out` read robots' names and where sound goes."""
+def add_voices(commands: Commands, run: Run) -> None:
+    """Add `voices`."""
     c = commands.add_parser(
         "voices",
         help="compare the voices that robots have, and play them",
@@ -31,10 +22,9 @@ def add_voices(
     c.add_argument("voices", nargs="*", type=_voice, metavar="VOICE", help="voices to compare (default: all eight)")
     c.add_argument("--natural", action="store_true", help="natural voices, whatever `synthesizer` the settings have")
     c.add_argument("--text", default="Hi all, I am here, water the yellow rose", help="what they say")
-    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    c.add_argument(
-        "--names", type=names, metavar="Rob,Bot", help="show which robots have each voice (default: the settings')"
-    )
+    add_config(c)
+    whose = "show which robots have each voice (default: the settings')"
+    c.add_argument("--names", type=robot_names, metavar="Rob,Bot", help=whose)
     text = "write a WAV instead of using the loudspeaker; - for a pipe"
     c.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help=text)
     c.add_argument("--silent", action="store_true", help="only compare; play nothing")

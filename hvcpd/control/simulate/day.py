@@ -13,7 +13,7 @@ from datetime import timedelta
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
-from hvcpd.control.simulate.team import Team
+from hvcpd.control.simulate.team import Team, lacked_skills
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, unwritable
 from hvcpd.language import messages as m
@@ -58,17 +58,15 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
         except OSError as error:
             raise AudioFileError(f"--report: {unwritable(path, error, 'name another directory')}") from None
     sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
+    if not shift.due:
+        sys.stderr.write(f"hvcpctl: note: within {options.hours:g} h of Monday, 00:00, nothing is due\n")
     good = all(each.became in ("done", "done late", "to be done") for each in shift.due)
     return EX_OK if good else EX_FAILURE
 
 
 def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> WordPlan:
     skills = frozenset(skill.name for skill in team.tasks.skills)
-    known = {robot.lower(): robot for robot in options.robots}
-    lacked: dict[str, frozenset[str]] = {}
-    for robot, skill in options.without:
-        name = known.get(robot.lower(), robot)
-        lacked[name] = lacked.get(name, frozenset()) | {skill}
+    lacked = lacked_skills(options.without, options.robots, skills)
     return WordPlan(
         options.robots,
         team.tasks.tasks,

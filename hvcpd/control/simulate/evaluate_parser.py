@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
-_Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-
-
-def _count(text: str) -> int:
-    if not text.isdecimal() or not 1 <= int(text[:9]) <= 100_000:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 to 100000")
-    return int(text)
+from hvcpd.control.arguments import Commands, Run, seed, whole
 
 
-def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], seed: Callable[[str], int]) -> None:
-    """Add the command; `seed` reads a seed."""
+def add_evaluate(commands: Commands, run: Run) -> None:
+    """Add `evaluate`."""
     from hvcpd.evaluation.experiments import NAMES
 
+    count = whole(1, 100_000)
     c = commands.add_parser(
         "evaluate",
         help="run the paper's experiments in a simulated room",
@@ -27,15 +19,15 @@ def add_evaluate(commands: _Commands, run: Callable[[argparse.Namespace], int], 
     )
     one_of = f"one of {', '.join(NAMES)}, or all"
     c.add_argument("experiment", choices=(*NAMES, "all"), metavar="EXPERIMENT", help=one_of)
-    c.add_argument("--jobs", type=_count, metavar="N", help="processes (default: one for each core)")
+    c.add_argument("--jobs", type=count, metavar="N", help="processes (default: one for each core)")
     c.add_argument("--scheduler", metavar="ADDRESS", help="dask cluster to run on, such as tcp://10.0.0.1:8786")
     c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")
     c.add_argument(
-        "--trials", type=_count, default=20, metavar="N", help="trials at each step (default 20, as in the paper)"
+        "--trials", type=count, default=20, metavar="N", help="trials at each step (default 20, as in the paper)"
     )
     c.add_argument(
         "--missions",
-        type=_count,
+        type=count,
         metavar="N",
         help="missions of whole robots at each step (default: as trials, 1 with --quick)",
     )

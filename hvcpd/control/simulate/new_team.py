@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import shlex
 import sys
 import tempfile
 from collections.abc import Callable
@@ -17,15 +18,17 @@ from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
 from hvcpd.config.skills import valid_key
 from hvcpd.config.task_file import MAX_DISTANCE_M, MAX_TASKS
 from hvcpd.config.tasks import TENDING
-from hvcpd.control.simulate.team import load_team, vocabulary_cache
+from hvcpd.control.simulate.team import load_team, refuse_same_sound, vocabulary_cache
 from hvcpd.errors import EX_OK, ConfigError, unwritable
 from hvcpd.reporting.files import write_whole
+from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_fault
 
 BUILT_IN = {"wait": "seconds", **dict.fromkeys(TENDING, "seconds"), "dock": "", "turn": "degrees", "forward": "metres"}
 """Actions of every robot at a place, and the number that each takes."""
 USUAL_DEED = "wait 5"
 MISSING = "this is not a terminal: give --robots and --task, as `hvcpctl new-team --help` shows"
+ENDED = "the input has ended; answer again, or give --robots and --task"
 
 Given = TypeVar("Given")
 
@@ -64,7 +67,8 @@ class Console:
             except ConfigError as error:
                 self.tell(f"  {error}\n")
             except EOFError:
-                raise ConfigError(MISSING) from None
+                self.tell("\n")
+                raise ConfigError(ENDED) from None
 
 
 def run(options: argparse.Namespace, console: Console | None = None) -> int:
@@ -83,23 +87,27 @@ def run(options: argparse.Namespace, console: Console | None = None) -> int:
     tasks: list[TaskAnswer] = []
     for text in options.task or ():
         tasks.append(read_task(text, skills, tasks))
-    if not tasks:
+    if tasks:
+        _check(robots, skills, tasks)
+    else:
         skills = skills or _ask_skills(console)
-        tasks = _ask_tasks(console, skills)
-    settings_text, tasks_text = settings_of(robots, skills), tasks_of(folder, robots, skills, tasks)
-    _check(robots, settings_text, tasks_text)
+        tasks = _ask_tasks(console, robots, skills)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / "tasks.yaml", tasks_text.encode())
-        write_whole(folder / "hvcpd.yaml", settings_text.encode())
+        write_whole(folder / "tasks.yaml", tasks_of(folder, skills, tasks).encode())
+        write_whole(folder / "hvcpd.yaml", settings_of(robots, skills).encode())
     except OSError as error:
         raise ConfigError(unwritable(folder, error, "name another folder")) from None
-    words = ["simulate", "--config", str(folder / "hvcpd.yaml"), "--robots", ",".join(robots)]
-    sys.stdout.write(f"{folder}: hvcpd.yaml and tasks.yaml; to simulate this team:\n  hvcpctl {' '.join(words)}\n")
+    words = _to_simulate(folder)
+    sys.stdout.write(f"{folder}: hvcpd.yaml and tasks.yaml; to simulate this team:\n  {shlex.join(words)}\n")
     wanted = options.demo
     if wanted is None and is_asked:
         wanted = console.answer("Simulate it now? (y, n)", _read_yes, "y")
-    return _simulate(words) if wanted else EX_OK
+    return _simulate(words[1:]) if wanted else EX_OK
+
+
+def _to_simulate(folder: Path) -> list[str]:
+    return ["hvcpctl", "simulate", "--config", str(folder / "hvcpd.yaml")]
 
 
 def _ask_skills(console: Console) -> list[SkillAnswer]:
@@ -107,7 +115,8 @@ def _ask_skills(console: Console) -> list[SkillAnswer]:
     return console.answer(question, lambda text: [read_skill(each) for each in text.split(",") if each.strip()])
 
 
-def _ask_tasks(console: Console, skills: list[SkillAnswer]) -> list[TaskAnswer]:
+def _ask_tasks(console: Console, robots: tuple[str, ...], skills: list[SkillAnswer]) -> list[TaskAnswer]:
+    """Each is checked beside those before it, so that no answer is lost for a later one."""
     deeds = ", ".join([*(f"{each.name} {each.parameter}".strip() for each in skills), *BUILT_IN])
     console.tell(f'Write a task as "water the green rose; -3, -4; {USUAL_DEED}": name; place in metres; what to do.\n')
     console.tell(f"What robots can do: {deeds}.\n")
@@ -116,7 +125,9 @@ def _ask_tasks(console: Console, skills: list[SkillAnswer]) -> list[TaskAnswer]:
     def read(text: str) -> TaskAnswer | None:
         if not text and tasks:
             return None
-        return read_task(text, skills, tasks)
+        task = read_task(text, skills, tasks)
+        _check(robots, skills, [*tasks, task])
+        return task
 
     while len(tasks) < MAX_TASKS:
         found = console.answer(f"Task {len(tasks) + 1}{' (Enter: no more)' if tasks else ''}", read)
@@ -140,6 +151,7 @@ def read_robots(text: str) -> tuple[str, ...]:
         raise ConfigError(fault)
     if not names:
         raise ConfigError("give at least one name, as in: Rob, Bot")
+    refuse_same_sound(names, Lexicon.load())
     return names
 
 
@@ -211,12 +223,12 @@ def settings_of(robots: tuple[str, ...], skills: list[SkillAnswer]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def tasks_of(folder: Path, robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> str:
+def tasks_of(folder: Path, skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> str:
     """The task file, the same for all robots."""
     lines = [
         "# The team's tasks. All robots have this file.",
         "#",
-        f"#     hvcpctl simulate --config {folder / 'hvcpd.yaml'} --robots {','.join(robots)}",
+        f"#     {shlex.join(_to_simulate(folder))}",
     ]
     lines += ["skills:"] if skills else []
     for each in skills:
@@ -233,19 +245,19 @@ def tasks_of(folder: Path, robots: tuple[str, ...], skills: list[SkillAnswer], t
     return "\n".join(lines) + "\n"
 
 
-def _check(robots: tuple[str, ...], settings: str, tasks: str) -> None:
+def _check(robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> None:
     """Check that a robot would accept both files, and could tell all their words apart. Raises ConfigError."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "hvcpd.yaml").write_text(settings)
-        (folder / "tasks.yaml").write_text(tasks)
+        (folder / "hvcpd.yaml").write_text(settings_of(robots, skills))
+        (folder / "tasks.yaml").write_text(tasks_of(folder, skills, tasks))
         try:
             team = load_team(argparse.Namespace(config=folder / "hvcpd.yaml", tasks=None), robots)
             found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
             if why := refusal(found, team.settings.tasks, allowable=False):
                 raise ConfigError(why)
         except ConfigError as error:
-            raise ConfigError(f"nothing is written: {str(error).replace(f'{folder}/', '')}") from None
+            raise ConfigError(str(error).replace(f"{folder}/", "")) from None
 
 
 def _simulate(words: list[str]) -> int:

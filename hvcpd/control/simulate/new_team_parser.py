@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
 from hvcpd.config.command_line import with_examples
+from hvcpd.control.arguments import Commands, Run, robot_names
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-
-def add_new_team(
-    commands: Commands, run: Callable[[argparse.Namespace], int], names: Callable[[str], tuple[str, ...]]
-) -> None:
+def add_new_team(commands: Commands, run: Run) -> None:
     """Add `new-team`."""
     command = commands.add_parser(
         "new-team",
@@ -27,7 +21,7 @@ def add_new_team(
         ),
     )
     command.add_argument("folder", type=Path, metavar="FOLDER", help="where hvcpd.yaml and tasks.yaml are written")
-    command.add_argument("--robots", type=names, metavar="Rob,Bot", help="the robots' names")
+    command.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help="the robots' names")
     skill = "a skill besides driving, and its number, if any; may be repeated"
     command.add_argument("--skill", action="append", metavar="'NAME [NUMBER]'", help=skill)
     task = "a task's name, its place in metres, and what to do there (default: wait 5); may be repeated"

@@ -24,9 +24,9 @@ from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
-from hvcpd.control.simulate.team import Team, load_team, vocabulary_cache
+from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, vocabulary_cache
 from hvcpd.coordination.actions import Speech, Talk
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, did_you_mean, unwritable
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
@@ -45,7 +45,8 @@ Pace = Callable[[float, Samples], None]
 
 def run(options: argparse.Namespace) -> int:
     """Run the mission, show it, write the report; returns 0 only if every task was done exactly once."""
-    robots: tuple[str, ...] = options.robots
+    robots: tuple[str, ...] = options.robots or robots_of(options)
+    options.robots = robots
     if len(robots) > MAX_ROBOTS:
         raise ConfigError(f"--robots: {len(robots)} is too many; at most {MAX_ROBOTS}")
     keys = _keys(options)
@@ -60,6 +61,7 @@ def run(options: argparse.Namespace) -> int:
         sealed=keys is not None,
         encrypted=options.encrypted,
     )
+    options.pick, options.talk = options.pick or team.settings.pick, options.talk or team.settings.talk
     if options.hours is not None:
         if options.report is not None:
             _make_directory(options.report)
@@ -112,13 +114,8 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
     if wrong := list(faults(team.settings, team.tasks, programs_too=False)):
         raise ConfigError("\n".join(wrong))
     skills = {name: usual_devices(team.tasks, team.settings.skills, options.tank) for name in robots}
-    known = {robot.lower(): robot for robot in robots}
-    for robot, skill in options.without:
-        if robot.lower() not in known:
-            raise ConfigError(f"--without: {did_you_mean(robot, robots)}")
-        if skill not in skills[known[robot.lower()]]:
-            raise ConfigError(f"--without: {robot} has no skill {skill!r}; {did_you_mean(skill, skills[robots[0]])}")
-        del skills[known[robot.lower()]][skill]
+    for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]]).items():
+        skills[robot] = {name: fake for name, fake in skills[robot].items() if name not in lacked}
     return skills
 
 

@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
 
-from hvcpd.control import arguments
-
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, lack, robot_names, seed
 
 
-def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -> None:
+def add_simulate(commands: Commands, run: Run) -> None:
     """Add `simulate`."""
     c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
-    c.add_argument("--config", type=Path, metavar="FILE", help="settings file (default: /etc/hvcpd/hvcpd.yaml)")
-    c.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
-    c.add_argument(
-        "--robots",
-        type=arguments.robot_names,
-        default=("Rob", "Bot"),
-        metavar="Rob,Bot",
-        help="who takes part (up to 12)",
-    )
-    c.add_argument("--seed", type=arguments.seed, default=1, metavar="N", help="same seed, same mission (default 1)")
+    add_config(c)
+    add_tasks(c)
+    who = "who takes part, up to 12 (default: the settings' `names`)"
+    c.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help=who)
+    c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same mission (default 1)")
     c.add_argument(
         "--mode",
         choices=("volunteer", "coordinate"),
@@ -32,18 +23,19 @@ def add_simulate(commands: Commands, run: Callable[[argparse.Namespace], int]) -
         help="every robot picks tasks, or one gives orders",
     )
     c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
-    c.add_argument("--pick", choices=("nearest", "random"), default="nearest", help="how a volunteer picks a task")
-    talk = "how much the robots say (default normal)"
-    c.add_argument("--talk", choices=("full", "normal", "terse"), default="normal", help=talk)
+    pick = "how a volunteer picks a task (default: the settings')"
+    c.add_argument("--pick", choices=("nearest", "random"), help=pick)
+    talk = "how much the robots say (default: the settings')"
+    c.add_argument("--talk", choices=("full", "normal", "terse"), help=talk)
     hours = "simulate N hours of tasks that recur, in words without sound, and report on the shift"
-    c.add_argument("--hours", type=arguments.between(0.1, 24.0 * 31), metavar="N", help=hours)
+    c.add_argument("--hours", type=between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
-    c.add_argument("--loss", type=arguments.between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
+    c.add_argument("--loss", type=between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
     c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
     c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
     c.add_argument(
         "--noise-db",
-        type=arguments.level_db,
+        type=between(-200.0, 200.0, "dB"),
         default=40.0,
         metavar="DB",
         help="ambient noise in dB SPL (default 40, a quiet room)",
@@ -73,10 +65,10 @@ def _add_robots_options(c: argparse.ArgumentParser) -> None:
     c.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=key)
     c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
     tank = "give each robot a pump and this much water"
-    c.add_argument("--tank", type=arguments.between(0.0, 1000.0), metavar="LITRES", help=tank)
+    c.add_argument("--tank", type=between(0.0, 1000.0), metavar="LITRES", help=tank)
     c.add_argument(
         "--without",
-        type=arguments.lack,
+        type=lack,
         action="append",
         default=[],
         metavar="ROBOT=SKILL",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -13,16 +13,17 @@ from typing import TYPE_CHECKING
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings import Settings
-from hvcpd.config.settings_file import load_settings
+from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.errors import ConfigError, VocabularyError
+from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people import PEOPLE_FOLDER
 from hvcpd.synthesis.likeness import name_fault, sounds_alike
 
 if TYPE_CHECKING:
     from hvcpd.people.enrolled import Person
+    from hvcpd.synthesis.lexicon import Lexicon
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def load_team(
     people = {key: person for key, person in people.items() if key in known}
     used = tuple(known.values())
     if not allow_confusable:
-        _refuse_same_sound(used, sound)
+        refuse_same_sound(used, sound.lexicon)
     if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
         raise ConfigError(fault)
     security = settings.security
@@ -81,6 +82,33 @@ def load_team(
     return Team(settings, tasks, used, phrasebook, sound, people)
 
 
+def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
+    """The robots that the settings name, without enrolled people. Raises ConfigError."""
+    loaded = load_with_sources(options.config, name_needed=False)
+    settings, source = loaded.settings, {each.key: each.source for each in loaded.sources}["name"]
+    own = () if source == "default" else (settings.name,)
+    people = _enrolled(settings)
+    named = {name.lower(): name for name in (*settings.names, *own)}
+    return tuple(name for key, name in named.items() if key not in people)
+
+
+def lacked_skills(
+    without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str]
+) -> dict[str, frozenset[str]]:
+    """By the names of `robots`, which of the `skills` each lacks. Raises ConfigError for another robot or skill."""
+    known = {robot.lower(): robot for robot in robots}
+    lacked: dict[str, frozenset[str]] = {}
+    for robot, skill in without:
+        name = known.get(robot.lower())
+        if name is None:
+            raise ConfigError(f"--without: {robot} does not take part; {did_you_mean(robot, robots)}")
+        if skill not in skills:
+            remedy = did_you_mean(skill, skills) if skills else "declare it under `skills:` in the task file"
+            raise ConfigError(f"--without: {name} has no skill {skill!r}; {remedy}")
+        lacked[name] = lacked.get(name, frozenset()) | {skill}
+    return lacked
+
+
 def _enrolled(settings: Settings) -> dict[str, Person]:
     """People whose voices are known, by name in lower case."""
     if settings.voices == "robots" or not (settings.state_dir / PEOPLE_FOLDER).is_dir():
@@ -90,9 +118,9 @@ def _enrolled(settings: Settings) -> dict[str, Person]:
     return enrolled_people(settings.state_dir)[0]
 
 
-def _refuse_same_sound(names: Sequence[str], sound: Sound) -> None:
+def refuse_same_sound(names: Sequence[str], lexicon: Lexicon) -> None:
     """Raises ConfigError for the first two names that are pronounced alike."""
-    said = {name: set(sound.lexicon.sounds(name)) for name in names}
+    said = {name: set(lexicon.sounds(name)) for name in names}
     for first, second in combinations(names, 2):
         if said[first] & said[second]:
             raise ConfigError(f"the names {first!r} and {second!r} sound the same; choose another for one of them")
