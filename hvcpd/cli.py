@@ -79,7 +79,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
 
 
 def _start(options: argparse.Namespace, devices: Devices | None) -> int:
-    from hvcpd.daemon.allocator import load_libraries, tune_allocator
+    from hvcpd.daemon.allocator import exempt_modules, load_libraries, tune_allocator
 
     tune_allocator()
     load_libraries()  # before anything else loads them
@@ -118,6 +118,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.reloading import Rereading
 
+    exempt_modules()
     rereading = Rereading(loaded.sources, read_again, set_log, options.allow_confusable)
     return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter)
 
