@@ -12,7 +12,8 @@ llvm/lib/Target/AArch64/AArch64SchedA53.td). The others are chosen: its two inst
 make up for caches that miss and operands that are late. The intervals are that factor, not a spread of runs.
 
 `--memory` counts no instructions, but the resident pages of the whole daemon while it listens to a quiet room: at
-READY, and later, while it makes ready what noise may hide. They are counted, not estimated.
+READY, and later, while it makes ready what noise may hide; and at READY of a later start. They are counted, not
+estimated.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -73,34 +75,35 @@ class Counted:
 
 
 def print_memory(root: Path) -> None:
-    """Start the daemon, and print its resident memory while it listens."""
+    """Start the daemon twice, and print its resident memory while it listens."""
     with tempfile.TemporaryDirectory(prefix="hvcpd-pi-") as place:
-        folder, notified = Path(place), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        notified.bind(str(folder / "notify"))
-        notified.settimeout(PATIENCE_S)
+        folder = Path(place)
         (folder / "state").mkdir()
         config = folder / "hvcpd.yaml"
         config.write_text(f"name: Rob\nstate_dir: {folder / 'state'}\nwheels: {{driver: none}}\n")
-        environment = {**arm64.environment(root), "NOTIFY_SOCKET": str(folder / "notify")}
-        environment["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
-        robot = subprocess.Popen(
-            arm64.command(root, ["-m", "tests.daemon.quiet_robot", "--mode", "follow", "--config", str(config)]),
-            env=environment,
-            cwd=root,
-        )
-        try:
-            while b"READY=1" not in notified.recv(65_536):
-                pass
-            for after_s in SETTLED_S:
-                time.sleep(after_s)
-                print(
-                    f"{f'resident, listening, {after_s:g} s later':<48}{arm64.resident_mb(robot.pid):8.1f} MB",
-                    flush=True,
-                )
-        finally:
-            robot.kill()
-            robot.wait()
-            notified.close()
+        with closing(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)) as notified:
+            notified.bind(str(folder / "notify"))
+            notified.settimeout(PATIENCE_S)
+            print_start(root, config, notified, "first start", SETTLED_S)
+            print_start(root, config, notified, "later start", (0.0,))
+
+
+def print_start(root: Path, config: Path, notified: socket.socket, which: str, settled_s: Sequence[float]) -> None:
+    """Start the daemon, and print its resident memory at READY and later."""
+    environment = {**arm64.environment(root), "NOTIFY_SOCKET": str(config.with_name("notify"))}
+    environment["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
+    program = ["-m", "tests.daemon.quiet_robot", "--mode", "follow", "--config", str(config)]
+    robot = subprocess.Popen(arm64.command(root, program), env=environment, cwd=root)
+    try:
+        while b"READY=1" not in notified.recv(65_536):
+            pass
+        for after_s in settled_s:
+            time.sleep(after_s)
+            text = f"resident, listening, {which}, {after_s:g} s later"
+            print(f"{text:<48}{arm64.resident_mb(robot.pid):8.1f} MB", flush=True)
+    finally:
+        robot.kill()
+        robot.wait()
 
 
 def main() -> None:

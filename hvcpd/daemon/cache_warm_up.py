@@ -19,6 +19,7 @@ from hvcpd.assembly.sound import Sound
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
+from hvcpd.synthesis.voices import Voice
 
 LOGGED_EVERY_S = 5.0
 """Between two lines in the log. A start with all words there takes less, and has none."""
@@ -135,8 +136,8 @@ class CacheWarmUp:
         """Templates of spelled letters, the peers' waveforms, and the own words at the other rate, to repeat something
         slowly. At last, delete what nobody has needed for long."""
         letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
-        all_voices = self._all_voices().items()
-        self._run([Chore(f"letters in the voice {name}", letters, s.templates) for name, s in all_voices], go_on)
+        voices = self._sound.every_voice()
+        self._run([Chore(f"letters in the voice {each.name}", letters, self._in_voice(each)) for each in voices], go_on)
         robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))
         self._preparation.ended()
         self.at_the_other_rate(go_on)
@@ -160,9 +161,9 @@ class CacheWarmUp:
         if self._sound.cache is not None:
             self._preparation.run(chores, go_on)
 
-    def _all_voices(self) -> dict[str, Speaker]:
-        sound = self._sound
-        return {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in sound.every_voice()}
+    def _in_voice(self, voice: Voice) -> Callable[[str], object]:
+        """What renders the templates of a word; by a speaker for it alone, as one for all would keep 2 MB."""
+        return lambda word: Speaker(voice, self._sound.lexicon, self._sound.cache).templates(word)
 
     def _n_waveforms(self) -> int:
         """Steps of `Robot.prepare`, as far as that is known before."""

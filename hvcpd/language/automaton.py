@@ -68,46 +68,55 @@ class _Nfa:
         return frozenset(seen), pause
 
 
+@dataclass
+class _Subsets:
+    """The network's nodes for sets of the automaton's states, which end a sentence in `ends`."""
+
+    nfa: _Nfa
+    ends: set[int]
+    nodes: dict[frozenset[int], int] = field(default_factory=dict)
+    merged: dict[tuple[object, ...], int] = field(default_factory=dict)
+    arcs: list[Arc] = field(default_factory=list)
+    finals: set[int] = field(default_factory=set)
+    pauses: set[int] = field(default_factory=set)
+
+    def visit(self, states: frozenset[int]) -> int | None:
+        """The network's node for a set of states; None where no sentence can end from here."""
+        if states in self.nodes:
+            return self.nodes[states]
+        closed, pause = self.nfa.closure(states)
+        following: dict[str, set[int]] = {}
+        for state in closed:
+            for word, target in self.nfa.steps[state]:
+                following.setdefault(word, set()).add(target)
+        out = [(word, self.visit(frozenset(targets))) for word, targets in sorted(following.items())]
+        live = tuple((word, target) for word, target in out if target is not None)
+        final = bool(closed & self.ends)
+        if not live and not final:
+            return None
+        signature = (live, final, pause and bool(live))
+        if signature not in self.merged:
+            node = self.merged[signature] = len(self.merged)
+            self.arcs.extend(Arc(node, target, word) for word, target in live)
+            if final:
+                self.finals.add(node)
+            if pause and live:
+                self.pauses.add(node)
+        self.nodes[states] = self.merged[signature]
+        return self.nodes[states]
+
+
 def build_graph(patterns: Sequence[Node], slots: SlotValues) -> WordGraph:
     """The minimal deterministic network of all sentences of the patterns."""
     nfa = _Nfa()
     start = nfa.state()
     ends = {nfa.add(pattern, start, slots) for pattern in patterns}
-    subsets: dict[frozenset[int], int] = {}
-    merged: dict[tuple[object, ...], int] = {}
-    arcs: list[Arc] = []
-    finals: set[int] = set()
-    pauses: set[int] = set()
-
-    def visit(states: frozenset[int]) -> int | None:
-        """The network's node for a set of states; None where no sentence can end from here."""
-        if states in subsets:
-            return subsets[states]
-        closed, pause = nfa.closure(states)
-        following: dict[str, set[int]] = {}
-        for state in closed:
-            for word, target in nfa.steps[state]:
-                following.setdefault(word, set()).add(target)
-        out = [(word, visit(frozenset(targets))) for word, targets in sorted(following.items())]
-        live = tuple((word, target) for word, target in out if target is not None)
-        final = bool(closed & ends)
-        if not live and not final:
-            return None
-        signature = (live, final, pause and bool(live))
-        if signature not in merged:
-            node = merged[signature] = len(merged)
-            arcs.extend(Arc(node, target, word) for word, target in live)
-            if final:
-                finals.add(node)
-            if pause and live:
-                pauses.add(node)
-        subsets[states] = merged[signature]
-        return subsets[states]
-
-    root = visit(frozenset({start}))
+    found = _Subsets(nfa, ends)
+    root = found.visit(frozenset({start}))
     if root is None:
         raise ValueError("the patterns make no sentence")
-    return with_letters(WordGraph(len(merged), tuple(arcs), root, frozenset(finals), frozenset(pauses)))
+    finals, pauses = frozenset(found.finals), frozenset(found.pauses)
+    return with_letters(WordGraph(len(found.merged), tuple(found.arcs), root, finals, pauses))
 
 
 def expected_after(graph: WordGraph, words: Sequence[str]) -> tuple[int, frozenset[str]]:

@@ -12,6 +12,9 @@ from hvcpd.daemon.allocator import load_libraries
 load_libraries()  # as hvcpd itself does, before anything else loads them
 
 import asyncio
+import random
+from collections.abc import Iterator
+from itertools import cycle
 
 import numpy as np
 
@@ -24,6 +27,15 @@ from tests.daemon.two_cards import BLOCK, TwoCards
 
 NOISE = 1e-4
 """Amplitude of the microphone's own noise: -80 dBFS."""
+N_NOISE_BLOCKS = 100
+"""Of noise, 2.5 s, after which it begins again."""
+
+
+def noise_blocks() -> Iterator[Samples]:
+    """Yield noise for ever. Not NumPy's, whose generators are 3 MB that the daemon has only while it renders words."""
+    rng = random.Random(1)
+    blocks = [np.array([rng.gauss(0.0, NOISE) for _ in range(BLOCK)], np.float32) for _ in range(N_NOISE_BLOCKS)]
+    return cycle(blocks)
 
 
 class QuietRoom:
@@ -34,7 +46,7 @@ class QuietRoom:
     def __init__(self, _: AudioSettings) -> None:
         self.counters = StreamCounters()
         self._due_s = 0.0
-        self._noise = np.random.default_rng(1)
+        self._noise = noise_blocks()
 
     async def open(self, afresh: bool = False) -> None:
         """Nothing to open."""
@@ -47,7 +59,7 @@ class QuietRoom:
         """The next block, when its time has come: this is a process, and programs ask it by the real clock."""
         self._due_s += BLOCK / SAMPLE_RATE_HZ
         await asyncio.sleep(max(self._due_s - asyncio.get_running_loop().time(), 0.0))
-        return (NOISE * self._noise.standard_normal(BLOCK)).astype(np.float32)
+        return next(self._noise).copy()
 
     def write(self, samples: Samples) -> None:
         """Into the void."""

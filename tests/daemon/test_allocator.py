@@ -1,9 +1,12 @@
-"""The daemon's memory: what it must not load."""
+"""The daemon's memory: what it must not load, and what it gives back."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
+import weakref
+
+from hvcpd.daemon.allocator import give_back_memory
 
 _PROBE = """
 import sys
@@ -27,3 +30,22 @@ def test_what_was_loaded_before_stays() -> None:
     )
     probe += "assert again is ssl and sys.modules['asyncio'].sslproto.ssl is ssl"
     subprocess.run([sys.executable, "-c", probe], timeout=120, check=True)
+
+
+def test_what_only_refers_to_itself_is_given_back_too() -> None:
+    class Speaker:
+        def __init__(self) -> None:
+            self.cache = self.render
+
+        def render(self) -> None: ...
+
+    gone = weakref.ref(Speaker())
+    give_back_memory()
+    assert gone() is None
+
+
+def test_a_collection_does_not_look_at_modules() -> None:
+    probe = "import gc, hvcpd.daemon.main_loop; from hvcpd.daemon.allocator import exempt_modules; exempt_modules(); "
+    probe += "print(len(gc.get_objects()))"
+    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, timeout=120, check=True)
+    assert int(done.stdout) < 1_000

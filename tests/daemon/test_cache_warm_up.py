@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import itertools
 import random
 from collections.abc import Iterable
 from dataclasses import replace
@@ -19,6 +21,7 @@ from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Prepa
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 
 
@@ -131,3 +134,25 @@ def test_what_others_make_is_counted() -> None:
     assert work.texts[-1] == "preparing words: sentences, 40 of 40"
     assert len(logs) == 40 // LOGGED_EVERY_S
     assert work.preparation.text is None
+
+
+@pytest.mark.slow
+def test_speakers_of_spelled_letters_end_with_them(tmp_path: Path, units: Path) -> None:
+    plan, sound = planned(tmp_path, UnitCache(units))
+    alive: list[int] = []
+
+    def count(text: str) -> None:
+        if "others' sentences" in text and not alive:
+            alive.append(speakers())
+
+    warm_up = CacheWarmUp(plan, sound, Preparation(count, itertools.count().__next__))
+    robot = make_robot(plan, sound)
+    before = speakers()
+    warm_up.the_rest(robot, lambda: not alive)
+    assert alive == [before]
+
+
+def speakers() -> int:
+    """Speakers that are in use."""
+    gc.collect()
+    return sum(isinstance(each, Speaker) for each in gc.get_objects())

@@ -1,5 +1,6 @@
 """The phrasebook: one source for saying, hearing, understanding and printing."""
 
+import gc
 import random
 
 import pytest
@@ -304,3 +305,14 @@ def test_the_card_has_every_form_and_word() -> None:
             "half a metre",
         ):
             assert word in page
+
+
+def test_a_new_word_network_leaves_nothing_that_only_a_garbage_collection_frees() -> None:
+    book = Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), ROSES, (1, 2)))
+    gc.collect()
+    gc.disable()
+    try:
+        assert book.marked_graph.words
+        assert gc.collect() == 0
+    finally:
+        gc.enable()

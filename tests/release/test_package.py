@@ -33,7 +33,8 @@ def test_its_contents_are_roots_and_where_debian_wants_them(package: Path) -> No
     packed = {path for path in FILES.values() if not path.endswith("CHANGELOG.md")}
     assert {f"/{path}" for path in (*packed, "usr/share/man/man5/hvcpd.yaml.5.gz")} <= set(modes)
     assert f"/usr/lib/hvcpd/{SHIPPED}/index.json" in modes
-    assert not [path for path in modes if "__pycache__" in path or "/tests/" in path or "/bin/f2py" in path]
+    unwanted = ("__pycache__", "/tests/", "/bin/f2py", ".dist-info/RECORD")
+    assert not [path for path in modes if any(part in path for part in unwanted)]
     assert all(mode[5] == mode[8] == "-" for mode in modes.values()), "nothing is writable for others"
     assert f"/{LIBRARIES / WEIGHTS}" not in modes, "they are a package of their own"
     (installed_kib,) = listed("dpkg-deb", "--field", package, "Installed-Size")
