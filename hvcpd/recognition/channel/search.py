@@ -47,7 +47,7 @@ APART = SAMPLE_RATE_HZ // 10
 """Least distance in samples between these places."""
 WIDTH = 8
 """Maximum number of active paths that begin at one place, over all voices."""
-TRIED = 16
+TRIED = 48
 """Maximum number of next words whose response is estimated again."""
 EARLIER, LATER = round(0.6 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
 """A sentence begins at most this much earlier or later than speech was noticed."""
