@@ -250,9 +250,11 @@ class ChannelListener:
     ) -> tuple[list[Path], Evidence | None]:
         """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `reported` sentences,
         most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
-        rate finds nobody."""
-        noticed = [at - begin for at in stretch.noticed]
+        rate finds nobody, or a sentence at another one is in progress."""
         earlier = [path.moved(-stretch.origin - begin) for path in stretch.earlier]
+        unknown = [path.starts[0] for path in earlier if path.book not in self._books]  # names were learned since
+        noticed = [*(at - begin for at in stretch.noticed), *unknown]
+        others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         best = None
         for search in self._searches[:1] if reported else self._searches:
@@ -260,7 +262,8 @@ class ChannelListener:
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
-            if best is not None or not found or (stretch.cut and _in_progress(found, sound.n)):
+            done = not others and (not found or (stretch.cut and _in_progress(found, sound.n)))
+            if best is not None or done:
                 break
         return paths, best
 
