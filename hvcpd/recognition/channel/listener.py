@@ -157,8 +157,8 @@ MOST_AT_ONCE = 2
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech, which was
-    noticed at the samples `noticed` of the sound. `cut`: sound went on after it. `earlier`: paths in progress at the
-    end of the search before."""
+    noticed at the samples `noticed` of the sound. `cut`: sound went on after it. `earlier`: the `in_progress` of the
+    search before."""
 
     sound: Samples
     origin: int
@@ -171,7 +171,7 @@ class Stretch:
 @dataclass(frozen=True)
 class SearchResult:
     """The sentences in a stretch; whether a robot said something else there; and the paths in progress at its end, the
-    best first."""
+    best first, by the samples that `origin` counts."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
