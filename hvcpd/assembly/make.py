@@ -72,8 +72,8 @@ def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Bo
     waveforms = WaveformCache()
 
     def book(voice: str, speaker: Speaker) -> SpokenBook:
-        own = [name.lower() for name in names if robot_voice(name, sound) == voice]
-        return SpokenBook(voice, speaker, words, waveforms, phrases, own)
+        others = [name.lower() for name in phrasebook.vocabulary.names if robot_voice(name, sound) != voice]
+        return SpokenBook(voice, speaker, words, waveforms, phrases, others)
 
     usual = [book(voice, sound.speaker_of(name)) for voice, name in speakers.items()]
     slow = [

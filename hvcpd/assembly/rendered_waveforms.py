@@ -110,12 +110,12 @@ class SpokenBook:
         words: Iterable[str],
         cache: WaveformCache | None = None,
         phrases: Mapping[str, Sequence[Sequence[str]]] | None = None,
-        names: Iterable[str] = (),
+        others: Iterable[str] = (),
     ) -> None:
         """`voice`: its name among the listeners; `words`: those that it may say; `cache`: shared with other books;
-        `phrases`: what counts as a word; `names`: those of the robots that have it, as words."""
+        `phrases`: what counts as a word; `others`: names of robots with other voices, as words."""
         self.voice = voice
-        self.names = frozenset(names)
+        self.others = frozenset(others)
         self._speaker = speaker
         self._words = frozenset(words)
         self._phrases = phrases or {}

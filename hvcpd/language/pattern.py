@@ -192,8 +192,10 @@ def as_rendered(node: Node) -> Node:
         case Series(parts):
             return Series(tuple(map(as_rendered, parts)))
         case Choice(options):
-            first = dict(zip(reversed(node.slots), reversed(options), strict=True))
-            return Choice(tuple(as_rendered(option) for option in reversed(first.values())))
+            first: dict[frozenset[str], Node] = {}
+            for slots, option in zip(node.slots, options, strict=True):
+                first.setdefault(slots, option)
+            return Choice(tuple(map(as_rendered, first.values())))
         case _:
             return node
 

@@ -51,8 +51,8 @@ class Voicebook(Protocol):
         """The voice's name."""
 
     @property
-    def names(self) -> frozenset[str]:
-        """The names of the robots that have it, as words."""
+    def others(self) -> frozenset[str]:
+        """The names of robots that have other voices, as words."""
 
     def said(self, word: str, third: int) -> Sequence[Said]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""

@@ -52,12 +52,12 @@ def test_a_marked_sentence_is_understood_with_its_mark(seed: int, mark: m.Mark) 
 @given(st.integers(0, 2**32), marks)
 def test_the_network_holds_the_marks_of_what_is_sealed_and_no_others(seed: int, mark: m.Mark) -> None:
     plain = KEYED.sample(random.Random(seed))
-    graph = KEYED.marked_graph
     allowed = is_sealed(plain.statement) and (plain.speaker is not None or isinstance(mark, m.Code))
     words = KEYED.render(plain)
-    assert ends_of(graph, graph.start, words) & graph.finals
-    assert bool(ends_of(graph, graph.start, (*words, *mark_words(mark))) & graph.finals) == allowed
-    assert not ends_of(graph, graph.start, (*words, *mark_words(mark)[:-1])) & graph.finals
+    for graph in (KEYED.marked_graph, KEYED.robots_graph):
+        assert ends_of(graph, graph.start, words) & graph.finals
+        assert bool(ends_of(graph, graph.start, (*words, *mark_words(mark))) & graph.finals) == allowed
+        assert not ends_of(graph, graph.start, (*words, *mark_words(mark)[:-1])) & graph.finals
 
 
 @given(st.integers(0, 2**32), st.integers(0, 2**48 - 1))
@@ -66,9 +66,10 @@ def test_an_encrypted_sentence_is_heard_as_such_and_tells_nothing_else(seed: int
     if plain.speaker is None or SECRET.codebook.number_of(m.own_words(plain.statement)) is None:
         return
     said = replace(plain, mark=m.Cipher(packet, SECRET.cipher_words))
-    words, graph = SECRET.render(said), SECRET.marked_graph
-    assert ends_of(graph, graph.start, words) & graph.finals
-    assert not ends_of(graph, graph.start, words[:-1]) & graph.finals
+    words = SECRET.render(said)
+    for graph in (SECRET.marked_graph, SECRET.robots_graph):
+        assert ends_of(graph, graph.start, words) & graph.finals
+        assert not ends_of(graph, graph.start, words[:-1]) & graph.finals
     found = SECRET.parse(words)
     assert isinstance(m.own_words(found.statement), m.SealedMessage)
     assert (found.mark, found.speaker, found.addressee, found.team) == (

@@ -40,9 +40,9 @@ OVERLAP, PAUSE, LEAD = 320, 2240, 160
 class Book:
     """A voice whose words are hisses of their own, another one at each pitch."""
 
-    def __init__(self, voice: str, names: frozenset[str] = frozenset()) -> None:
+    def __init__(self, voice: str, others: frozenset[str] = frozenset()) -> None:
         self.voice = voice
-        self.names = names
+        self.others = others
         self.forgot = 0
         self.prepared = False
         self._ways: dict[tuple[str, int], Sequence[Said]] = {}

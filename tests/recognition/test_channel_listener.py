@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch, quiet_part
 from hvcpd.recognition.events import Source
+from hvcpd.recognition.renderings import Said
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
@@ -104,6 +105,32 @@ def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
     sound = scene(later + len(begun), (AT, np.concatenate([cut[: len(cut) - 6000], np.zeros(6000)])), (later, begun))
     found = LISTENER.search(Stretch(sound, 0, AT, (AT, later), cut=True))
     assert found.in_progress[0].starts[0] == pytest.approx(later, abs=32)
+
+
+class Slowly(Book):
+    """The same voice at another rate: other hisses."""
+
+    def _made(self, word: str, third: int) -> Sequence[Said]:
+        return Book(f"{self.voice}, slowly").said(word, third)
+
+
+USUAL, SLOW = Book("oak"), Slowly("oak")
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+@pytest.mark.parametrize("book", [USUAL, SLOW])
+@pytest.mark.parametrize("learned", [False, True])
+def test_a_sentence_in_progress_is_heard_out(book: Book, learned: bool, seed: int) -> None:
+    """At whatever rate, and whether or not names are learned meanwhile, so that all voices are made anew."""
+    whole = through_a_room(spoken("all, who is here", book=book), seed)
+    sound = scene(AT + len(whole) + 3 * SAMPLE_RATE_HZ, (AT, whole), noise=1.0)
+    listener = ChannelListener(GRAPH, (USUAL, SLOW))
+    begun = listener.search(Stretch(sound[: AT + len(whole) // 2], 0, AT, (AT,), cut=True))
+    assert {path.book for path in begun.in_progress} == {book}
+    later = ChannelListener(GRAPH, (Book("oak"), Slowly("oak"))) if learned else listener
+    noticed = (AT + len(whole) + 2 * SAMPLE_RATE_HZ,)
+    found = later.search(Stretch(sound, 0, AT, noticed, earlier=begun.in_progress))
+    assert told(found) == {("all who is here", "oak")}
 
 
 @pytest.mark.parametrize("seed", range(2))

@@ -174,12 +174,20 @@ def test_a_sentence_is_found_where_an_earlier_search_found_its_beginning() -> No
     assert (moved.words, moved.starts[0]) == (best.words, best.starts[0] - 4000)
 
 
-@pytest.mark.parametrize(("name", "told"), [("rob", "rob"), ("bot", "rob")])
-def test_of_robots_with_different_voices_each_says_its_own_name(name: str, told: str) -> None:
+@pytest.mark.parametrize("others", [frozenset[str](), frozenset({"bot"})])
+def test_after_i_am_no_voice_says_the_name_of_a_robot_with_another(others: frozenset[str]) -> None:
     graph = WordGraph(
         4, (Arc(0, 1, "i"), Arc(1, 2, "am"), Arc(2, 3, "rob"), Arc(2, 3, "bot")), 0, frozenset({3}), frozenset()
     )
-    books = [Book("oak", frozenset({"rob"})), Book("willow", frozenset({"bot"}))]
-    heard = through_a_room(spoken(f"i am {name}", book=books[0]), 3)
-    found = ChannelSearch(graph, books).paths(weighted(scene(AT + len(heard) + 9000, (AT, heard))), [AT - 8000])
-    assert {path.words for path in found if path.book.voice == "oak" and len(path.words) == 3} <= {("i", "am", told)}
+    book = Book("oak", others)
+    heard = through_a_room(spoken("i am bot", book=book), 3)
+    found = ChannelSearch(graph, [book]).paths(weighted(scene(AT + len(heard) + 9000, (AT, heard))), [AT - 8000])
+    assert (("i", "am", "bot") in {path.words for path in found}) == (not others)
+
+
+def test_each_voice_knows_all_names_of_robots_with_others_and_the_listeners_own(team: Team, units: Path) -> None:
+    book, _ = team
+    sound = make_sound(None, units)
+    assert [each.others for each in make_books(book, ("Bot",), sound)] == 2 * [{"rob"}]
+    alike = replace(sound, voices=dict.fromkeys(("rob", "bot"), sound.voice_of("Rob")))
+    assert [each.others for each in make_books(book, NAMES, alike)] == 2 * [set()]

@@ -157,8 +157,8 @@ MOST_AT_ONCE = 2
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech, which was
-    noticed at the samples `noticed` of the sound. `cut`: sound went on after it. `earlier`: paths in progress at the
-    end of the search before."""
+    noticed at the samples `noticed` of the sound. `cut`: sound went on after it. `earlier`: the `in_progress` of the
+    search before."""
 
     sound: Samples
     origin: int
@@ -171,7 +171,7 @@ class Stretch:
 @dataclass(frozen=True)
 class SearchResult:
     """The sentences in a stretch; whether a robot said something else there; and the paths in progress at its end, the
-    best first."""
+    best first, by the samples that `origin` counts."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
@@ -251,9 +251,11 @@ class ChannelListener:
     ) -> tuple[list[Path], Evidence | None]:
         """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `reported` sentences,
         most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
-        rate finds nobody."""
-        noticed = [at - begin for at in stretch.noticed]
+        rate finds nobody, or a sentence at another one is in progress."""
         earlier = [path.moved(-stretch.origin - begin) for path in stretch.earlier]
+        unknown = [path.starts[0] for path in earlier if path.book not in self._books]  # names were learned since
+        noticed = [*(at - begin for at in stretch.noticed), *unknown]
+        others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         best = None
         for search in self._searches[:1] if reported else self._searches:
@@ -261,7 +263,8 @@ class ChannelListener:
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
-            if best is not None or not found or (stretch.cut and _in_progress(found, sound.n)):
+            done = not others and (not found or (stretch.cut and _in_progress(found, sound.n)))
+            if best is not None or done:
                 break
         return paths, best
 

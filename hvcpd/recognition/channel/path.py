@@ -64,7 +64,7 @@ class Path:
 
     @property
     def score(self) -> float:
-        """The normal equations of all its words."""
+        """Energy that it explains beyond what its taps do by chance."""
         return self.explained[-1]
 
     @property
@@ -119,7 +119,7 @@ class Path:
 
 @dataclass(frozen=True, eq=False)
 class Next:
-    """A possible next word, `SHIFT` around its place, and its expected gain in explained energy."""
+    """A possible next word of a path, `SHIFT` around its place, and the expected score of the path with it."""
 
     path: Path
     word: str
@@ -192,10 +192,12 @@ def share_of_best(explained: Sequence[tuple[float, float]]) -> float:
 
 
 def leaders(paths: Sequence[Path], n: int) -> list[Path]:
+    """The `n` paths that explain most."""
     return sorted(paths, key=lambda path: -path.score)[:n]
 
 
 def kept(paths: Sequence[Path], leaders: Sequence[Path]) -> list[Path]:
+    """The paths that are not far behind any of the leaders."""
     return [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
 
 

@@ -62,7 +62,6 @@ class ChannelSearch:
         self._books = books
         self._graph = graph
         self._lengths = lengths_of(graph)
-        self._names = frozenset[str]().union(*(book.names for book in books))
 
     def paths(
         self,
@@ -112,17 +111,13 @@ class ChannelSearch:
     def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path]) -> list[Path]:
         """The first words of paths found in less of this sound."""
         nodes = dict(self._graph.following[self._graph.start])
-        known = {(path.book, path.words[0], path.said[0], path.starts[0]) for path in earlier}
+        known = dict.fromkeys((path.book, path.words[0], path.said[0], path.starts[0]) for path in earlier)
         words = [
             Next(Path.before(book, self._graph.start), word, nodes[word], 0, said, at, SHIFT, 0.0)
             for book, word, said, at in known
             if book in self._books
         ]
         return joined(sound, words, FIRST_TAPS)
-
-    def _may_say(self, book: Voicebook, words: tuple[str, ...], word: str) -> bool:
-        """Whether a voice may go on with a word: a robot says no other name than its own after "I am"."""
-        return words[-2:] != I_AM or word not in self._names or word in book.names
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
@@ -143,7 +138,7 @@ class ChannelSearch:
         there = [
             (word, node, later, said, start + last.advance - said.lead * last.final)
             for word, node in self._graph.following[path.node]
-            if self._may_say(path.book, path.words, word)
+            if path.words[-2:] != I_AM or word not in path.book.others
             for later in {third, min(third + 1, 2)}
             if may_have((*path.thirds, later), self._lengths[node])
             for said in self._said(path.book, word, later, node)

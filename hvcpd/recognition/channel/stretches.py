@@ -80,7 +80,7 @@ class OpenStretch:
     @property
     def unfinished(self) -> int | None:
         """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
-        return self.in_progress[0].starts[0] if self.in_progress else None
+        return min((path.starts[0] for path in self.in_progress), default=None)
 
     @property
     def in_progress(self) -> tuple[Path, ...]:
