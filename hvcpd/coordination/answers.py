@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from hvcpd.coordination import ahead, claims, commands, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.entry import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -90,6 +90,8 @@ def _note_one_confirmed(
         claims.note_done(me, owner, number, now, whole=True)
         me.reconsider(now)
     free_to_claim = entry.owner in (owner, speaker) or not entry.firm or now >= entry.lease_end_s
+    if entry.state == CLAIMED and not free_to_claim and not complete:
+        claims.deny_for_third(me, owner, entry, now)
     if entry.state != DONE and free_to_claim:
         me.board.claim(number, owner, me.lease_end_s(now))
         entry.times_heard += 1
@@ -105,10 +107,14 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         claims_one = partner is None and me.current.task is not None and me.state in PROPOSING
         if claims_one or partner == heard.speaker:
             fire(me, Trigger.DENIED, heard.now)
+        elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs
+            me.missed.last_s = heard.now
         ahead.denied(me, heard.now)
     elif last is not None and last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
         for number, before in last.before.items():
             me.board.restore(number, before)
+            if me.board[number].state == OPEN:  # this robot has missed, too, whose it is
+                me.board.claim(number, None, heard.now + me.timing.denied_s)
 
 
 def _take_report_back(me: Knowledge, heard: Heard) -> None:

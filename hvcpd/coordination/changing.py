@@ -90,7 +90,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     count = _counted(entry, spoken)
     is_next = not skip and count == entry.change + 1
     if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
-        schedule.reopen(me, entry, now)  # the coming occurrence, which has begun for a clock that is ahead
+        schedule.open_anew(me, entry, now, is_due=True)  # the coming one, which has begun for a clock that is ahead
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):
         entry.change = count

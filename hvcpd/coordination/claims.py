@@ -62,7 +62,7 @@ def _settle(
     me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, way_m: int | None = None
 ) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
-    unsure = _may_have_missed(me, heard.now)
+    unsure = _may_have_missed(me, refs, heard.now)
     good = contend(me, heard, other, refs, at_work)
     if not good:
         return
@@ -74,11 +74,14 @@ def _settle(
         _confirm_in_turn(me, other, good, heard.now)
 
 
-def _may_have_missed(me: Knowledge, now: float) -> bool:
-    """Whether this robot may have missed whose task it is, and others may know: it is about to ask what remains, or may
-    be outbid. Then it does not confirm a claim until that is said again."""
+def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bool:
+    """Whether this robot may have missed whose tasks these are, and others may know: it is about to ask what remains,
+    or may be outbid, or one of the tasks was denied to a robot. Then it does not confirm a claim until that is said
+    again."""
+    entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
+    denied = any(e.state == CLAIMED and e.owner is None and now < e.lease_end_s for e in entries)
     unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or me.current.may_be_outbid
-    return unsure and len(me.expected(now)) > 1
+    return (unsure or denied) and len(me.expected(now)) > 1
 
 
 def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
@@ -118,16 +121,28 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         return contend_for_own(me, other, number, other_at_work, now, outbid)
     third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
     answers_owner = isinstance(heard.to, m.ToRobot) and heard.to.name == third
-    live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
-    if third is not None and live and not other_at_work and not answers_owner:
-        if entry.firm:
-            _deny(me, other, number, third, objection_slot(me, other, number, now), now)
+    if _is_of_third(me, entry, other, now) and not other_at_work and not answers_owner:
+        deny_for_third(me, other, entry, now)
         return False
     if entry.known_done:  # by the claimant itself: it must know
         me.board.reopen(number)
     _leave_to(me, other, number, other_at_work, now)
     entry.times_heard = HEARD_SURELY if other_at_work else 1  # a repeated claim: its owner missed the confirmation
     return third is None or bidding.is_bid(heard)
+
+
+def _is_of_third(me: Knowledge, entry: Entry, other: str, now: float) -> bool:
+    """Whether neither this robot nor `other` has the task, but one that is still there."""
+    third = entry.owner if entry.state == CLAIMED else None
+    live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
+    return live and third not in (other, me.role.name)
+
+
+def deny_for_third(me: Knowledge, other: str, entry: Entry, now: float) -> None:
+    """Object to a claim, or to its confirmation, if another robot surely has the task."""
+    number = entry.definition.number
+    if entry.firm and _is_of_third(me, entry, other, now):
+        _deny(me, other, number, entry.owner, objection_slot(me, other, number, now), now)
 
 
 def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:

@@ -128,6 +128,45 @@ def test_a_claimant_that_may_have_missed_a_bid_confirms_who_it_gives_way_to_only
     assert confirms_kim(zoe, 18.0)
 
 
+@pytest.mark.parametrize("denied", [True, False])
+def test_who_hears_a_denial_leaves_the_task_to_whoever_has_it(denied: bool) -> None:
+    """Rob had missed whose task it was, heard that Zoe was denied it, and claimed it at once; and Zoe confirmed that
+    (seed 1106809 of the missions over days)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.release(1)
+    bot.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 9.0)
+    if denied:
+        hear(bot, "Max", "Zoe", m.Negative())
+    assert bool(bot.board.free_for("Bot", 11.0)) is False
+    assert bot.board[1].owner == (None if denied else "Zoe")
+    assert confirms_kim(bot, 20.0) is False
+    assert confirms_kim(bot, 28.0) is denied
+
+
+def test_who_hears_a_claim_confirmed_of_a_task_that_another_robot_has_objects() -> None:
+    """Bot alone knew that Rob had it, and missed Ada's claim; she did it as well (seed 1108401)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), 8.0)
+    bot.board.claim(1, "Kim", 60.0)
+    hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
+    assert not bot.knowledge.floor.wants("deny 1")
+    hear(bot, "Zoe", "Ada", m.Confirmed(ONE))
+    assert bot.knowledge.floor.wants("deny 1")
+
+
+@pytest.mark.parametrize("denied", [True, False])
+def test_a_robot_on_its_way_that_is_denied_its_task_says_so_once_more_at_the_place(denied: bool) -> None:
+    kim = claiming("Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    if denied:
+        hear(kim, "Bot", "Kim", m.Negative())
+    kim.performed(20.0)
+    assert kim.state is (State.ANNOUNCING if denied else State.ACTING)
+
+
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
     """A name was misheard (seeds 702013 and 702064 of the missions over days)."""
     bot = claiming("Bot")
