@@ -22,6 +22,7 @@ from hvcpd.coordination.addressing import (
 )
 from hvcpd.coordination.conversation import HeardClaim, QuotedReport
 from hvcpd.coordination.entry import CLAIMED, Entry
+from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -187,9 +188,16 @@ def _is_at(me: Knowledge, number: int) -> bool:
 
 
 def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
-    ref = m.TaskByNumber(number)
-    statement = m.Working(ref) if _is_at(me, number) else m.Claim(ref)
-    composing.answer(me, other, f"mine {number}", statement, now, OWNER_SLOT, still=lambda: number in me.my_tasks())
+    """Object as the robot that has the task, or that has just done it when its turn comes."""
+    entry, ref = me.board[number], m.TaskByNumber(number)
+
+    def compose() -> m.Utterance | None:
+        if number in me.my_tasks():
+            return composing.to_asker(me, other, m.Working(ref) if _is_at(me, number) else m.Claim(ref))
+        has_done_it = entry.known_done and entry.owner == me.role.name
+        return composing.to_all(me, composing.done(me, number)) if has_done_it else None
+
+    me.floor.want(Intent(Urgency.ANSWER, f"mine {number}", compose, slot=OWNER_SLOT), now)
 
 
 def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from hil_fakes.word_plans import NAMES
-from hvcpd.coordination.actions import Role
+from hvcpd.coordination.actions import Role, Say
 from hvcpd.coordination.addressing import OTHERS_SLOT, OWNER_SLOT, confirming_slot, objection_slot
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.entry import OPEN
@@ -165,6 +165,20 @@ def test_a_robot_on_its_way_that_is_denied_its_task_says_so_once_more_at_the_pla
         hear(kim, "Bot", "Kim", m.Negative())
     kim.performed(20.0)
     assert kim.state is (State.ANNOUNCING if denied else State.ACTING)
+
+
+@pytest.mark.parametrize("is_over", [True, False])
+def test_who_hears_a_claim_of_its_task_and_has_done_it_when_its_turn_to_object_comes_reports_it(is_over: bool) -> None:
+    """Rob fell silent, since it was no longer at work; Zoe confirmed Max, who did it again (seed 1115063)."""
+    kim = claiming("Kim")
+    kim.knowledge.state = State.ACTING
+    kim.heard(m.Utterance("Bot", m.ToTeam("plant"), None, m.Claim(ONE)), 10.0)
+    if is_over:
+        kim.performed(10.1)
+    kim.actions(10.1)
+    kim.tick(10.7)
+    (said,) = (action for action in kim.actions(10.7) if isinstance(action, Say))
+    assert said.utterance.statement == (m.Completed(ONE) if is_over else m.Working(ONE))
 
 
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
