@@ -79,7 +79,6 @@ def _note_one_confirmed(
         return
     if number in me.my_tasks():
         if not complete:  # two robots were confirmed, or are about to be
-            me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
             claims.contend_for_own(me, owner, number, True, now)
         elif not claims.doubts(me, owner, number, False, now):
             claims.note_done(me, owner, number, now, whole=True)

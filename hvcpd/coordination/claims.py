@@ -144,6 +144,8 @@ def contend_for_own(
     at_work = objecting.is_at(me, number)
     mine, theirs = (not at_work, me.role.name.lower()), (not other_at_work, other.lower())
     if (at_work and me.state is State.ACTING) or (mine < theirs and not outbid):
+        if other_at_work:
+            me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
         objecting.say_it_is_mine(me, other, number, now)
         return False
     _leave_to(me, other, number, other_at_work, now)

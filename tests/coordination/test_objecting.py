@@ -168,6 +168,16 @@ def test_who_hears_a_claim_confirmed_of_a_task_that_another_robot_has_objects() 
     assert bot.knowledge.floor.wants("deny 1")
 
 
+def test_a_robot_on_its_way_that_hears_another_one_at_work_says_so_once_more_at_the_place() -> None:
+    """Zoe was at work already, and Max kept the task, as the first name (seed 1125271 of the missions over days)."""
+    kim = claiming("Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    hear(kim, "Bot", "Kim", m.Confirmed(ONE))
+    hear(kim, "Zoe", "Kim", m.Working(ONE))
+    kim.performed(20.0)
+    assert (kim.board[1].owner, kim.state) == ("Kim", State.ANNOUNCING)
+
+
 @pytest.mark.parametrize("denied", [True, False])
 def test_a_robot_on_its_way_that_is_denied_its_task_says_so_once_more_at_the_place(denied: bool) -> None:
     kim = claiming("Kim")
