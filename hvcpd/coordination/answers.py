@@ -111,11 +111,17 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         ahead.denied(me, heard.now)
     elif last is not None and last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
         for number, before in last.before.items():
-            if me.board[number].firm:
-                continue  # it was confirmed, and who denies it may have missed what came before
-            me.board.restore(number, before)
-            if me.board[number].state == OPEN:  # this robot has missed, too, whose it is
-                me.board.claim(number, None, heard.now + me.timing.denied_s)
+            _note_denied(me, number, before, heard.now)
+
+
+def _note_denied(me: Knowledge, number: int, before: tuple[str, str | None, float], now: float) -> None:
+    """Another robot's claim was denied: the task is as it was `before`."""
+    entry = me.board[number]
+    if entry.firm and not entry.is_shared:
+        return  # it was confirmed, and the robot that denies it may have missed what came before
+    me.board.restore(number, before)
+    if entry.state == OPEN and not entry.is_shared:  # this robot has missed, too, whose it is
+        me.board.claim(number, None, now + me.timing.denied_s)
 
 
 def _take_report_back(me: Knowledge, heard: Heard) -> None:
