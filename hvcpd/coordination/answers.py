@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from hvcpd.coordination import ahead, claims, commands, teaming
+from hvcpd.coordination import ahead, claims, commands, objecting, teaming
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.entry import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -34,7 +34,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
             if s.complete:
                 me.board.complete(entry.definition.number, me.role.name)
             elif entry.known_done:
-                claims.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
+                objecting.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         ahead.confirmed(me, {each.definition.number for ref in s.tasks if (each := me.board.find(ref)) is not None})
         if me.report.said:
@@ -79,17 +79,18 @@ def _note_one_confirmed(
         return
     if number in me.my_tasks():
         if not complete:  # two robots were confirmed, or are about to be
-            me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
             claims.contend_for_own(me, owner, number, True, now)
         elif not claims.doubts(me, owner, number, False, now):
             claims.note_done(me, owner, number, now, whole=True)
         return
     if entry.known_done and (entry.owner != owner or entry.is_shared) and not complete:
-        claims.tell_done(me, owner, entry, now)  # its claim was not heard here, or this robot's objection there
+        objecting.tell_done(me, owner, entry, now)  # its claim was not heard here, or this robot's objection there
     if complete:
         claims.note_done(me, owner, number, now, whole=True)
         me.reconsider(now)
     free_to_claim = entry.owner in (owner, speaker) or not entry.firm or now >= entry.lease_end_s
+    if entry.state == CLAIMED and not free_to_claim and not complete:
+        objecting.deny_for_third(me, owner, entry, now)
     if entry.state != DONE and free_to_claim:
         me.board.claim(number, owner, me.lease_end_s(now))
         entry.times_heard += 1
@@ -105,10 +106,22 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         claims_one = partner is None and me.current.task is not None and me.state in PROPOSING
         if claims_one or partner == heard.speaker:
             fire(me, Trigger.DENIED, heard.now)
+        elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs
+            me.missed.last_s = heard.now
         ahead.denied(me, heard.now)
     elif last is not None and last.speaker == heard.to.name and heard.now - last.at_s < me.timing.recent_s:
         for number, before in last.before.items():
-            me.board.restore(number, before)
+            _note_denied(me, number, before, heard.now)
+
+
+def _note_denied(me: Knowledge, number: int, before: tuple[str, str | None, float], now: float) -> None:
+    """Another robot's claim was denied: the task is as it was `before`."""
+    entry = me.board[number]
+    if entry.firm and not entry.is_shared:
+        return  # it was confirmed, and the robot that denies it may have missed what came before
+    me.board.restore(number, before)
+    if entry.state == OPEN and not entry.is_shared:  # this robot has missed, too, whose it is
+        me.board.claim(number, None, now + me.timing.denied_s)
 
 
 def _take_report_back(me: Knowledge, heard: Heard) -> None:
@@ -126,7 +139,8 @@ def _take_report_back(me: Knowledge, heard: Heard) -> None:
 def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
     """A robot has listed the unfinished tasks: a complete list implies, by hearsay, that the others are done.
 
-    This is believed from two robots, if neither has it from the other, or from one that repeats it often.
+    This is believed from two robots, if neither has it from the other, from one that repeats it often, or at once from
+    one whose words are sealed, because those cannot be misheard.
     """
     now, speaker = heard.now, heard.speaker
     me.floor.withdraw("left")
@@ -135,30 +149,31 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
         if entry is not None and entry.state == DONE and entry.hearsay:
             me.board.reopen(number)
         elif entry is not None and entry.known_done and entry.owner is not None and speaker is not None:
-            claims.tell_done(me, speaker, entry, now)  # more may be left than fits in a list
+            objecting.tell_done(me, speaker, entry, now)  # more may be left than fits in a list
     if not s.more:
         for entry in me.board.entries():
             number = entry.definition.number
             unsaid = number not in s.numbers and number not in me.my_tasks()
-            if unsaid and not entry.known_done and (not entry.is_due or speaker in entry.known_to):
+            knows = not entry.is_due or speaker in entry.known_to or speaker == entry.owner
+            if unsaid and not entry.known_done and knows:
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)
     me.reconsider(now)
 
 
 def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
-    number = entry.definition.number
+    number, sealed = entry.definition.number, me.role.speech.sealed
     if entry.state == DONE:
         entry.times_said += 1
         lists = LISTS_OF_ONE if len(me.peers.present(now)) > 1 else LISTS_OF_TWO
-        if entry.said_by != speaker or entry.times_said >= lists:
+        if sealed or entry.said_by != speaker or entry.times_said >= lists:
             me.board.complete(number, entry.owner)
     elif speaker is not None and entry.state == CLAIMED and entry.owner == speaker:
         claims.note_done(me, speaker, number, now, whole=True)  # it was asked before it could report
     elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner is None:
         if entry.owner == me.role.name:
             me.board.release(number)  # whichever robot has done it, this one knows that it has not
-        me.board.complete(number, None, hearsay=True, said_by=speaker)
+        me.board.complete(number, None, hearsay=not sealed, said_by=speaker)
 
 
 def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:

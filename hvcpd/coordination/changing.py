@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from hvcpd.coordination import claims, commands, composing, schedule
-from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot
+from hvcpd.coordination import commands, composing, objecting, schedule
+from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot, shares_slot
 from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
@@ -53,7 +53,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     if s.count is not None:
         _compare(me, heard, entry, s.skip, s.count)
     elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
-        claims.tell_done(me, speaker, entry, now)
+        objecting.tell_done(me, speaker, entry, now)
     elif s.skip and _is_acted(me, entry.definition.number):
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
@@ -90,7 +90,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     count = _counted(entry, spoken)
     is_next = not skip and count == entry.change + 1
     if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
-        schedule.reopen(me, entry, now)  # the coming occurrence, which has begun for a clock that is ahead
+        schedule.open_anew(me, entry, now, is_due=True)  # the coming one, which has begun for a clock that is ahead
     differs = skip is not entry.skipped
     if not skip and schedule.has_just_done(entry, now):
         entry.change = count
@@ -106,7 +106,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     if count < entry.change or (differs and skip and not entry.known_done):
         tell(me, heard.speaker, entry, now)
     elif not skip and entry.known_done and heard.speaker is not None and entry.owner != heard.speaker:
-        claims.tell_done(me, heard.speaker, entry, now)
+        objecting.tell_done(me, heard.speaker, entry, now)
     _note_said(me, number, now)
 
 
@@ -148,7 +148,8 @@ def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
     """Another robot has missed the last change."""
     number = entry.definition.number
     slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
-    composing.answer(me, other, f"change {number}", said(entry), now, slot, call=other)
+    shared, topic = shares_slot(me, slot, now), f"change {number}"
+    composing.answer(me, other, topic, said(entry), now, slot, call=other, tentative=shared)
 
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:

@@ -9,18 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from hvcpd.coordination import bidding, commands, composing, teaming
+from hvcpd.coordination import bidding, commands, composing, objecting, teaming
 from hvcpd.coordination.addressing import (
-    DOER_SLOT,
     OTHERS_SLOT,
     OWNER_SLOT,
     UNSURE_SLOTS,
     confirming_slot,
     is_for_me_alone,
-    objection_slot,
     waiting_slots,
 )
-from hvcpd.coordination.conversation import HeardClaim, QuotedReport
+from hvcpd.coordination.conversation import HeardClaim
 from hvcpd.coordination.entry import CLAIMED, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, PROPOSING, State, Trigger
@@ -62,7 +60,7 @@ def _settle(
     me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, way_m: int | None = None
 ) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
-    unsure = _may_have_missed(me, heard.now)
+    unsure = _may_have_missed(me, refs, heard.now)
     good = contend(me, heard, other, refs, at_work)
     if not good:
         return
@@ -74,11 +72,14 @@ def _settle(
         _confirm_in_turn(me, other, good, heard.now)
 
 
-def _may_have_missed(me: Knowledge, now: float) -> bool:
-    """Whether this robot may have missed whose task it is, and others may know: it is about to ask what remains, or may
-    be outbid. Then it does not confirm a claim until that is said again."""
+def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bool:
+    """Whether this robot may have missed whose tasks these are, and others may know: it is about to ask what remains,
+    or may be outbid, or one of the tasks was denied to a robot. Then it does not confirm a claim until that is said
+    again."""
+    entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
+    denied = any(e.state == CLAIMED and e.owner is None and now < e.lease_end_s for e in entries)
     unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or me.current.may_be_outbid
-    return unsure and len(me.expected(now)) > 1
+    return (unsure or denied) and len(me.expected(now)) > 1
 
 
 def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
@@ -104,11 +105,11 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
     number, now = entry.definition.number, heard.now
     knows_better = entry.owner != other or entry.is_shared or (entry.recurs and me.clock_s is not None)
     if entry.known_done and knows_better:
-        tell_done(me, other, entry, now)
+        objecting.tell_done(me, other, entry, now)
         return False
     if entry.hearsay and entry.said_by is None and entry.owner != other:
         slot = confirming_slot(me, now) + UNSURE_SLOTS + me.rank_with_unheard(other, number, now)
-        _deny(me, other, number, entry.owner, slot, now)
+        objecting.deny(me, other, number, entry.owner, slot, now)
         return False
     if entry.is_shared:
         teaming.contend(me, heard, other, entry, other_at_work)
@@ -118,23 +119,14 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
         return contend_for_own(me, other, number, other_at_work, now, outbid)
     third = entry.owner if entry.state == CLAIMED and entry.owner != other else None
     answers_owner = isinstance(heard.to, m.ToRobot) and heard.to.name == third
-    live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
-    if third is not None and live and not other_at_work and not answers_owner:
-        if entry.firm:
-            _deny(me, other, number, third, objection_slot(me, other, number, now), now)
+    if objecting.is_of_third(me, entry, other, now) and not other_at_work and not answers_owner:
+        objecting.deny_for_third(me, other, entry, now)
         return False
     if entry.known_done:  # by the claimant itself: it must know
         me.board.reopen(number)
     _leave_to(me, other, number, other_at_work, now)
     entry.times_heard = HEARD_SURELY if other_at_work else 1  # a repeated claim: its owner missed the confirmation
     return third is None or bidding.is_bid(heard)
-
-
-def _deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, now: float) -> None:
-    """Object for another robot, if that robot still has the task, or may have done it, when this robot's turn comes."""
-    composing.answer(
-        me, other, f"deny {number}", m.Negative(), now, slot, call=other, still=lambda: me.board[number].owner == owner
-    )
 
 
 def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float) -> None:
@@ -149,10 +141,12 @@ def contend_for_own(
     me: Knowledge, other: str, number: int, other_at_work: bool, now: float, outbid: bool = False
 ) -> bool:
     """Another robot takes or has this robot's task: returns whether this robot gives way, and objects if not."""
-    at_work = _is_at(me, number)
+    at_work = objecting.is_at(me, number)
     mine, theirs = (not at_work, me.role.name.lower()), (not other_at_work, other.lower())
     if (at_work and me.state is State.ACTING) or (mine < theirs and not outbid):
-        _say_it_is_mine(me, other, number, now)
+        if other_at_work:
+            me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
+        objecting.say_it_is_mine(me, other, number, now)
         return False
     _leave_to(me, other, number, other_at_work, now)
     if me.current.task == number:
@@ -164,35 +158,6 @@ def _leave_to(me: Knowledge, other: str, number: int, other_at_work: bool, now: 
     """Another robot has the task now; until it is heard to be confirmed, for a short time."""
     lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
     me.board.claim(number, other, lease_end_s, firm=other_at_work)
-
-
-def _is_at(me: Knowledge, number: int) -> bool:
-    """Whether this robot is at work on the task, and not on the one before it."""
-    return me.state in AT_WORK and me.current.task == number
-
-
-def _say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
-    ref = m.TaskByNumber(number)
-    statement = m.Working(ref) if _is_at(me, number) else m.Claim(ref)
-    composing.answer(me, other, f"mine {number}", statement, now, OWNER_SLOT, still=lambda: number in me.my_tasks())
-
-
-def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
-    """A robot missed that the task is done: the robot that did it says so at once, or another one if that one does not.
-    A robot that neither did the task nor knows which robot did never says that it is done."""
-    number, doer = entry.definition.number, entry.owner
-    statement: m.Statement = composing.done(me, number)
-    to, slot = None, DOER_SLOT
-    if entry.skipped:
-        to, statement = other, m.Change(m.TaskByNumber(number), True, composing.spoken_count(entry))
-    elif doer != me.role.name or entry.is_shared:
-        to, slot = other, objection_slot(me, other, number, now)
-        statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
-        if entry.is_shared:
-            statement = m.Confirmed(m.TaskByNumber(number), complete=True)
-        elif doer is not None:
-            me.report_quoted = QuotedReport(doer, number, now)
-    composing.answer(me, to, f"done {number}", statement, now, slot, call=other, still=lambda: entry.known_done)
 
 
 def confirm_at_once(me: Knowledge, name: str, now: float) -> None:
@@ -274,7 +239,7 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
         return False
     me.current.doubted, me.missed.last_s = (speaker, number), now
     if at_work:
-        _say_it_is_mine(me, speaker, number, now)
+        objecting.say_it_is_mine(me, speaker, number, now)
     return True
 
 

@@ -135,6 +135,8 @@ class Repair:
     """How well the two sides of an exchange understand each other."""
 
     last_said: m.Utterance | None = None
+    last_call: str | None = None
+    """The speaker that this sentence answered, if one answer of any robot is enough."""
     asked: int = 0
     """How often this robot asked for a repetition."""
     was_asked: int = 0

@@ -21,15 +21,21 @@ def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; first repeat the report of a finished task that was not yet confirmed."""
     effects.let_go(me)
     me.floor.clear()
-    effects.forget_report(me, Urgency.ALARM, now, me.rank_in_team(now))
+    effects.forget_report(me, Urgency.ALARM, now, _farewell_slot(me, now))
     me.current.clear()
     _want_to_say_farewell(me, now)
 
 
 def _want_to_say_farewell(me: Knowledge, now: float) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    slot = me.rank_in_team(now)  # before confirmations, in turn: one computer's robots are switched off at one moment
+    slot = _farewell_slot(me, now)
     effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=slot)
+
+
+def _farewell_slot(me: Knowledge, now: float) -> int:
+    """Before confirmations, in turn: one computer's robots are switched off at one moment. If two robots leave and no
+    other is there, nobody remains to hear them."""
+    return me.rank_in_team(now) if len(me.expected(now)) > 1 else 0
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:

@@ -15,8 +15,9 @@ from hvcpd.config.tasks import Place
 TELL_S, TELL_MAX_S = 20.0, 300.0
 """Between two statements of a robot that it is inside: at first, and doubled after each up to the longest. A robot that
 passes through says it once or twice; one that stays in a dock does not keep people awake."""
-LEASE_TELLS = 2.25
-"""A keeper that does not mention the place for this many of those pauses has left it: one statement may be lost."""
+LEASE_TELLS = 3.25
+"""A keeper that does not mention the place for this many of those pauses has left it: one statement may be lost, and
+the pause after that is twice as long."""
 
 
 @dataclass

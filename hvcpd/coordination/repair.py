@@ -65,7 +65,7 @@ def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
         last, me.repair.last_said = me.repair.last_said, None
         asks_again = last is not None and isinstance(last.statement, m.PlaceWanted)
         if last is not None and me.state not in REPEATING_ANYWAY and not asks_again:
-            me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last), now)
+            me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last, call=me.repair.last_call), now)
             me.postpone(me.timing.answer_s)
         return
     if me.current.partner is not None and me.state in (State.READ_BACK, State.ORDERED):

@@ -52,7 +52,7 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
         note_presence(me, utterance, now)
     note_introduced(me)
     slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
-    me.repair.last_said, me.last_heard = utterance, None
+    me.repair.last_said, me.repair.last_call, me.last_heard = utterance, intent.call, None
     me.do(Say(utterance, slowly, me.role.speech.times, chatter.level_db(me, intent, utterance, now)))
 
 

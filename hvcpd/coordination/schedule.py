@@ -49,7 +49,7 @@ def open_due(me: Knowledge, now: float) -> None:
             entry.change = entry.change or (every.number(entry.due_s) if entry.due_s is not None else 0)
             continue
         _number(entry, every, due_s)
-        _open(me, entry, now, is_due=wall_s - due_s < SKEW_S)
+        open_anew(me, entry, now, is_due=wall_s - due_s < SKEW_S)
 
 
 def _number(entry: Entry, every: Recurrence, due_s: float) -> None:
@@ -78,7 +78,7 @@ def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> 
     if not entry.known_done or not _may_be_due(me, entry, now):
         return
     if me.clock_s is not None:
-        _open(me, entry, now, is_due=True)
+        open_anew(me, entry, now, is_due=True)
     elif not is_quoted:
         entry.done_s = now
 
@@ -86,7 +86,7 @@ def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> 
 def _note_open(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
     if entry.state == DONE and _may_be_due(me, entry, now):
         me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
-        _open(me, entry, now, is_due=True)
+        open_anew(me, entry, now, is_due=True)
     if speaker is not None:
         entry.known_to |= {speaker}
 
@@ -100,7 +100,8 @@ def note_done(me: Knowledge, number: int, now: float) -> float | None:
     return entry.due_s if entry.known_done else None
 
 
-def _open(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
+def open_anew(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
+    """The entry describes another occurrence, which is to be done; `is_due`: since now."""
     reopen(me, entry, now)
     entry.is_due, entry.is_changed = is_due, False
     entry.opened_s = now if is_due else -math.inf

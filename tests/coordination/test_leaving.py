@@ -54,7 +54,7 @@ def test_who_leaves_answers_nobody_any_more() -> None:
     mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=4)
     mission.air.run_until(30.0)
     rob = mission.robots["Rob"]
-    while rob.knowledge.floor.speaking is not None:
+    while rob.knowledge.floor.speaking is not None or rob.knowledge.report.task is not None:
         mission.air.run_until(mission.air.now + 0.1)
     rob.channel(True, mission.air.now)  # somebody speaks, so that the farewell has to wait
     rob.leave(mission.air.now)

@@ -5,7 +5,8 @@ import random
 import pytest
 
 from hil_fakes.word_plans import NAMES
-from hvcpd.coordination.actions import Role
+from hvcpd.coordination import objecting
+from hvcpd.coordination.actions import Role, Say, Speech
 from hvcpd.coordination.addressing import OTHERS_SLOT, OWNER_SLOT, confirming_slot, objection_slot
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.entry import OPEN
@@ -128,6 +129,80 @@ def test_a_claimant_that_may_have_missed_a_bid_confirms_who_it_gives_way_to_only
     assert confirms_kim(zoe, 18.0)
 
 
+@pytest.mark.parametrize("denied", [True, False])
+def test_who_hears_a_denial_leaves_the_task_to_whoever_has_it(denied: bool) -> None:
+    """Rob had missed whose task it was, heard that Zoe was denied it, and claimed it at once; and Zoe confirmed that
+    (seed 1106809 of the missions over days)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.release(1)
+    bot.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 9.0)
+    if denied:
+        hear(bot, "Max", "Zoe", m.Negative())
+    assert bool(bot.board.free_for("Bot", 11.0)) is False
+    assert bot.board[1].owner == (None if denied else "Zoe")
+    assert confirms_kim(bot, 20.0) is False
+    assert confirms_kim(bot, 28.0) is denied
+
+
+def test_a_denial_does_not_undo_a_claim_that_was_confirmed() -> None:
+    """Bot had missed that Ada failed, and denied her task to Zoe, who had been confirmed (seed 1119223)."""
+    kim = claiming("Kim")
+    kim.knowledge.state, kim.knowledge.current.task = State.READY, None
+    kim.board.release(1)
+    kim.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 8.0)
+    hear(kim, "Rob", "Zoe", m.Confirmed(ONE))
+    hear(kim, "Bot", "Zoe", m.Negative())
+    assert kim.board[1].owner == "Zoe"
+
+
+def test_who_hears_a_claim_confirmed_of_a_task_that_another_robot_has_objects() -> None:
+    """Bot alone knew that Rob had it, and missed Ada's claim; she did it as well (seed 1108401)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), 8.0)
+    bot.board.claim(1, "Kim", 60.0)
+    hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
+    assert not bot.knowledge.floor.wants("deny 1")
+    hear(bot, "Zoe", "Ada", m.Confirmed(ONE))
+    assert bot.knowledge.floor.wants("deny 1")
+
+
+def test_a_robot_on_its_way_that_hears_another_one_at_work_says_so_once_more_at_the_place() -> None:
+    """Zoe was at work already, and Max kept the task, as the first name (seed 1125271 of the missions over days)."""
+    kim = claiming("Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    hear(kim, "Bot", "Kim", m.Confirmed(ONE))
+    hear(kim, "Zoe", "Kim", m.Working(ONE))
+    kim.performed(20.0)
+    assert (kim.board[1].owner, kim.state) == ("Kim", State.ANNOUNCING)
+
+
+@pytest.mark.parametrize("denied", [True, False])
+def test_a_robot_on_its_way_that_is_denied_its_task_says_so_once_more_at_the_place(denied: bool) -> None:
+    kim = claiming("Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    if denied:
+        hear(kim, "Bot", "Kim", m.Negative())
+    kim.performed(20.0)
+    assert kim.state is (State.ANNOUNCING if denied else State.ACTING)
+
+
+@pytest.mark.parametrize("is_over", [True, False])
+def test_who_hears_a_claim_of_its_task_and_has_done_it_when_its_turn_to_object_comes_reports_it(is_over: bool) -> None:
+    """Rob fell silent, since it was no longer at work; Zoe confirmed Max, who did it again (seed 1115063)."""
+    kim = claiming("Kim")
+    kim.knowledge.state = State.ACTING
+    kim.heard(m.Utterance("Bot", m.ToTeam("plant"), None, m.Claim(ONE)), 10.0)
+    if is_over:
+        kim.performed(10.1)
+    kim.actions(10.1)
+    kim.tick(10.7)
+    (said,) = (action for action in kim.actions(10.7) if isinstance(action, Say))
+    assert said.utterance.statement == (m.Completed(ONE) if is_over else m.Working(ONE))
+
+
 def test_a_confirmed_report_is_no_confirmation_of_a_claim() -> None:
     """A name was misheard (seeds 702013 and 702064 of the missions over days)."""
     bot = claiming("Bot")
@@ -176,15 +251,55 @@ def test_a_failure_that_is_repeated_does_not_free_the_task_of_the_robot_that_too
     assert bot.board[1].state == OPEN
 
 
-def test_a_robot_that_leaves_its_own_task_out_of_a_list_has_done_it() -> None:
+def test_of_many_that_would_object_in_one_slot_the_first_voice_speaks_for_all() -> None:
+    """Robots that had missed the objection that they had heard begin all repeated it at once, and collided."""
+    claimant, *others = team(12)
+    rivals = []
+    for me in others:
+        me.board.claim(1, "Kim", 300.0)
+        me.state = State.READY
+        me.peers.heard("Kim", "plant", 5.0, 1.0, None)
+        objecting.deny_for_third(me, claimant.role.name, me.board[1], 5.0)
+        me.floor.channel(True, 5.5)
+        rivals += [me.role.name] if me.floor.wants("deny 1") else []
+    assert len(rivals) <= 1 + (claimant.role.name == "Kim"), "the first by rank has a slot of its own"
+
+
+def test_who_repeats_an_objection_that_collided_falls_silent_when_another_robot_has_said_it() -> None:
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.claim(1, "Kim", 60.0)
+    bot.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(ONE)), 5.0)
+    bot.heard(m.Utterance("Zoe", m.ToTeam("plant"), None, m.Claim(ONE)), 10.0)
+    bot.tick(12.0)
+    bot.spoken(14.0)
+    bot.garbled(True, 14.1)
+    assert bot.knowledge.floor.wants("again")
+    bot.heard(m.Utterance("Max", m.ToRobot("Zoe"), None, m.Negative()), 15.0)
+    assert not bot.knowledge.floor.wants("again")
+
+
+@pytest.mark.parametrize("is_due", [True, False])
+def test_a_robot_that_leaves_its_own_task_out_of_a_list_has_done_it(is_due: bool) -> None:
     """Rob was asked what is left before it could report, and Bot confirmed Max's claim (seeds 800866 and 801087)."""
     bot = claiming("Bot")
     bot.knowledge.state, bot.knowledge.current.task = State.READY, None
     bot.board.claim(1, "Kim", 60.0)
+    bot.board[1].is_due = is_due  # whether Bot knows it from another robot that it was due (seed 871888)
     hear(bot, "Kim", "Bot", m.Left())
     bot.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 15.0)
     assert bot.board[1].known_done
     assert bot.knowledge.floor.wants("done 1")
+
+
+@pytest.mark.parametrize("sealed", [True, False])
+def test_one_list_is_believed_if_its_words_are_sealed(sealed: bool) -> None:
+    """Sealed words cannot be misheard; a follower that had missed a report asked four times."""
+    role = Role("Bot", "plant", roster=("Bot", "Kim", "Zoe"), speech=Speech(sealed=sealed))
+    bot = Coordination(role, plants(1), random.Random(1))
+    hear(bot, "Zoe", "Bot", m.Left())
+    assert bot.board[1].hearsay is not sealed
+    assert bot.board[1].known_done is sealed
 
 
 def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() -> None:

@@ -364,6 +364,19 @@ def test_the_next_number_means_what_comes_also_where_clocks_differ(is_done: bool
     assert len(mission.done) == 3
 
 
+def test_a_report_without_a_number_does_not_end_what_comes_for_who_has_just_been_told_of_it() -> None:
+    """Max, without a clock, meant the last time; Rob gave it this time's number, and nobody did it (seed 1105698)."""
+    mission = done_for_this_hour(doer="Bot")
+    rob = mission.robots["Rob"]
+    now = rob.next_deadline() - 200.0
+    mission.air.run_until(now)
+    for speaker in ("Max", "Zoe"):
+        rob.heard(m.Utterance(speaker, m.ToAll(), None, again(rob.board[1].change + 1)), now)
+    rob.heard(m.Utterance("Bot", m.ToAll(), None, m.Completed(m.TaskByNumber(1))), now + 5.0)
+    assert rob.board[1].state == "open"
+    assert rob.knowledge.floor.wants("change 1")
+
+
 @pytest.mark.parametrize("claimed_before_s", [5.0, 60.0])
 def test_a_quote_of_whoever_has_only_just_claimed_it_is_of_the_last_time(claimed_before_s: float) -> None:
     """Max had not heard that it was due again, and robots with clocks believed it (seed 821681)."""
