@@ -72,7 +72,8 @@ _PROGRAMS = {
 
 
 def talkers(lexicon: Lexicon) -> dict[str, Talker]:
-    """Our eight voices by each synthesizer and in each accent (`lexicon` is American), and the programs that are installed; a line tells which are not."""
+    """Our eight voices by each synthesizer and in each accent (`lexicon` is American), and the programs that are
+    installed; a line tells which are not."""
     natural = [replace(voice, name=f"{voice.name}-n", natural=True) for voice in VOICES]
     found = {voice.name: Talker(Speaker(voice, lexicon).render, own=True) for voice in (*VOICES, *natural)}
     british = replace(lexicon, accent="gb")

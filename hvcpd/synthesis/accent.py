@@ -15,13 +15,15 @@ from hvcpd.synthesis.dictionary import Pronunciation
 from hvcpd.synthesis.phones import UNFLAPPED, is_vowel, stress_of
 
 _WORDS = {
-    "banana": "B AH0 N AA1 N AH0", "because": "B IH0 K AA1 Z", "been": "B IY1 N", "clerk": "K L AA1 R K",
+    "banana": "B AH0 N AA1 N AH0", "because": "B IH0 K AA1 Z", "been": "B IY1 N", "clara": "K L AA1 R AH0", "clerk": "K L AA1 R K",
     "depot": "D EH1 P OW0", "either": "AY1 DH ER0", "figure": "F IH1 G ER0", "from": "F R AA1 M",
-    "garage": "G AE1 R AA2 ZH", "herb": "HH ER1 B", "leisure": "L EH1 ZH ER0", "lever": "L IY1 V ER0",
+    "garage": "G AE1 R AA2 ZH", "herb": "HH ER1 B",
+    "laboratory": "L AH0 B AA1 R AH0 T R IY0", "leisure": "L EH1 ZH ER0", "lever": "L IY1 V ER0",
     "neither": "N AY1 DH ER0", "pasta": "P AE1 S T AH0", "privacy": "P R IH1 V AH0 S IY0",
-    "process": "P R OW1 S EH2 S", "route": "R UW1 T", "schedule": "SH EH1 JH UW2 L", "shone": "SH AA1 N",
-    "thorough": "TH AH1 R AH0", "tomato": "T AH0 M AA1 T OW0", "vase": "V AA1 Z", "vitamin": "V IH1 T AH0 M IH0 N",
-    "what": "W AA1 T", "z": "Z EH1 D", "zebra": "Z EH1 B R AH0",
+    "process": "P R OW1 S EH2 S", "resume": "R IH0 Z Y UW1 M",
+    "resumed": "R IH0 Z Y UW1 M D", "resuming": "R IH0 Z Y UW1 M IH0 NG", "route": "R UW1 T", "schedule": "SH EH1 JH UW2 L", "shone": "SH AA1 N", "tara": "T AA1 R AH0",
+    "thorough": "TH AH1 R AH0", "tomato": "T AH0 M AA1 T OW0", "vase": "V AA1 Z", "vehicle": "V IY1 AH0 K AH0 L", "vitamin": "V IH1 T AH0 M IH0 N",
+    "what": "W AA1 T", "without": "W IH0 DH AW1 T", "z": "Z EH1 D", "zebra": "Z EH1 B R AH0",
 }  # fmt: skip
 WORDS = {word: tuple(phones.split()) for word, phones in _WORDS.items()}
 """Words that differ by no rule, as they are before the rules."""
@@ -82,8 +84,9 @@ def _vowel_letters(word: str, vowels: int) -> list[str]:
 
 def _weak_endings(word: str, phones: list[str]) -> list[str]:
     """Endings whose vowel is weak in British English ("library", "inventory") or strong ("mobile")."""
-    if phones[-2:] == ["R", "IY0"] and phones[-3:-2] in (["EH2"], ["AO2"]):
-        return [*phones[:-3], "AH0", "R", "IY0"]
+    end = len(phones) - (phones[-1:] == ["Z"])
+    if phones[end - 2 : end] == ["R", "IY0"] and phones[end - 3] in ("EH2", "AO2"):
+        return [*phones[: end - 3], "AH0", *phones[end - 2 :]]
     if word.endswith("ile") and phones[-2:] == ["AH0", "L"]:
         return [*phones[:-2], "AY2", "L"]
     return phones

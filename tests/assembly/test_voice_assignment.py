@@ -46,14 +46,12 @@ def heard(settings: Settings, sound: Samples, noise: Samples | None = None) -> l
     """What a robot with these settings understands of a sound, with a second before and after it, in quiet or noise."""
     tasks = load_tasks(settings.tasks)
     book = make_phrasebook(settings.names, settings.teams, tasks)
-    ears = make_recogniser(
-        book,
-        [n for n in settings.names if n != settings.name],
-        assign_voices(make_sound(accent=settings.accent), settings, tuple),
-    )
-    quiet = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ) if noise is None else noise
-    quiet[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
-    events = [*ears.push(quiet.astype(np.float32)), *ears.flush()]
+    team_sound = assign_voices(make_sound(accent=settings.accent), settings, tuple)
+    ears = make_recogniser(book, [n for n in settings.names if n != settings.name], team_sound)
+    if noise is None:
+        noise = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ).astype(np.float32)
+    noise[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
+    events = [*ears.push(noise), *ears.flush()]
     return [event.words for event in events if isinstance(event, Recognised)]
 
 

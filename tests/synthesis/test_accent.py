@@ -62,6 +62,7 @@ US, GB = Lexicon.load(), Lexicon.load(accent="gb")
         ("new", "N Y UW1"),  # yod
         ("noon", "N UW1 N"),
         ("library", "L AY1 B R AH0 R IY0"),
+        ("strawberries", "S T R AO:1 B AH0 R IY0 Z"),
         ("mobile", "M AXW1 B AY2 L"),
         ("basket", "B AA1 S K IH0 T"),
         ("tomatoes", "T AH0 M AA1 TT AXW0 Z"),  # single words
