@@ -200,9 +200,9 @@ PHONES |= {
 """The vowels of "lot", "thought", "nurse", "square", "goat" and "near" in Standard Southern British.
 
 AX: is the mean of five men (D. Deterding, "The formants of monophthong vowels in Standard Southern British English
-pronunciation", JIPA 27, 1997). OH and AO: are more open than theirs: with 558 Hz and 160 ms the net for "stop" gave .68 instead of .88 (mean
-of eight voices), and with 430 Hz "four" came near "two". The ends of the diphthongs and the durations follow the vowels
-above.
+pronunciation", JIPA 27, 1997). OH and AO: are more open than theirs: with 558 Hz and 160 ms the
+net for "stop" gave .68 instead of .88 (mean of eight voices), and with 430 Hz "four" came near "two". The ends of the
+diphthongs and the durations follow the vowels above.
 """
 
 
