@@ -72,9 +72,12 @@ _PROGRAMS = {
 
 
 def talkers(lexicon: Lexicon) -> dict[str, Talker]:
-    """Our eight voices by each synthesizer, and the programs that are installed; a line tells which are not."""
+    """Our eight voices by each synthesizer and in each accent (`lexicon` is American), and the programs that are
+    installed; a line tells which are not."""
     natural = [replace(voice, name=f"{voice.name}-n", natural=True) for voice in VOICES]
     found = {voice.name: Talker(Speaker(voice, lexicon).render, own=True) for voice in (*VOICES, *natural)}
+    british = replace(lexicon, accent="gb")
+    found |= {f"{voice.name}-gb": Talker(Speaker(voice, british).render, own=True) for voice in VOICES}
     for name, command in _PROGRAMS.items():
         if shutil.which(command[0]) and shutil.which("sox"):
             found[name] = Talker(program(command), own=False)

@@ -1,7 +1,7 @@
 """Detections of "stop" over a talking robot, and false alarms.
 
     python -m benchmarks.stop [--calls 100] [--kinds robots,espeak-ng,flite,people] [--over-db none,-6,0,6,12,20]
-        [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--peer]
+        [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--accent gb] [--peer]
         [--cases call,two,own,false,collide,kitchen,data]
 
 `call`: "stop", "Rob stop" or "all stop" (people: "stop") in a voice that no robot has, at a random time over a robot's
@@ -23,6 +23,7 @@ import time
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from benchmarks.stop_callers import Callers, ended, is_held_out
 from hil_fakes.room import PinkNoise
 from hvcpd.assembly.make import make_ears
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.names import Accent
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
@@ -63,9 +65,9 @@ CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 class Stage:
     """Two robots, the voices that are not theirs, and the recogniser of the first."""
 
-    def __init__(self, names: tuple[str, ...], natural: bool = False) -> None:
+    def __init__(self, names: tuple[str, ...], natural: bool = False, accent: Accent = "us") -> None:
         self.names = names
-        self._sound = replace(make_sound(None, user_cache_folder()), natural=natural)
+        self._sound = replace(make_sound(None, user_cache_folder(), accent), natural=natural)
         self.book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
         robots = {voice_for(name).name for name in names}
         voices = [replace(voice, natural=natural) for voice in VOICES]
@@ -316,9 +318,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cases", default="call,two,own,false,collide")
     parser.add_argument("--names", default="Rob,Bot")
+    parser.add_argument(
+        "--accent", choices=get_args(Accent), default="us", help="of robots and of callers by their voices"
+    )
     parser.add_argument("--peer", action="store_true")
     o = parser.parse_args()
-    stage = Stage(tuple(o.names.split(",")))
+    stage = Stage(tuple(o.names.split(",")), accent=o.accent)
     callers = Callers(stage.call, o.data)
     levels = [_levels(o.over_db), _levels(o.snr_db)]
     for case in o.cases.split(","):

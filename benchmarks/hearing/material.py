@@ -11,6 +11,7 @@ import numpy as np
 
 from hvcpd.assembly.make import Books, make_books, make_ears, templates
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
+from hvcpd.config.names import Accent
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
@@ -77,11 +78,13 @@ class Team:
         return make_ears(self.book, self.names, self.sound, books=self.books)
 
 
-def make_team(names: Sequence[str], tasks: TaskRepository | None = None, natural: bool = False) -> Team:
+def make_team(
+    names: Sequence[str], tasks: TaskRepository | None = None, natural: bool = False, accent: Accent = "us"
+) -> Team:
     """A team with the paper's five plants to water, or other tasks; with `natural` voices or the formant
     synthesizer's."""
     book = make_phrasebook(names, DEFAULT_TEAMS, tasks or load_tasks(default_tasks_path()))
-    return Team(tuple(names), book, replace(make_sound(None, user_cache_folder()), natural=natural))
+    return Team(tuple(names), book, replace(make_sound(None, user_cache_folder(), accent), natural=natural))
 
 
 def more_tasks(n_words: int) -> TaskRepository | None:

@@ -12,7 +12,9 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
+from hvcpd.config.names import Accent
 from hvcpd.config.tasks import TaskRepository
+from hvcpd.errors import ConfigError
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.synthesis.acoustic_net import WEIGHTS, require_weights
@@ -46,7 +48,12 @@ class Sound:
         return replace(voice, natural=self.natural)
 
     def made_natural(self, weights: Path = WEIGHTS) -> Sound:
-        """The same with natural voices. Raises ConfigError where the network's weights are missing."""
+        """The same with natural voices. Raises ConfigError where the network's weights are missing, or where
+        the accent is not its talker's."""
+        if self.lexicon.accent != "us":
+            raise ConfigError(
+                "accent: natural voices are American; leave out `accent`, or choose `synthesizer: formant`"
+            )
         require_weights(weights)
         return replace(self, natural=True)
 
@@ -61,12 +68,13 @@ class Sound:
         return recorded or Speaker(replace(voice, rate=rate * voice.rate), self.lexicon, self.cache)
 
 
-def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None) -> Sound:
-    """Pronunciations (with a lexicon file of the user's own, if any) and a cache of rendered units on disk.
+def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None, accent: Accent = "us") -> Sound:
+    """Pronunciations (with a lexicon file of the user's own, if any) in that accent, and a cache of rendered units on
+    disk.
 
     Raises ConfigError with every fault of the lexicon file.
     """
-    return Sound(Lexicon.load(lexicon), UnitCache(cache_folder) if cache_folder is not None else None)
+    return Sound(Lexicon.load(lexicon, accent), UnitCache(cache_folder) if cache_folder is not None else None)
 
 
 def user_cache_folder() -> Path | None:

@@ -13,6 +13,9 @@ NameCheck = Callable[[str], str | None]
 VoiceName = Literal["oak", "rose", "granite", "wren", "brook", "lark", "cedar", "willow"]
 """The synthesizer's voices, as settings name them; what they sound like stands in `synthesis/voices.py`."""
 
+Accent = Literal["us", "gb"]
+"""General American or Standard Southern British pronunciations."""
+
 MAX_NAME_LENGTH = 16
 """Letters and digits of a robot's or a team's name; longer ones take longer to say than the rest of a greeting."""
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal, ParamSpec
 
 from hvcpd.config.loading import between, checked
-from hvcpd.config.names import VoiceName, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.names import Accent, VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
 from hvcpd.config.tasks import default_tasks_path
@@ -181,6 +181,7 @@ class Settings:
     pitch: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
     pace: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
     synthesizer: Literal["formant", "natural"] = "formant"
+    accent: Accent = "us"
     speech: SpeechSettings = SpeechSettings()
     waits: WaitSettings = WaitSettings()
     peers: Mapping[str, PeerSettings] = field(default_factory=dict)

@@ -214,7 +214,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         faults.append(str(error))
     people = _people(settings)
     try:
-        sound = make_sound(settings.lexicon, settings.state_dir / "units")
+        sound = make_sound(settings.lexicon, settings.state_dir / "units", settings.accent)
     except HvcpdError as error:
         faults.append(str(error))
     lexicon = sound.lexicon if sound is not None else Lexicon.load()

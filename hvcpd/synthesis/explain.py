@@ -69,8 +69,9 @@ def explain(words: Sequence[str], number: int, lexicon: Lexicon, builtin: Lexico
 _VOWELS = {
     "AA": "ah", "AE": "a", "AH": "uh", "AO": "aw", "AW": "ow", "AY": "eye", "EH": "eh", "ER": "er", "EY": "ay",
     "IH": "i", "IY": "ee", "OW": "oh", "OY": "oy", "UH": "uu", "UW": "oo",
+    "OH": "o", "AO:": "aw", "AX:": "ur", "EH:": "air", "AXW": "oh", "IA": "eer",
 }  # fmt: skip
-_CONSONANTS = {"HH": "h", "JH": "j"}
+_CONSONANTS = {"HH": "h", "JH": "j", "TT": "t", "DD": "d"}
 
 
 def respelled(phones: Sequence[str]) -> str:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 
 from hvcpd.config.document import decoded, read_bytes
-from hvcpd.config.names import plain_letters
+from hvcpd.config.names import Accent, plain_letters
 from hvcpd.errors import ConfigError
 from hvcpd.language.words import NUMBER_MAX, number_words
+from hvcpd.synthesis.accent import WORDS as BRITISH_WORDS
+from hvcpd.synthesis.accent import british
 from hvcpd.synthesis.dictionary import Dictionary, Pronunciation
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.inflection import derive
@@ -65,7 +67,8 @@ class Lexicon:
     """Words in lower case and their pronunciations, the preferred one first, over those of `dictionary`.
 
     `places` has, for words whose pronunciation depends on their place in the phrase, the one of each place; `own` are
-    the words that a user's file gives, `path` that file.
+    the words that a user's file gives, `path` that file. All these are American; with `accent` "gb" each is said as
+    British English has it (`accent.py`).
     """
 
     entries: Mapping[str, tuple[Pronunciation, ...]]
@@ -73,27 +76,36 @@ class Lexicon:
     own: frozenset[str] = frozenset()
     path: Path | None = None
     dictionary: Dictionary = CMUDICT
+    accent: Accent = "us"
 
     @classmethod
-    def load(cls, extra: Path | None = None) -> Lexicon:
-        """Our lexicon, with the entries of the file `extra` (same format) in place of ours.
+    def load(cls, extra: Path | None = None, accent: Accent = "us") -> Lexicon:
+        """Our lexicon in that accent, with the entries of the file `extra` (same format) in place of ours.
 
         Raises `ConfigError` naming every bad line of it, or that it cannot be read.
         """
-        ours = _read(BUILTIN_PATH)
+        ours = replace(_read(BUILTIN_PATH), accent=accent)
         if extra is None:
             return ours
         theirs = _read(extra)
         kept = {word: places for word, places in ours.places.items() if word not in theirs.entries}
         own = frozenset(theirs.entries)
-        return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra)
+        return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra, accent=accent)
 
     def find(self, word: str) -> Entry:
         """How a word is said, and where that is from. Without any letter or digit it is said as nothing."""
         word = word.lower()
-        if word in self.entries:
+        entry = self._american(word)
+        if self.accent == "us" or entry.origin is Origin.NUMBER:
+            return entry
+        said = tuple(dict.fromkeys(british(word, phones) for phones in entry.said))
+        return replace(entry, said=said, places={at: british(word, said) for at, said in entry.places.items()})
+
+    def _american(self, word: str) -> Entry:
+        """As `find`, before the rules of the accent; but of a number, which is read by its words, after them."""
+        if said := self._otherwise(word):
             origin = Origin.OWN if word in self.own else Origin.BUILTIN
-            return Entry(self.entries[word], origin, self.places.get(word, {}))
+            return Entry(said, origin, self.places.get(word, {}))
         form = derive(word, self._otherwise, self.places)
         if form is None and (listed := self.dictionary.look_up(word)):
             return Entry(listed, Origin.BUILTIN)
@@ -107,10 +119,12 @@ class Lexicon:
 
     def listed(self, word: str) -> tuple[Pronunciation, ...]:
         """The pronunciations of a word that a lexicon or the dictionary has; empty of any other."""
-        return self.entries.get(word.lower()) or self.dictionary.look_up(word.lower())
+        return self._otherwise(word.lower()) or self.dictionary.look_up(word.lower())
 
     def _otherwise(self, word: str) -> tuple[Pronunciation, ...]:
         """As `listed`, of words that are said otherwise than in the dictionary: so are their forms."""
+        if self.accent == "gb" and word in BRITISH_WORDS and word not in self.own:
+            return (BRITISH_WORDS[word],)
         return self.entries.get(word, ())
 
     def pronunciations(self, word: str) -> tuple[Pronunciation, ...]:
@@ -132,8 +146,8 @@ class Lexicon:
         return tuple(dict.fromkeys((entry.said[0], *entry.places.values())))
 
     def sounds(self, word: str) -> list[tuple[str, ...]]:
-        """Every known pronunciation without stress, each once."""
-        said = self.pronunciations(word)
+        """Every known pronunciation without stress, each once, in the 39 phones that people are heard by."""
+        said = replace(self, accent="us").pronunciations(word)
         return list(dict.fromkeys(tuple(phone.rstrip("012") for phone in phones) for phones in said))
 
     def _read_out(self, word: str) -> Pronunciation:

@@ -22,14 +22,34 @@ _SIMILAR_CONSONANTS = (
     "Z ZH",
     "CH JH",
     "P B",
-    "T D",
+    "T TT D DD",
     "K G",
     "F V",
     "S Z",
     "L W",
     "R W",
 )
-_SIMILAR_VOWELS = ("IY IH EY", "EH AE AH", "AA AO AH", "UW UH", "OW AO", "ER AH", "AY AA", "AW AA", "OY AO", "IH EH")
+_SIMILAR_VOWELS = (
+    "IY IH EY",
+    "EH AE AH",
+    "AA AO AH",
+    "UW UH",
+    "OW AO",
+    "ER AH",
+    "AY AA",
+    "AW AA",
+    "OY AO",
+    "IH EH",
+    "OH AA AH",
+    "OH AO:",
+    "AX: ER AH",
+    "AX: EH:",
+    "EH EH:",
+    "AXW UH",
+    "AXW AX:",
+    "IA IY IH",
+    "IA EH:",
+)
 SIMILAR_COST = 0.4
 """Of one phone in place of a similar one; another phone, a missing or an additional one costs 1."""
 ALIKE_BELOW = 1.0

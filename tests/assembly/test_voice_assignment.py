@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from hil_fakes.room import PinkNoise
 from hvcpd.assembly.make import make_recogniser, make_robot
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
@@ -41,16 +42,16 @@ def in_words(folder: Path, voice: str, *words: str) -> Path:
     return folder
 
 
-def heard(settings: Settings, sound: Samples) -> list[tuple[str, ...]]:
-    """What a robot with these settings understands of a sound."""
+def heard(settings: Settings, sound: Samples, noise: Samples | None = None) -> list[tuple[str, ...]]:
+    """What a robot with these settings understands of a sound, with a second before and after it, in quiet or noise."""
     tasks = load_tasks(settings.tasks)
     book = make_phrasebook(settings.names, settings.teams, tasks)
-    ears = make_recogniser(
-        book, [n for n in settings.names if n != settings.name], assign_voices(Sound(LEXICON), settings, tuple)
-    )
-    quiet = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ)
-    quiet[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
-    events = [*ears.push(quiet.astype(np.float32)), *ears.flush()]
+    team_sound = assign_voices(make_sound(accent=settings.accent), settings, tuple)
+    ears = make_recogniser(book, [n for n in settings.names if n != settings.name], team_sound)
+    if noise is None:
+        noise = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ).astype(np.float32)
+    noise[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
+    events = [*ears.push(noise), *ears.flush()]
     return [event.words for event in events if isinstance(event, Recognised)]
 
 
@@ -92,6 +93,26 @@ def test_a_peer_is_heard_at_the_pitch_and_pace_that_it_was_given(pitch: float, p
     told = Settings(name="Bot", names=("Rob", "Bot", "Mia"), peers={"Rob": rob, "Mia": PeerSettings(voice="wren")})
     said = assign_voices(Sound(LEXICON), told, tuple).speaker_of("Rob").render(SENTENCE)
     assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("snr_db", [None, 0.0])
+def test_robots_with_a_british_accent_understand_one_another(snr_db: float | None) -> None:
+    bot = Settings(name="Bot", accent="gb")
+    rob = make_sound(accent="gb").speaker_of("Rob")
+    book = make_phrasebook(bot.names, bot.teams, load_tasks(bot.tasks))
+    for text in ("Hi Bot, I am Rob, task four complete", "Hi Bot, I am Rob, water the yellow rose"):
+        utterance = book.parse_text(text)
+        said = 0.2 * rob.render(book.phrases(utterance))
+        level = float(np.sqrt(np.mean(said**2))) * 10.0 ** (-snr_db / 20.0) if snr_db is not None else 1e-3
+        found = heard(bot, said, PinkNoise(level, 3).take(len(said) + 2 * SAMPLE_RATE_HZ).copy())
+        assert found == [book.render(utterance)]
+
+
+def test_natural_voices_have_no_british_accent() -> None:
+    settings = Settings(name="Rob", accent="gb", synthesizer="natural")
+    with pytest.raises(ConfigError, match=r"\Aaccent: natural voices are American.*\Z"):
+        assign_voices(make_sound(accent=settings.accent), settings, tuple)
 
 
 def test_recordings_are_spoken_and_make_templates(tmp_path: Path) -> None:

@@ -373,6 +373,7 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
     ("text", "expected"),
     [
         ("voice: oka", "F:2: voice: the text 'oka' is not one of the choices; did you mean 'oak'?"),
+        ("accent: british", "F:2: accent: the text 'british' is not one of the choices; known are: us, gb"),
         ("peers: {Bot: {voice: cedr}}", "F:2: voice: the text 'cedr' is not one of the choices; did you mean 'cedar'?"),
         ("peers: {Bot: {voce: oak}}", "F:2: unknown key 'voce'; did you mean 'voice'?"),
         ("peers: {Bott: {voice: oak}}", "F:2: 'Bott' is not one of `names`; did you mean 'Bot'?"),

@@ -106,6 +106,21 @@ def test_what_was_said_is_heard(sentence: Path, capsys: pytest.CaptureFixture[st
     assert "Hi Rob, I am Bot, water the yellow rose" in ran(capsys, "hear", tmp_path / "room.wav")
 
 
+def test_what_was_said_with_a_british_accent_is_heard_with_it(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    settings, wav = tmp_path / "hvcpd.yaml", tmp_path / "said.wav"
+    settings.write_text("name: Rob\nnames: [Rob, Bot]\naccent: gb\n")
+    text = "Hi Rob, I am Bot, water the yellow rose"
+    ran(capsys, "say", text, "--local", "--config", settings, "-o", wav)
+    said, plain = read_wav(wav), tmp_path / "us.wav"
+    ran(capsys, "say", text, "--local", "-o", plain)
+    assert read_wav(plain).shape != said.shape
+    write_wav(wav, np.pad(said, SAMPLE_RATE_HZ))
+    assert text in ran(capsys, "hear", wav, "--config", settings)
+    assert "W AO:1 TT AH0  WAW-tuh" in ran(capsys, "pronounce", "water", "--config", settings)
+
+
 def test_silence_has_no_sentence_and_says_so(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     write_wav(tmp_path / "quiet.wav", np.zeros(SAMPLE_RATE_HZ, np.float32))
     assert main(["hear", str(tmp_path / "quiet.wav")]) == 0

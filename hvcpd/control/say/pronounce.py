@@ -9,7 +9,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hvcpd.assembly.sound import make_sound
 from hvcpd.config.names import unsayable, valid_robot_name
 from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
@@ -33,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
         raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
     settings = load_settings(options.config, {}, name_needed=False)
     path: Path | None = options.lexicon or settings.lexicon
-    lexicon, builtin = make_sound(path).lexicon, Lexicon.load()
+    lexicon, builtin = (Lexicon.load(each, settings.accent) for each in (path, None))
     if options.paper_table:
         _print_table(lexicon, options.json)
         return 0

@@ -59,7 +59,7 @@ def load_team(
     `encrypted` one hides what it says. Raises ConfigError and PhraseError.
     """
     settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
-    sound = make_sound(settings.lexicon, user_cache_folder())
+    sound = make_sound(settings.lexicon, user_cache_folder(), settings.accent)
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
     tasks = load_tasks(settings.tasks, alike, robots=len(names or settings.names))
     people = _enrolled(settings)
