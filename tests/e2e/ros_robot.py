@@ -55,14 +55,19 @@ class Roscore:
         self.start()
 
     def start(self) -> None:
-        """Start it; who needs the master waits for it by themselves."""
-        with self._log.open("ab") as log:
-            self._process = subprocess.Popen(
-                [*END_WITH_PARENT, "roscore", "-p", str(self._port)],
-                env={**os.environ, **self.environment},
-                stdout=log,
-                stderr=log,
-            )
+        """Start it, and once more if it gives up: on a busy machine its master may take longer than it waits."""
+        for _ in range(2):
+            with self._log.open("ab") as log:
+                process = self._process = subprocess.Popen(
+                    [*END_WITH_PARENT, "roscore", "-p", str(self._port)],
+                    env={**os.environ, **self.environment},
+                    stdout=log,
+                    stderr=log,
+                )
+            wait_until(lambda: self.answers() or process.poll() is not None, END_S, "a master answers")  # noqa: B023
+            if process.poll() is None:
+                return
+        raise AssertionError(f"roscore gave up twice: {self._log.read_text()}")
 
     def answers(self) -> bool:
         """Whether the master answers."""
