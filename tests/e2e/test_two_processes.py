@@ -36,9 +36,13 @@ def watered(robot: RobotProcess) -> list[int]:
     return [int(event["task"]) for event in robot.events("performed")]
 
 
-def reported(robot: RobotProcess) -> set[str]:
-    """The numbers, as words, of the tasks that it said it had completed."""
-    told = (re.search(r"task (\w+)(?: and (\w+))? complete", text) for text in robot.said())
+def reported(robot: RobotProcess, other: RobotProcess) -> set[str]:
+    """The numbers, as words, of the tasks that it said it had completed, by its own transcript, the end of which is
+    lost if it is killed, and by what the other robot heard."""
+    heard = [
+        record.text for record in other.transcript() if record.kind == "heard" and f"I am {robot.name}" in record.text
+    ]
+    told = (re.search(r"task (\w+)(?: and (\w+))? complete", text) for text in [*robot.said(), *heard])
     return {number for found in told if found for number in found.groups() if number}
 
 
@@ -60,8 +64,8 @@ def assert_each_plant_done_once(stage: Stage[RobotProcess]) -> None:
     assert rob.tasks() == bot.tasks()
     for robot in stage.robots:
         assert sorted(watered(robot)) == [n for n, (_, owner) in robot.tasks().items() if owner == robot.name]
-    assert not reported(rob) & reported(bot)
-    assert reported(rob) | reported(bot) == set(NUMBERS[: len(stage.tasks)])
+    assert not reported(rob, bot) & reported(bot, rob)
+    assert reported(rob, bot) | reported(bot, rob) == set(NUMBERS[: len(stage.tasks)])
 
 
 def assert_driven_there(robot: RobotProcess) -> None:
