@@ -40,9 +40,10 @@ def test_one_bad_reply_is_healed(faulty: Robot, before: int, fault: ReplyFault) 
     assert reading.left_rad == pytest.approx(faulty.bus.motors[1].true_angle_rad, abs=0.08)
 
 
-def test_to_let_go_is_said_again_to_a_motor_that_has_not_answered(faulty: Robot) -> None:
+@pytest.mark.parametrize("lost", [2, 8])
+def test_to_let_go_is_said_again_to_a_motor_that_has_not_answered(lost: int, faulty: Robot) -> None:
     faulty.run(AHEAD, 0.2)
-    faulty.bus.faults.schedule(ReplyFault.DROP, ReplyFault.DROP, ReplyFault.NONE, ReplyFault.DROP)
+    faulty.bus.faults.schedule(*[ReplyFault.DROP] * lost, ReplyFault.NONE, ReplyFault.DROP)
     faulty.wheels.close()
     assert faulty.bus.faults.pending == 0
 
