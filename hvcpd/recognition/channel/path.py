@@ -196,9 +196,9 @@ def leaders(paths: Sequence[Path], n: int) -> list[Path]:
     return sorted(paths, key=lambda path: -path.score)[:n]
 
 
-def kept(paths: Sequence[Path], leaders: Sequence[Path]) -> list[Path]:
-    """The paths that are not far behind any of the leaders."""
-    return [path for path in paths if not any(_is_behind(path, leader) for leader in leaders)]
+def kept(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
+    """The paths that are not far behind any of those `ahead`."""
+    return [path for path in paths if not any(_is_behind(path, leader) for leader in ahead)]
 
 
 def _is_behind(path: Path, leader: Path) -> bool:
