@@ -28,7 +28,9 @@ STILL_S = 0.5
 AGAIN_S = 1.0
 """Between two attempts at a joint that does not answer: each costs the wheels' cycle a time-out of about 50 ms."""
 TRIES = 3
-"""Of a cycle, and of the last word to a joint that is to let go: lines lose a reply now and then."""
+"""Of a cycle: lines lose a reply now and then."""
+LAST_TRIES = 10
+"""Of switching a motor's torque off at the end, when nothing else waits: three were once too few on a busy machine."""
 
 WINDOW_START = registers.TORQUE_ENABLE.address
 WINDOW_SIZE = registers.PRESENT_POSITION.address + registers.PRESENT_POSITION.size - WINDOW_START
@@ -132,7 +134,7 @@ class Joint:
     def close(self, bus: DynamixelBus) -> None:
         """Leave it as declared; never raises. One that holds stands by its watchdog from now on."""
         if self.settings.stopped == "release":
-            any(lets_go(bus, self.settings.id) for _ in range(TRIES))
+            let_go(bus, self.settings.id)
 
     def _stop_blindly(self, bus: DynamixelBus) -> None:
         """It may hear though it is not heard: hold it where it was last seen, or let it go, as declared."""
@@ -207,6 +209,11 @@ class Joint:
 
     def _angle_deg(self, ticks: int) -> float:
         return self._sign * (ticks * DEG_PER_TICK - self.settings.zero_deg)
+
+
+def let_go(bus: DynamixelBus, motor_id: int) -> None:
+    """Switch a motor's torque off at the end; one that never answers stops by its watchdog."""
+    any(lets_go(bus, motor_id) for _ in range(LAST_TRIES))
 
 
 def lets_go(bus: DynamixelBus, motor_id: int) -> bool:

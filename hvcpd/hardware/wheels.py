@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from hvcpd.hardware import registers
-from hvcpd.hardware.joints import Joint, lets_go
+from hvcpd.hardware.joints import Joint, let_go
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import DynamixelBus, MakePort
 from hvcpd.hardware.wheels_handshake import SEARCH_S, arm, inspect, prepare, read_health, read_states
@@ -18,9 +18,6 @@ from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 WINDOW_START = registers.PRESENT_LOAD.address
 WINDOW_SIZE = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size - WINDOW_START
 """Read in every cycle: load, velocity, position, voltage and temperature lie side by side, 21 bytes."""
-
-LAST_TRIES = 10
-"""Of switching a motor's torque off at the end, when nothing else waits: three were once too few on a busy machine."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +145,6 @@ class DynamixelWheels(BusWheels):
 
     def _torque_off(self) -> None:
         for motor_id in self._ids:
-            any(lets_go(self._bus, motor_id) for _ in range(LAST_TRIES))  # one that never answers stops by its watchdog
+            let_go(self._bus, motor_id)
         for joint in self._joints:
             joint.close(self._bus)

@@ -166,6 +166,16 @@ def test_a_joint_that_is_missing_is_told_at_the_start_and_later_costs_the_wheels
     assert robot.joint.state.there
 
 
+def test_to_let_go_is_said_again_to_a_joint_that_has_not_answered() -> None:
+    robot = bench(stopped="release")
+    robot.joint.turn(80.0)
+    robot.run(0.3)
+    wheels = [ReplyFault.NONE, ReplyFault.NONE]
+    robot.line.faults.schedule(*wheels, *[ReplyFault.DROP] * 8)
+    robot.wheels.close()
+    assert robot.line.faults.pending == 0
+
+
 @pytest.mark.parametrize(("stopped", "torque"), [("hold", 1), ("release", 0)])
 def test_a_joint_that_hears_and_is_not_heard_is_stopped_all_the_same(stopped: str, torque: int) -> None:
     """It went on to its goal: the wheels' words keep its watchdog quiet."""
