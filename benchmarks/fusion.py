@@ -1,6 +1,6 @@
 """Fits the weights of the listeners of the second pass (`hvcpd/people/fusion.py`), and prints the results.
 
-    python -m benchmarks.fusion [--data DIR] [--sentences 10] [--seed 1]
+    python -m benchmarks.fusion [--data DIR] [--sentences 25] [--seed 1]
 
 `python -m benchmarks.fit` writes the weights. What they are fitted to is `benchmarks.fusion_cases`; the table of how
 many sentences of each confidence were right is of a fifth of the cases, to which a second fit was blind. Needs
@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 RIDGE = 0.05
 FOLDS = 5
 SUPPORT_SIGNS = "---"
-PROBABILITY_SIGNS = "?---+?+++?"
+PROBABILITY_SIGNS = "?---+?++?"
 """Of each weight, where it is known which it must have."""
 SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
@@ -37,11 +37,10 @@ EVIDENCE = (
     "loss_a_phone",
     "worst_word",
     "unclear",
-    "lead",
+    "lead_by_length",
     "is_nearest",
     "nearest_logit",
     "is_nearest_by_net",
-    "log_phones",
     "phones_a_second",
 )
 """Names of the weights of `fusion.supporting` and `fusion.evidence`."""
@@ -144,7 +143,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     sure = probabilities >= MIN_STRANGERS_PROBABILITY
     people = ", words of 20 people, people's talk, sounds, digits" if o.data is not None else ""
     return {
-        "data": f"{o.sentences} sentences by each of nine synthetic voices, calls, robots, words and prose that are no "
+        "data": f"{o.sentences} sentences by each of eight synthetic voices, calls, robots, words and prose that are no "
         f"sentence, enrolled voices{people}; in rooms and noises; seed {o.seed}",
         "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
         f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
@@ -159,7 +158,7 @@ def parser() -> argparse.ArgumentParser:
     """The options."""
     out = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     out.add_argument("--data", type=Path, help="folder of recordings of people, rooms and noises")
-    out.add_argument("--sentences", type=int, default=10, help="of each voice")
+    out.add_argument("--sentences", type=int, default=25, help="of each voice")
     out.add_argument("--seed", type=int, default=1)
     return out
 

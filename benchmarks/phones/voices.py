@@ -1,7 +1,8 @@
 """The speakers: synthetic voices of several makers, none of which `benchmarks.people` tests.
 
-Held out, and never drawn: three of Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's;
-for calibration: two of Kokoro's, festival's kal, espeak-ng's variants of CALIBRATION.
+Held out, and never drawn: three of Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's,
+festival's slt; for calibration: one of Kokoro's, festival's kal, espeak-ng's variants of CALIBRATION. From the fifth of
+Kokoro's many like it are made to train on.
 """
 
 from __future__ import annotations
@@ -41,8 +42,13 @@ VARIANTS = tuple(
     "m5 m6 m8 f1 m1 grandma croak whisper whisperf".split()
 )
 KOKORO_RATE = (0.85, 1.15)
-KOKORO_CALIBRATION = ("jf_alpha", "jf_gongitsune")
+KOKORO_TRAINING = "jf_alpha"
+"""That of Kokoro's voices around which others are drawn to train on: it is the farthest from those of the tests."""
+KOKORO_CALIBRATION = ("jf_gongitsune",)
 """Those of Kokoro's voices by which the confidence of sentences is fitted; the other three are for tests alone."""
+KOKORO_SPREAD = 0.8
+"""How far a voice that is drawn is from KOKORO_TRAINING at most, in timbre and in manner: voices of the package are 0.7 to
+4 from each other, and of sentences by voices at 1.0 half as many were understood."""
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
 
 NEURAL_RATE_HZ = 24000
@@ -144,8 +150,11 @@ def piper() -> Talker:
     return say
 
 
-def kokoro() -> dict[str, Talker]:
-    """Kokoro-82M in its package's five voices, with Hibari's English pronunciations; empty if not installed."""
+def kokoro(spread: float = 0.0) -> dict[str, Talker]:
+    """Kokoro-82M in its package's five voices, with Hibari's English pronunciations; empty if not installed.
+
+    `spread`: each sentence in a voice of its own, so far from the named one at most.
+    """
     try:
         import onnxruntime
         from hibari import Hibari
@@ -163,12 +172,19 @@ def kokoro() -> dict[str, Talker]:
     def voice(style: NDArray[np.float32]) -> Talker:
         def say(phrases: Phrases, chooser: random.Random) -> Samples:
             phonemes = english.phonemize(text_of(phrases).capitalize())[0]
-            sound = core._infer(phonemes, style, chooser.uniform(*KOKORO_RATE))
+            sound = core._infer(phonemes, style + _drawn(spread, chooser), chooser.uniform(*KOKORO_RATE))
             return resampled(sound, NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
 
         return say
 
     return {name: voice(style) for name, style in styles.items()}
+
+
+def _drawn(spread: float, chooser: random.Random) -> NDArray[np.float32]:
+    """What is added to a style of Kokoro's: up to `spread` in any direction, in each of its halves (timbre, manner)."""
+    halves = np.array([[chooser.gauss(0.0, 1.0) for _ in range(128)] for _ in range(2)])
+    lengths = np.array([[chooser.uniform(0.0, spread)] for _ in range(2)])
+    return np.asarray(lengths * halves / np.linalg.norm(halves, axis=1, keepdims=True), np.float32).ravel()
 
 
 def any_voice(chooser: random.Random) -> Voice:
@@ -203,8 +219,9 @@ def talkers(lexicon: Lexicon) -> list[tuple[Talker, float]]:
     missing = [p for p in ("espeak-ng", "festival") if shutil.which(p) is None]
     if missing:
         raise SystemExit(f"not installed: {', '.join(missing)}")
-    found = [(espeak(ACCENTS, VARIANTS), 0.2), (festival("ked_diphone"), 0.05), (own(lexicon, True, False), 0.05)]
-    return [*found, (own(lexicon, False, True), 0.2), (neural(), 0.3), (piper(), 0.2)]
+    found = [(espeak(ACCENTS, VARIANTS), 0.25), (festival("ked_diphone"), 0.05), (own(lexicon, True, False), 0.05)]
+    found += [(own(lexicon, False, True), 0.1), (neural(), 0.25), (piper(), 0.15)]
+    return [*found, (kokoro(KOKORO_SPREAD)[KOKORO_TRAINING], 0.15)]
 
 
 def calibrators() -> list[Talker]:

@@ -177,8 +177,9 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
 
     Its loss against the best phone sequence, for each of its phones: a strange voice loses a little in each, a wrong
     sentence much in a few. The worst word's loss per frame; the net's certainty of any phones; the extra loss of the
-    best other sentence; whether it is nearest to enrolled people's words by cepstra, and how certainly, and by tandem
-    features; the number of phones, and their rate.
+    best other sentence, times the logarithm of the number of phones, since a short word that is no sentence is like none
+    of the others either; whether it is nearest to enrolled people's words by cepstra, and how certainly, and by tandem
+    features; the phones a second.
     """
     n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]
@@ -193,9 +194,8 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
         min(hypotheses.loss(words) / n_phones, MOST_LOSS_A_PHONE),
         min(hypotheses.worst_word(words)[1], MOST_OF_A_WORD),
         float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
-        hypotheses.lead(words),
+        hypotheses.lead(words) * math.log(n_phones),
         *heard,
-        math.log(n_phones),
         n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
     )
 

@@ -11,9 +11,10 @@ frames, too.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,17 @@ HALVES = 1
 
 @cache
 def _weights() -> dict[str, NDArray[np.float32]]:
-    return {name: np.asarray(values, np.float32) for name, values in stored("phones.npz").items()}
+    return whole_weights(stored("phones.npz"))
+
+
+def whole_weights(file: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.float32]]:
+    """Weights and biases of a file of `benchmarks.phones.train`, where bytes have a scale for each output."""
+    scales = {name.replace("scale", "weights"): values for name, values in file.items() if name.startswith("scale")}
+    return {
+        name: np.asarray(values, np.float32) * scales.get(name, np.float32(1.0))
+        for name, values in file.items()
+        if not name.startswith("scale")
+    }
 
 
 @dataclass(frozen=True, eq=False)
