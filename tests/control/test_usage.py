@@ -120,7 +120,7 @@ def test_every_command_has_an_example_that_its_own_parser_takes() -> None:
         lines = (command.epilog or "").replace("\\\n", " ").splitlines()
         examples = [line for line in lines if line.startswith("  hvcpctl ")]
         assert examples, f"{command.prog} --help shows no example"
-        assert sum(line in ("Example:", "Examples:") for line in lines) == 1, f"{command.prog} --help lists examples twice"
+        assert sum(line in ("Example:", "Examples:") for line in lines) == 1, f"{command.prog}: examples twice"
         for example in examples:
             parser.parse_args(shlex.split(example.replace(" > ", " # "), comments=True)[1:])
 
