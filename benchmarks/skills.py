@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.skills_killed import kill_rows
-from benchmarks.skills_served import BLOCK_S, PATIENT, STANDS_RAD_S, served_rows
+from benchmarks.skills_served import BLOCK_S, PATIENT_S, STANDS_RAD_S, served_rows
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
@@ -132,7 +132,7 @@ def joint_bus(**settings: object) -> Iterator[tuple[FakeMotor, Joint, WheelServi
     motor = FakeMotor(3, start_ticks=2048, shaft=JOINT)
     joint = Joint(JointSettings(3, **settings), time.monotonic)  # type: ignore[arg-type]
     with FakeBus((*turtlebot3_pair(), motor)) as bus, RealTimePump(bus.advance):
-        yield motor, joint, WheelService(DynamixelWheels(bus.path, settings=PATIENT, joints=(joint,)))
+        yield motor, joint, WheelService(DynamixelWheels(bus.path, timeout_s=PATIENT_S, joints=(joint,)))
 
 
 async def joint_row(stopped: str, calls: int, rng: random.Random) -> None:

@@ -63,13 +63,12 @@ class JointState:
 
 
 class Joint:
-    """One joint. `clock` (s) is the bus thread's; `watchdog_units` of 20 ms are the motor's own lease."""
+    """One joint. `clock` (s) is the bus thread's."""
 
-    def __init__(self, settings: JointSettings, clock: Callable[[], float], watchdog_units: int = 12) -> None:
+    def __init__(self, settings: JointSettings, clock: Callable[[], float]) -> None:
         self.settings = settings
         self.state = JointState()
         self._clock = clock
-        self._watchdog_units = watchdog_units
         self._wish = self._carried_out = self._tried = Wish(0)
         self._is_ready = False
         self._failures = 0
@@ -160,7 +159,7 @@ class Joint:
         self._stand(bus)
         write(registers.GOAL_PWM, round(self.settings.effort * registers.FULL_PWM))
         write(registers.PROFILE_VELOCITY, max(round(self.settings.speed_deg_s / VELOCITY_UNIT_DEG_S), 1))
-        write(registers.BUS_WATCHDOG, self._watchdog_units)
+        write(registers.BUS_WATCHDOG, registers.WATCHDOG_UNITS)
         self._is_ready = True
 
     def _stand(self, bus: DynamixelBus) -> None:
