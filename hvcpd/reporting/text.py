@@ -73,14 +73,9 @@ def percent(value: float) -> str:
     return f"{100 * value:.0f} %" if math.isfinite(value) else "– %"
 
 
-def plural(count: int, one: str, many: str | None = None) -> str:
+def plural(count: int, one: str) -> str:
     """The count with its noun: 1 task, 2 tasks."""
-    return f"{count} {one if count == 1 else many or one + 's'}"
-
-
-def repeated(doers: Iterable[Sequence[str]]) -> int:
-    """How many tasks were done more than once; `doers` are the robots that did each, once for each time."""
-    return sum(len(robots) > 1 for robots in doers)
+    return f"{count} {one}{'s' * (count != 1)}"
 
 
 def seal_words(seal: str) -> str:
