@@ -124,7 +124,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         else:
             calls.append(Line(_call(pattern), form.meaning, topic))
     statements += _proofs(phrasebook)
-    addressees = [_addressee(value) for value in phrasebook.slots["addressee"]]
+    addressees = list(map(str, phrasebook.slots["addressee"]))
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
         ("NAME", vocabulary.names),
@@ -186,18 +186,6 @@ def _example(phrasebook: Phrasebook) -> str:
         return "Hi all, I am " + (words.names[0] if words.names else "…")
     last = words.tasks[len(words.numbers) - 1]  # of the team's own; after them come others that it may hear of
     return f"Hi {words.names[0]}, I am {words.names[1]}, {last}"
-
-
-def _addressee(value: object) -> str:
-    match value:
-        case m.ToAll():
-            return "all"
-        case m.ToTeam(team):
-            return f"team {team}"
-        case m.ToRobot(name):
-            return name
-        case _:
-            return str(value)
 
 
 def _call(pattern: str) -> str:
