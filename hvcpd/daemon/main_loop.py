@@ -22,7 +22,7 @@ from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.control_status import Body
-from hvcpd.daemon.devices import Button, Devices
+from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService, Remembered
 from hvcpd.daemon.logging import tell
 from hvcpd.daemon.name_learning import NameLearning, Rendered, at_once
@@ -36,6 +36,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.hardware.stop_button import StopButton
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
@@ -78,7 +79,7 @@ class Daemon:
         self._control = ControlService(Body(wiring, self._journal), rereading)
         self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
         self._wheels: WheelService | None = None
-        self._button: Button | None = None
+        self._button: StopButton | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
         self._channel = SecondPass[Stretch, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
