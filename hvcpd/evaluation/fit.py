@@ -50,11 +50,4 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
-EXPERIMENT = Experiment(
-    "fit",
-    "the bench's own noise that gives the paper's 120 cm",
-    _trials,
-    call,
-    _summarise,
-    ("pyroomacoustics", PEER.lower()),
-)
+EXPERIMENT = Experiment("fit", _trials, call, _summarise, ("pyroomacoustics", PEER.lower()))

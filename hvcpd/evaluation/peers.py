@@ -161,11 +161,4 @@ def _draw(figure: Any, series: Sequence[plots.Series]) -> None:
         axes.set_title(condition, pad=30, fontsize=9)
 
 
-EXPERIMENT = Experiment(
-    "peers",
-    "ours and other recognisers on the same audio: success, processor, memory",
-    _trials,
-    _run,
-    _summarise,
-    ("pyroomacoustics",),
-)
+EXPERIMENT = Experiment("peers", _trials, _run, _summarise, ("pyroomacoustics",))

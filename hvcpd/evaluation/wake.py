@@ -91,6 +91,4 @@ def _of(series: Sequence[plots.Series], condition: str, listener: str) -> Pivot 
     return next((s.pivot for s in series if (s.condition, s.listener) == (condition, listener)), None)
 
 
-EXPERIMENT = Experiment(
-    "wake", "is a call heard? success against distance", _trials, call, _summarise, ("pyroomacoustics",)
-)
+EXPERIMENT = Experiment("wake", _trials, call, _summarise, ("pyroomacoustics",))
