@@ -100,7 +100,7 @@ class Daemon:
     def __init__(self, path: Path, wheels: WheelService | None = None) -> None:
         tasks = load_tasks(path.parent / "tasks.yaml")
         self.service = SkillService(lambda: tasks)
-        self.performer = Performer(Navigator())
+        self.performer = Performer(Navigator(), Pose(0.0, 0.0))
         self.service.begin(cast(Robot, SimpleNamespace(performer=self.performer)))
         self._server = ControlServer(self._serve, lambda: {"event": "hello", "protocol": 1, "name": "Rob"})
         self._server.on_gone = self.service.gone

@@ -64,7 +64,7 @@ class MemoryPlan:
 class HearingPlan:
     """The voices that it listens for besides robots'."""
 
-    acoustics: Acoustics | None = None
+    acoustics: Acoustics = field(default_factory=Acoustics)
     people: Mapping[str, Person] = field(default_factory=dict)
     """The enrolled people, and no robots, by name in lower case. It is read again at each use, possibly in a thread."""
     channel: Worker[Stretch, SearchResult] | None = None

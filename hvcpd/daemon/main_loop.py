@@ -40,7 +40,6 @@ from hvcpd.hardware.stop_button import StopButton
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
-from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.robot import Robot
 
 if TYPE_CHECKING:
@@ -141,13 +140,12 @@ class Daemon:
             await sound.open()
 
             self._manager.status("preparing words; the first time takes longest")
-            acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
             body, journal = self._control.body, self._journal
             memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues, journal.changes)
             enrolled = CurrentPeople(lambda: body.wiring.people)
             heard, workers = journal.names, (self._channel, self._second)
-            plan = self.wiring.plan(memory, acoustics, heard, here, navigator, *workers, enrolled)
+            plan = self.wiring.plan(memory, sound.latency_s, heard, here, navigator, *workers, enrolled)
             warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)

@@ -54,14 +54,14 @@ class Performer:
     """Owns the navigator and the skill in use. Call `begin`, then `step` at every block until the outcome is not
     GOING_ON; `take_orders` returns orders for the clients that offer skills, and `tell` takes their answers."""
 
-    def __init__(self, driver: Navigator, home: Pose | None = None) -> None:
-        """`home` is where it docks; None: where it was at its first step."""
+    def __init__(self, driver: Navigator, home: Pose) -> None:
+        """`home` is where it docks."""
         self._motion = driver
         self._home = home
         self._actions: tuple[Action, ...] = ()
         self._index = 0
         self._started = False
-        self._from = home or Pose(0.0, 0.0)
+        self._from = home
         self._until_s = 0.0
         self._last_s = 0.0
         self._rested_s = 0.0
@@ -84,7 +84,7 @@ class Performer:
             match action:
                 case GoTo(place):
                     way.append(place)
-                case Dock() if self._home is not None:
+                case Dock():
                     way.append(Place(self._home.x_m, self._home.y_m))
                 case Forward(distance_m) if n == 0 and self._started:
                     at = self._from
@@ -139,7 +139,6 @@ class Performer:
 
     def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
         """Continue the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
-        self._home = self._home or pose
         self._last_s = now
         now -= self._rested_s
         remark = None
@@ -169,7 +168,7 @@ class Performer:
             case Turn(angle_deg):
                 self._motion.start(motion.Turn(math.radians(angle_deg)), pose)
             case Dock():
-                self._motion.start(navigator.Dock(self._home or pose), pose)
+                self._motion.start(navigator.Dock(self._home), pose)
             case Wait(duration_s):
                 self._until_s = now + duration_s
             case SayAction(text):

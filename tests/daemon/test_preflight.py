@@ -136,7 +136,7 @@ def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
     made = wiring(
         tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",), speech=speech
     )
-    plan = made.plan(MemoryPlan({1: ("done", "Bot")}), Acoustics(latency_s=0.1))
+    plan = made.plan(MemoryPlan({1: ("done", "Bot")}), 0.1)
     assert plan.team.names == ("Rob", "Bot")
     assert plan.seed == 7
     assert plan.role.nearest_first

@@ -23,7 +23,7 @@ from hvcpd.config.task_doubts import doubts
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Use
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.ports import STANDSTILL
+from hvcpd.ports import STANDSTILL, Pose
 from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
 from hvcpd.robot.performer import Outcome, Performer
@@ -104,7 +104,7 @@ def test_all_its_tasks_can_be_done_on_the_fakes(example: Path) -> None:
     settings, tasks = read(example)
     robot, performer, host = (
         VirtualRobot(seed=1),
-        Performer(Navigator()),
+        Performer(Navigator(), Pose(0.0, 0.0)),
         FakeHost(usual_devices(tasks, settings.skills)),
     )
     robot.wheels.open()
