@@ -28,7 +28,7 @@ from typing import Any, Protocol
 
 from hvcpd.config.skills import Value
 from hvcpd.skills.life import CANCELLED, Call
-from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, shielded, start, take_line
+from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, next_report, shielded, start
 
 GROUP = "hvcpd.skills"
 PR_SET_PDEATHSIG = 1
@@ -118,19 +118,11 @@ class Object:
 
     async def _until_over(self, process: asyncio.subprocess.Process, said: Said, tell: Tell) -> dict[str, Any]:
         """The line that ends a call; nothing if the process ends instead."""
-        assert process.stdout is not None
-        while True:
-            try:
-                line = await process.stdout.readuntil(b"\n")
-            except asyncio.LimitOverrunError as error:
-                await process.stdout.readexactly(max(error.consumed, 1))
-                continue
-            except asyncio.IncompleteReadError:
-                await end_group(process)
-                return {}
-            value = take_line(line, said, tell)
+        while (value := await next_report(process, said, tell)) is not None:
             if "done" in value or "reason" in value:
                 return value
+        await end_group(process)
+        return {}
 
     def hold(self, on: bool) -> None:
         """A Python object is not held: it may be in the middle of an operation, and a stop cancels it soon enough."""

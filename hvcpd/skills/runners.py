@@ -72,6 +72,14 @@ def places(words: tuple[str, ...]) -> frozenset[str]:
     return frozenset(name for word in words for name in _PLACE.findall(word))
 
 
+def number_of(call: Call, name: str) -> float:
+    """The call's argument of that name. Raises FailedError if it is no number, or missing."""
+    value = dict(call.arguments).get(name)
+    if not isinstance(value, float):
+        raise FailedError(f"it is not told `{name}`")
+    return value
+
+
 def _written(value: Value) -> str:
     return value if isinstance(value, str) else f"{value:.10g}"
 
@@ -101,7 +109,8 @@ class Program:
                 raise FailedError(f"{self._run[0]}: {error.strerror}") from None
             if self._guard is not None:
                 self._guard.arm(process.pid, safe)
-            await listen(process, said, tell)
+            while await next_report(process, said, tell) is not None:
+                pass
             status = await process.wait()
             if status == 0:
                 return said.results
@@ -164,8 +173,8 @@ async def start(
     )
 
 
-async def listen(process: asyncio.subprocess.Process, said: Said, tell: Tell) -> None:
-    """Take a program's reports, line by line, until it ends."""
+async def next_report(process: asyncio.subprocess.Process, said: Said, tell: Tell) -> dict[str, Any] | None:
+    """Take the report in the next line of a program's output; None if there is none any more."""
     assert process.stdout is not None
     while True:
         try:
@@ -175,9 +184,7 @@ async def listen(process: asyncio.subprocess.Process, said: Said, tell: Tell) ->
             continue
         except asyncio.IncompleteReadError as error:
             line = error.partial
-        if not line:
-            return
-        take_line(line, said, tell)
+        return take_line(line, said, tell) if line else None
 
 
 def take_line(line: bytes, said: Said, tell: Tell) -> dict[str, Any]:
