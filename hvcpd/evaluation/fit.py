@@ -40,8 +40,8 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             "(FITTED_ROBOT_NOISE_DB_SPL in hvcpd/evaluation/scene.py).",
         ),
         Table(("robot_noise_db_spl", "calls", "right"), tuple((s.at, s.n, s.right) for s in steps)),
-        lambda figure: plots.against(
-            figure,
+        lambda figure: plots.shares(
+            figure.add_subplot(),
             [plots.Series("at 1.2 m", PEER, steps, half)],
             "noise of the robot itself, dB SPL",
             "calls understood, %",
