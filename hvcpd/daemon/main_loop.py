@@ -23,7 +23,7 @@ from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
-from hvcpd.daemon.journal_service import JournalService, Remembered
+from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.logging import tell
 from hvcpd.daemon.name_learning import NameLearning, Rendered, at_once
 from hvcpd.daemon.notify import ServiceManager
@@ -129,9 +129,9 @@ class Daemon:
             stack.push_async_callback(self._control.close)
             stack.callback(self._end)
             await self._control.open()
-            remembered = await self._journal.open()
+            memory = await self._journal.open()
             here = self._pose.recall()
-            self._tell_start(remembered, here)
+            self._tell_start(memory, here)
 
             sound = self.sound = self._control.body.sound = SoundService(
                 lambda: self._devices.make_stream(settings.audio)
@@ -141,10 +141,9 @@ class Daemon:
 
             self._manager.status("preparing words; the first time takes longest")
             navigator = self._goal_navigator()
-            body, journal = self._control.body, self._journal
-            memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues, journal.changes)
+            body = self._control.body
             enrolled = CurrentPeople(lambda: body.wiring.people)
-            heard, workers = journal.names, (self._channel, self._second)
+            heard, workers = self._journal.names, (self._channel, self._second)
             plan = self.wiring.plan(memory, sound.latency_s, heard, here, navigator, *workers, enrolled)
             warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
@@ -286,9 +285,9 @@ class Daemon:
             return False
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
-    def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
+    def _tell_start(self, memory: MemoryPlan, here: KeptPose | None) -> None:
         settings = self.wiring.settings
-        states = [state for state, _ in remembered.values()]
+        states = [state for state, _ in memory.tasks.values()]
         _log.info(
             "starting",
             name=settings.name,
