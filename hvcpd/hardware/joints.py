@@ -16,7 +16,7 @@ from functools import partial
 
 from hvcpd.config.skill_settings import JointSettings
 from hvcpd.hardware import motors, registers
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, twice
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, answer
 
 TOLERANCE_DEG = 2.0
 """Distance from its goal within which it has arrived: position mode has no integral gain as it leaves the factory
@@ -93,12 +93,9 @@ class Joint:
     def inspect(self, bus: DynamixelBus) -> list[str]:
         """What is wrong with the motor, with its remedy; changes nothing. Raises PortLostError."""
         motor_id = self.settings.id
-        try:
-            model = twice(partial(bus.ping, motor_id))
-            firmware = twice(partial(bus.read, motor_id, registers.FIRMWARE_VERSION))
-        except PortLostError:
-            raise
-        except BusError:
+        model = answer(partial(bus.ping, motor_id))
+        firmware = answer(partial(bus.read, motor_id, registers.FIRMWARE_VERSION)) if model is not None else None
+        if model is None or firmware is None:
             return [f"joint (ID {motor_id}): no answer; plug it into the wheels' line, at {bus.baud_rate} baud"]
         fault = motors.model_fault(model) or motors.firmware_fault(model, firmware)
         return [f"joint (ID {motor_id}): {fault}"] if fault else []

@@ -9,15 +9,10 @@ from hvcpd.hardware import registers
 from hvcpd.hardware.joints import Joint, let_go
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import TIMEOUT_S, DynamixelBus, MakePort
-from hvcpd.hardware.wheels_handshake import arm, inspect, prepare, read_health, read_states
+from hvcpd.hardware.wheels_handshake import WINDOW_SIZE, WINDOW_START, arm, inspect, prepare, read_health, read_states
 from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.hardware.wheels_sense import MotorHealth
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
-
-WINDOW_START = registers.PRESENT_LOAD.address
-WINDOW_SIZE = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size - WINDOW_START
-"""Read in every cycle: load, velocity, position, voltage and temperature lie side by side, 21 bytes."""
-
 
 LEASE_S = registers.WATCHDOG_UNITS * registers.WATCHDOG_UNIT_S
 """Silence after which the motors have stopped by themselves."""

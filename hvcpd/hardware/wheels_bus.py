@@ -67,6 +67,16 @@ def twice(attempt: Callable[[], Answer]) -> Answer:
         return attempt()
 
 
+def answer(attempt: Callable[[], Answer]) -> Answer | None:
+    """What `attempt` returns, as by `twice`; None where nobody answers. Raises PortLostError."""
+    try:
+        return twice(attempt)
+    except PortLostError:
+        raise
+    except BusError:
+        return None
+
+
 class DynamixelBus:
     """One serial line with Protocol 2.0 devices. Blocking; to be used from one thread."""
 

@@ -25,6 +25,7 @@ from hvcpd.hardware.wheels_bus import (
     MakePort,
     PortLostError,
     RefusedError,
+    answer,
     in_use,
     twice,
 )
@@ -201,15 +202,7 @@ def _other_kind(settings: WheelSettings, bus: DynamixelBus) -> list[str]:
 
 
 def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
-    for device_id in ids:
-        try:
-            twice(partial(bus.ping, device_id))
-        except PortLostError:
-            raise
-        except BusError:
-            continue
-        return True
-    return False
+    return any(answer(partial(bus.ping, device_id)) is not None for device_id in ids)
 
 
 def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort) -> str:

@@ -7,11 +7,16 @@ from dataclasses import asdict
 from functools import partial
 
 from hvcpd.hardware import motors, registers
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
+from hvcpd.hardware.wheels_bus import DynamixelBus, answer
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, MotorHealth, MotorState
 
 SEARCH_S = 0.8
 """Listening for other motors when one is missing: 3 ms for each of 253 identifiers, and a reply's time-out."""
+
+
+WINDOW_START = registers.PRESENT_LOAD.address
+WINDOW_SIZE = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size - WINDOW_START
+"""Load, velocity, position, voltage and temperature lie side by side, 21 bytes."""
 
 
 def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]:
@@ -31,18 +36,16 @@ def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]
 
 def read_health(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorHealth, ...]:
     """Read the state of several motors with two requests. Raises BusError."""
-    high = registers.PRESENT_LOAD.address
     states = read_states(bus, ids)
-    end = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size
-    sensors = bus.sync_read(high, end - high, ids)
+    windows = bus.sync_read(WINDOW_START, WINDOW_SIZE, ids)
     return tuple(
         MotorHealth(
             **asdict(state),
-            voltage_v=registers.PRESENT_INPUT_VOLTAGE.decode(sensors[state.motor_id], high) * registers.VOLTAGE_UNIT_V,
-            temperature_c=registers.PRESENT_TEMPERATURE.decode(sensors[state.motor_id], high),
-            load=registers.PRESENT_LOAD.decode(sensors[state.motor_id], high) * registers.LOAD_UNIT,
+            voltage_v=registers.PRESENT_INPUT_VOLTAGE.decode(window, WINDOW_START) * registers.VOLTAGE_UNIT_V,
+            temperature_c=registers.PRESENT_TEMPERATURE.decode(window, WINDOW_START),
+            load=registers.PRESENT_LOAD.decode(window, WINDOW_START) * registers.LOAD_UNIT,
         )
-        for state in states
+        for state, window in zip(states, (windows[motor_id] for motor_id in ids), strict=True)
     )
 
 
@@ -56,13 +59,11 @@ def inspect(bus: DynamixelBus, left_id: int, right_id: int) -> list[str]:
     problems = []
     missing = []
     for side, motor_id in (("left", left_id), ("right", right_id)):
-        try:
-            found = twice(partial(_faults, bus, motor_id))
-            problems += [f"{side} motor (ID {motor_id}): {text}" for text in found]
-        except PortLostError:
-            raise
-        except BusError:
+        found = answer(partial(_faults, bus, motor_id))
+        if found is None:
             missing.append((side, motor_id))
+        else:
+            problems += [f"{side} motor (ID {motor_id}): {text}" for text in found]
     return [*_missing(bus, missing, (left_id, right_id)), *problems]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.hardware import opencr
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, answer, twice
 from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V
 
 LATE_S = 1.5
@@ -47,11 +47,8 @@ def inspect(bus: DynamixelBus) -> list[str]:
 
     Raises PortLostError if the adapter goes away meanwhile.
     """
-    try:
-        model = twice(lambda: bus.ping(opencr.DEVICE_ID))
-    except PortLostError:
-        raise
-    except BusError:
+    model = answer(lambda: bus.ping(opencr.DEVICE_ID))
+    if model is None:
         if bus.hears(opencr.DEVICE_ID, LATE_S):
             return [f"{_WHO}: {LATE}"]
         return [

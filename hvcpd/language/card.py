@@ -106,13 +106,9 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if any(second in pattern for second in ("<confirmed>", "<away>", *TWO_TASKS)):  # two sentences in one turn
             continue
-        if "<remark>" in form.pattern and not vocabulary.remarks:
+        if any(f"<{slot}>" in pattern and not phrasebook.slots[slot] for slot in ("remark", "reason", "place", "task")):
             continue
-        if "<reason>" in form.pattern and not vocabulary.failures:
-            continue
-        if "<place>" in form.pattern and not vocabulary.places:
-            continue
-        if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement in ROBOTS_ALONE:
+        if form.statement in ROBOTS_ALONE:
             continue
         if form.spelled:
             spelled = _written(pattern.split(", ", 1)[1])
