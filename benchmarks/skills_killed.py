@@ -47,9 +47,9 @@ from pathlib import Path
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.daemon.skill_hosting import offer
 from hvcpd.skills.guard import GuardLine
-from hvcpd.skills.pins import Pin
+from hvcpd.skills.pins import PinRunner
 guard = GuardLine({17: True})
-asyncio.run(offer(Path(sys.argv[1]), {"pour": Pin(PinSettings(17))}))
+asyncio.run(offer(Path(sys.argv[1]), {"pour": PinRunner(PinSettings(17))}))
 """
 JOINT_DAEMON = """
 import asyncio, sys, time

@@ -15,7 +15,7 @@ LOOK_S = 0.02
 BLOCKED = "something is in the way"
 
 
-class JointMotion:
+class JointRunner:
     """Carries calls out by `joint`; `at_once` has the bus's next exchange come now."""
 
     def __init__(self, joint: Joint, at_once: Callable[[], None]) -> None:

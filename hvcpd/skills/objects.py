@@ -28,7 +28,7 @@ from typing import Any, Protocol
 
 from hvcpd.config.skills import Value
 from hvcpd.skills.life import CANCELLED, Call
-from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, next_report, shielded, start
+from hvcpd.skills.runners import TERM_S, FailedError, Reported, Tell, end_group, next_report, shielded, start
 
 GROUP = "hvcpd.skills"
 PR_SET_PDEATHSIG = 1
@@ -77,7 +77,7 @@ def unusable(name: str) -> str | None:
     return None if tried.returncode == 0 else told[-1] if told else f"its process ends with {tried.returncode}"
 
 
-class Object:
+class PythonRunner:
     """Carries calls out in the process of the entry point `name`; `words` start it."""
 
     def __init__(self, name: str, words: tuple[str, ...] | None = None) -> None:
@@ -95,7 +95,7 @@ class Object:
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
         """One call; an object that does not confirm that it was cancelled is killed."""
         await self.open()
-        process, said = self._process, Said()
+        process, said = self._process, Reported()
         assert process is not None
         told = {"call": call.number, "skill": call.skill, "task": call.task, "arguments": dict(call.arguments)}
         _send(process, told)
@@ -111,12 +111,12 @@ class Object:
     async def _cancel(self, process: asyncio.subprocess.Process) -> None:
         _send(process, {"cancel": True})
         with suppress(TimeoutError):
-            over = await asyncio.wait_for(self._until_over(process, Said(), lambda _share, _text: None), TERM_S)
+            over = await asyncio.wait_for(self._until_over(process, Reported(), lambda _share, _text: None), TERM_S)
             if over:
                 return
         await end_group(process)
 
-    async def _until_over(self, process: asyncio.subprocess.Process, said: Said, tell: Tell) -> dict[str, Any]:
+    async def _until_over(self, process: asyncio.subprocess.Process, said: Reported, tell: Tell) -> dict[str, Any]:
         """The line that ends a call; nothing if the process ends instead."""
         while (value := await next_report(process, said, tell)) is not None:
             if "done" in value or "reason" in value:

@@ -20,7 +20,7 @@ LOOK_S = 0.05
 """Between two checks of the switch that shows that a tank is empty: a small pump runs dry for longer without harm."""
 
 
-class Pin:
+class PinRunner:
     """Owns the pin while it lives; off except during a call. Raises DeviceError if it is missing or in use.
 
     `pins` is the factory of gpiozero's that makes them; None: the one that suits the computer.

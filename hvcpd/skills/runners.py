@@ -40,7 +40,7 @@ class FailedError(Exception):
 
 
 @dataclass
-class Said:
+class Reported:
     """The reports of a program or an object about its call."""
 
     results: dict[str, Any] = field(default_factory=dict)
@@ -84,7 +84,7 @@ def _written(value: Value) -> str:
     return value if isinstance(value, str) else f"{value:.10g}"
 
 
-class Program:
+class ProgramRunner:
     """A program in a process group of its own, never run by a shell. It reports as lines of JSON on its standard
     output: {"progress": 0.5, "text": "…"}, {"results": {…}}, {"reason": "the tank is empty"}. Exit status 0 is done."""
 
@@ -101,7 +101,7 @@ class Program:
         if self._guard is not None:
             self._guard.arm(None, safe)  # before it begins, for this process may be killed in between
         mark = self._guard.mark if self._guard is not None else {}
-        starting, said = asyncio.ensure_future(start(filled(self._run, arguments), mark=mark)), Said()
+        starting, said = asyncio.ensure_future(start(filled(self._run, arguments), mark=mark)), Reported()
         try:
             try:  # a cancel may come when it already runs, and is not yet known to
                 process = self._process = await asyncio.shield(starting)
@@ -173,7 +173,7 @@ async def start(
     )
 
 
-async def next_report(process: asyncio.subprocess.Process, said: Said, tell: Tell) -> dict[str, Any] | None:
+async def next_report(process: asyncio.subprocess.Process, said: Reported, tell: Tell) -> dict[str, Any] | None:
     """Take the report in the next line of a program's output; None if there is none any more."""
     assert process.stdout is not None
     while True:
@@ -187,7 +187,7 @@ async def next_report(process: asyncio.subprocess.Process, said: Said, tell: Tel
         return take_line(line, said, tell) if line else None
 
 
-def take_line(line: bytes, said: Said, tell: Tell) -> dict[str, Any]:
+def take_line(line: bytes, said: Reported, tell: Tell) -> dict[str, Any]:
     """The report in a line of JSON; any other line is ordinary output."""
     try:
         value = json.loads(line)

@@ -35,7 +35,7 @@ from hvcpd.ros.skills import Act, Skills, fill_message, values_of
 from hvcpd.skills.checks import faults
 from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Result, SkillCall
-from hvcpd.skills.runners import FailedError, Program
+from hvcpd.skills.runners import FailedError, ProgramRunner
 
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted(path.parent for path in FOLDER.glob("*/tasks.yaml"))
@@ -81,7 +81,7 @@ def test_in_the_greenhouse_a_tank_runs_empty_and_the_robot_says_so(units: Path) 
 
 def test_the_camera_takes_a_picture_or_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings, _ = read(FOLDER / "camera")
-    camera = Program(settings.skills["photograph"].run)
+    camera = ProgramRunner(settings.skills["photograph"].run)
     monkeypatch.setenv("PICTURES", str(tmp_path / "pictures"))
     monkeypatch.setenv("CAMERA", "touch --")
     told: list[tuple[float | None, str]] = []
