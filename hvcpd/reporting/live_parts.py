@@ -124,9 +124,7 @@ def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
         case Performed():
             return [_performed(artist, watch, note)]
         case Skill():
-            words = skill_words(note.skill, note.state, note.share, note.text, note.arguments, note.results)
-            style = "" if note.state == "finished" else "bold red"
-            used = (f": {words}", style)
+            used = (f": {skill_words(vars(note))}", "" if note.state == "finished" else "bold red")
             return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), used)]
         case GaveUp():
             gave_up = f" gives up {artist.task(watch, note.task)}"

@@ -92,8 +92,7 @@ class SkillSpan:
     @property
     def words(self) -> str:
         """Outcome."""
-        last = self.last
-        return skill_words(last.skill, last.state, last.share, last.text, last.arguments, last.results)
+        return skill_words(vars(self.last))
 
 
 @dataclass(frozen=True)

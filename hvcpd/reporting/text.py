@@ -49,19 +49,13 @@ def number(value: float, decimals: int = 2) -> str:
     return "0" if float(text) == 0 else text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def skill_words(
-    skill: str,
-    state: str,
-    share: float | None,
-    text: str,
-    arguments: Mapping[str, object],
-    results: Mapping[str, object],
-) -> str:
-    """What a skill is at, for people: "pour (litres 0.25): running, 40 %"."""
-    details = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
-    head = f"{skill} ({details})" if details else skill
-    done = percent(share) if share is not None and state in ("running", "paused") else ""
-    return f"{head}: {', '.join(filter(None, (state, done, text)))}"
+def skill_words(call: Mapping[str, Any]) -> str:
+    """What a skill is at, for people: "pour (litres 0.25): running, 40 %". `call`: the fields of the event `Skill`."""
+    details = ", ".join(f"{name} {_plain(value)}" for name, value in (call["results"] or call["arguments"]).items())
+    head = f"{call['skill']} ({details})" if details else str(call["skill"])
+    running = call["share"] is not None and call["state"] in ("running", "paused")
+    done = percent(call["share"]) if running else ""
+    return f"{head}: {', '.join(filter(None, (call['state'], done, call['text'])))}"
 
 
 def _plain(value: object) -> str:

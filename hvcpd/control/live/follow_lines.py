@@ -128,9 +128,8 @@ def _memory(_show: FollowLines, event: Event) -> Parts:
 
 
 def _skill(_show: FollowLines, event: Event) -> Parts:
-    said = (event[key] for key in ("state", "share", "text", "arguments", "results"))
     style = {"failed": "bold red", "finished": "green"}.get(event["state"], "dim")
-    return [(clean(f"{event['robot']} uses {skill_words(event['skill'], *said)}"), style)]
+    return [(clean(f"{event['robot']} uses {skill_words(event)}"), style)]
 
 
 _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {

@@ -124,10 +124,8 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
     if skills["missing"]:
         told = ", ".join(map(clean, skills["missing"]))
         yield "Skills", Text(f"nobody offers {told}: start `hvcpctl skills`, or leave it to others", "yellow")
-    call = skills["call"]
-    if call is not None:
-        said = (call[key] for key in ("state", "share", "text", "arguments", "results"))
-        yield "Uses", clean(skill_words(call["skill"], *said))
+    if skills["call"] is not None:
+        yield "Uses", clean(skill_words(skills["call"]))
 
 
 def _way(place: Mapping[str, Any]) -> str:
