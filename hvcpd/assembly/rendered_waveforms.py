@@ -55,8 +55,8 @@ class Unit:
 class WaveformCache:
     """The waveforms used last, of all books that share it."""
 
-    def __init__(self, units: int = KEPT) -> None:
-        self.units = lru_cache(units)(SpokenBook.render)
+    def __init__(self) -> None:
+        self.units = lru_cache(KEPT)(SpokenBook.render)
 
     def clear(self) -> None:
         """Free the memory."""

@@ -78,10 +78,10 @@ def unusable(name: str) -> str | None:
 
 
 class PythonRunner:
-    """Carries calls out in the process of the entry point `name`; `words` start it."""
+    """Carries calls out in the process of the entry point `name`."""
 
-    def __init__(self, name: str, words: tuple[str, ...] | None = None) -> None:
-        self._words = words or (sys.executable, "-m", "hvcpd.skills.objects", name)
+    def __init__(self, name: str) -> None:
+        self._words = (sys.executable, "-m", "hvcpd.skills.objects", name)
         self._process: asyncio.subprocess.Process | None = None
 
     async def open(self) -> None:
