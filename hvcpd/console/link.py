@@ -28,7 +28,7 @@ MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have about 30 kB."""
 BACK_S = 8 * 3600.0
 """Length of the past transcript that is requested: a shift."""
-EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "performed", "statechanged", "moved", "level"]
+EVENTS = "said heard garbled held noted taskchanged performed skill statechanged moved level".split()
 
 Reply = dict[str, Any]
 
