@@ -23,6 +23,7 @@ from hvcpd.reporting.text import (
     plural,
     seal_words,
     skill_words,
+    task_words,
     without_common_start,
 )
 from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
@@ -64,8 +65,7 @@ class Artist:
 
     def task(self, watch: Watch, number: int) -> str:
         """A task in words: its name and number."""
-        name = watch.names.get(number, "")
-        return f"task {number}, {name}" if name and name != f"task {number}" else f"task {number}"
+        return task_words(number, watch.names.get(number))
 
     def hearers(self, line: Line, final: bool) -> list[tuple[str, str]]:
         """The robots that heard an utterance, with their confidence, and those that did not."""

@@ -16,7 +16,7 @@ from hvcpd.reporting.markup import document, escaped, joined, tag
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
-from hvcpd.reporting.text import clean, percent, plural
+from hvcpd.reporting.text import clean, percent, plural, task_words
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 SHORT_S = 1800.0
@@ -244,8 +244,7 @@ def _troubles(shift: Shift) -> Markup:
 
 
 def _task(shift: Shift, number: int) -> str:
-    name = next((task.name for task in shift.story.tasks if task.number == number), "")
-    return f"task {number}, {name}" if name != f"task {number}" else name
+    return task_words(number, next((task.name for task in shift.story.tasks if task.number == number), None))
 
 
 def _report(member: Member) -> str:

@@ -20,6 +20,7 @@ from hvcpd.reporting.events import (
     Switched,
     TaskChanged,
 )
+from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.text import listed, plural, skill_words
 
 SLACK_S = 0.5
@@ -119,6 +120,11 @@ class Story:
     switched: tuple[OnSpan, ...]
     unplaced: tuple[Garbled | Heard, ...]
     """What listeners noticed although no robot spoke: a person, or noise."""
+
+    @property
+    def slots(self) -> dict[str, int]:
+        """The number of each robot's colour."""
+        return {name: robot_slot(k) for k, name in enumerate(self.robots)}
 
 
 def tell(record: MissionRecord) -> Story:

@@ -49,6 +49,11 @@ def number(value: float, decimals: int = 2) -> str:
     return "0" if float(text) == 0 else text.rstrip("0").rstrip(".") if "." in text else text
 
 
+def task_words(number: int, name: str | None) -> str:
+    """A task in words, its name made harmless: "task 3, water the rose", or "task 3" for one without a name."""
+    return f"task {number}, {clean(name)}" if name and name != f"task {number}" else f"task {number}"
+
+
 def skill_words(call: Mapping[str, Any]) -> str:
     """What a skill is at, for people: "pour (litres 0.25): running, 40 %". `call`: the fields of the event `Skill`."""
     details = ", ".join(f"{name} {_plain(value)}" for name, value in (call["results"] or call["arguments"]).items())

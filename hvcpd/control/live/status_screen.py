@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.ports import WARN_BATTERY_V
-from hvcpd.reporting.text import clean, number, plural, shown_away, skill_words
+from hvcpd.reporting.text import clean, number, plural, shown_away, skill_words, task_words
 
 _STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
 
@@ -38,7 +38,7 @@ def status_screen(status: Mapping[str, Any]) -> RenderableType:
 def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
     doing = clean(status["doing"])
     if status["task"] is not None:
-        doing += f": task {status['task']['number']}, {clean(status['task']['name'])}"
+        doing += f": {task_words(status['task']['number'], status['task']['name'])}"
     if status["speaking"]:
         doing += " (speaking)"
     if status.get("preparing") is not None:  # a daemon before this field says nothing of it
