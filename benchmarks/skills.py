@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.skills_killed import kill_rows
-from benchmarks.skills_served import BLOCK_S, PATIENT, STANDS_RAD_S, served_rows
+from benchmarks.skills_served import BLOCK_S, PATIENT_S, STANDS_RAD_S, served_rows
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import JOINT, FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.pump import RealTimePump
@@ -30,10 +30,10 @@ from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.hardware.joints import Joint
 from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import STANDSTILL
-from hvcpd.skills.joints import JointMotion
+from hvcpd.skills.joints import JointRunner
 from hvcpd.skills.life import Call
-from hvcpd.skills.objects import Object
-from hvcpd.skills.runners import FailedError, Program, Runner
+from hvcpd.skills.objects import PythonRunner
+from hvcpd.skills.runners import FailedError, ProgramRunner, Runner
 
 LONGEST_S = 0.3
 """A call is cancelled after a random part of this."""
@@ -132,7 +132,7 @@ def joint_bus(**settings: object) -> Iterator[tuple[FakeMotor, Joint, WheelServi
     motor = FakeMotor(3, start_ticks=2048, shaft=JOINT)
     joint = Joint(JointSettings(3, **settings), time.monotonic)  # type: ignore[arg-type]
     with FakeBus((*turtlebot3_pair(), motor)) as bus, RealTimePump(bus.advance):
-        yield motor, joint, WheelService(DynamixelWheels(bus.path, settings=PATIENT, joints=(joint,)))
+        yield motor, joint, WheelService(DynamixelWheels(bus.path, timeout_s=PATIENT_S, joints=(joint,)))
 
 
 async def joint_row(stopped: str, calls: int, rng: random.Random) -> None:
@@ -154,7 +154,7 @@ async def joint_row(stopped: str, calls: int, rng: random.Random) -> None:
         serving, times = asyncio.create_task(serve()), Times()
         for _ in range(calls):
             ends.reverse()
-            motion = JointMotion(joint, service.exchange_now)
+            motion = JointRunner(joint, service.exchange_now)
             begun = lambda: abs(motor.true_speed_rad_s) > STANDS_RAD_S  # noqa: E731
             await timed(Kind("", motion, call(angle_deg=ends[0]), begun, stands), rng, times)
         tell(f"joint, {stopped}", times)
@@ -163,23 +163,24 @@ async def joint_row(stopped: str, calls: int, rng: random.Random) -> None:
 
 
 async def rows(calls: int, rng: random.Random, folder: Path) -> None:
-    from hvcpd.skills.pins import Pin
+    from hvcpd.skills.pins import PinRunner
 
     mark = folder / "begun"
     deaf = "trap '' TERM; touch \"$0\"; while :; do sleep 60; done"
-    hold = Object("hold")
+    hold = PythonRunner("hold")
     await hold.open()
     await asyncio.sleep(1.0)
-    pin = Pin(PinSettings(17))
+    pin = PinRunner(PinSettings(17))
 
     async def unmark() -> None:
         mark.unlink(missing_ok=True)
 
-    plain = Program(("sh", "-c", 'touch "$0"; exec sleep 60', str(mark)))
+    plain = ProgramRunner(("sh", "-c", 'touch "$0"; exec sleep 60', str(mark)))
+    stubborn = ProgramRunner(("sh", "-c", deaf, str(mark)))
     kinds = (
         Kind("pin", pin, call(seconds=60.0), lambda: pin._device.value == 1, lambda: pin._device.value == 0),
         Kind("program", plain, call(), mark.exists, before=unmark),
-        Kind("program, deaf to SIGTERM", Program(("sh", "-c", deaf, str(mark))), call(), mark.exists, before=unmark),
+        Kind("program, deaf to SIGTERM", stubborn, call(), mark.exists, before=unmark),
         Kind("Python object", hold, call(file=str(mark)), mark.exists, before=unmark),
     )
     for kind in kinds:
@@ -199,7 +200,7 @@ async def joint_rows(calls: int, rng: random.Random) -> None:
 async def hung(count: int, folder: Path) -> None:
     """Programs and objects that hang, ended one after the other: what of this process's is left of them."""
     mark = folder / "begun"
-    deaf = Program(("sh", "-c", "trap '' TERM; touch \"$0\"; sleep 60 & while :; do sleep 60; done", str(mark)))
+    deaf = ProgramRunner(("sh", "-c", "trap '' TERM; touch \"$0\"; sleep 60 & while :; do sleep 60; done", str(mark)))
 
     def left() -> tuple[int, int, int, int]:
         gc.collect()
@@ -216,7 +217,7 @@ async def hung(count: int, folder: Path) -> None:
         await asyncio.wait([task])
 
     async def end_both() -> None:
-        held = Object("hold")
+        held = PythonRunner("hold")
         await end(held, call(file=str(mark)))
         await held.close()
         await end(deaf, call())

@@ -47,21 +47,21 @@ from pathlib import Path
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.daemon.skill_hosting import offer
 from hvcpd.skills.guard import GuardLine
-from hvcpd.skills.pins import Pin
+from hvcpd.skills.pins import PinRunner
 guard = GuardLine({17: True})
-asyncio.run(offer(Path(sys.argv[1]), {"pour": Pin(PinSettings(17))}))
+asyncio.run(offer(Path(sys.argv[1]), {"pour": PinRunner(PinSettings(17))}))
 """
 JOINT_DAEMON = """
 import asyncio, sys, time
 from hvcpd.config.skill_settings import JointSettings
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.hardware.joints import Joint
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import STANDSTILL
 from hvcpd.skills.guard import GuardLine, Line
 port, stopped = sys.argv[1:]
 joint = Joint(JointSettings(3, stopped=stopped, speed_deg_s=30.0), time.monotonic)
-service = WheelService(DynamixelWheels(port, settings=DynamixelSettings(timeout_s=0.2), joints=(joint,)))
+service = WheelService(DynamixelWheels(port, timeout_s=0.2, joints=(joint,)))
 async def main():
     await service.open()
     guard = GuardLine(line=Line(port, 1_000_000, (3,))) if stopped == "release" else None

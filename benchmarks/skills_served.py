@@ -36,14 +36,14 @@ from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import Pose
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.records import SkillRecord
 from hvcpd.robot.robot import Robot
 from tests.e2e.ros_robot import Roscore, missing
 
-PATIENT = DynamixelSettings(timeout_s=0.2)
+PATIENT_S = 0.2
 """Fakes on a busy machine answer late."""
 BLOCK_S = 0.025
 POLL_S = 0.0005
@@ -100,7 +100,7 @@ class Daemon:
     def __init__(self, path: Path, wheels: WheelService | None = None) -> None:
         tasks = load_tasks(path.parent / "tasks.yaml")
         self.service = SkillService(lambda: tasks)
-        self.performer = Performer(Navigator())
+        self.performer = Performer(Navigator(), Pose(0.0, 0.0))
         self.service.begin(cast(Robot, SimpleNamespace(performer=self.performer)))
         self._server = ControlServer(self._serve, lambda: {"event": "hello", "protocol": 1, "name": "Rob"})
         self._server.on_gone = self.service.gone
@@ -324,7 +324,7 @@ async def _driving(calls: int, rng: random.Random, folder: Path) -> None:
     """A robot that turns on the spot, on fake wheels; there is nothing to offer."""
     pair = turtlebot3_pair()
     with FakeBus(pair) as bus, RealTimePump(bus.advance):
-        wheels = WheelService(DynamixelWheels(bus.path, settings=PATIENT))
+        wheels = WheelService(DynamixelWheels(bus.path, timeout_s=PATIENT_S))
         await wheels.open()
         daemon = Daemon(folder / "d.sock", wheels)
         living = asyncio.create_task(daemon.live())

@@ -10,7 +10,7 @@ from types import TracebackType
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hil_fakes.true_pose import TruePose, TrueWheels
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import Pose, WheelCommand, WheelReading
 
 LEFT_ID, RIGHT_ID = 1, 2
@@ -31,7 +31,7 @@ class Body:
             self._bus.path,
             ids=(LEFT_ID, RIGHT_ID),
             baud_rate=BAUD_RATE_HZ,
-            settings=DynamixelSettings(timeout_s=TIMEOUT_S),
+            timeout_s=TIMEOUT_S,
             clock=lambda: self._now_s,
         )
         self._truth = TruePose(start, self._true_angles, TrueWheels())

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hvcpd import __version__
 from hvcpd.cli import make_parser as make_hvcpd
-from hvcpd.config.example import commented_settings
+from hvcpd.config.settings_file import commented_settings
 from hvcpd.control.cli import make_parser as make_hvcpctl
 
 _KEY = re.compile(r"#? ?([a-z_]+):( |$)")

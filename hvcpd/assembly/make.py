@@ -36,7 +36,6 @@ from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Worker
 from hvcpd.recognition.watch import Watch
 from hvcpd.robot.measures import Measures
-from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
 from hvcpd.robot.sealing import Sealing
@@ -159,12 +158,11 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
     """A whole robot. It listens for the voices of all names but its own."""
     names, body, security = plan.team.names, plan.body, plan.security
     speech = replace(plan.role.speech, sealed=security.keys is not None, encrypted=security.encrypts)
-    acoustics = plan.hearing.acoustics or Acoustics()
     coordination = Coordination(
         replace(plan.role, roster=plan.roster, speech=speech),
         plan.tasks.tasks,
         random.Random(plan.seed),
-        (plan.timing or Timing()).for_latency(acoustics.latency_s),
+        (plan.timing or Timing()).for_latency(plan.hearing.acoustics.latency_s),
         remembered=plan.memory.tasks,
         stopped=plan.memory.stopped,
         home=Place(body.home.x_m, body.home.y_m) if body.home is not None else None,

@@ -50,13 +50,13 @@ class BodyPlan:
 class MemoryPlan:
     """Its memory: its tasks (number → state, owner), and whether it was `stopped` when it was switched off."""
 
-    tasks: Mapping[int, tuple[str, str | None]] | None = None
+    tasks: Mapping[int, tuple[str, str | None]] = field(default_factory=dict)
     stopped: bool = False
-    counters: Mapping[str, int] | None = None
+    counters: Mapping[str, int] = field(default_factory=dict)
     """Of seals and codes."""
-    dues: Mapping[int, float] | None = None
+    dues: Mapping[int, float] = field(default_factory=dict)
     """The occurrence for which each recurring task was last done, s since 1970."""
-    changes: Mapping[int, tuple[int, bool]] | None = None
+    changes: Mapping[int, tuple[int, bool]] = field(default_factory=dict)
     """The last change of each task, and whether it is left out since."""
 
 
@@ -64,7 +64,7 @@ class MemoryPlan:
 class HearingPlan:
     """The voices that it listens for besides robots'."""
 
-    acoustics: Acoustics | None = None
+    acoustics: Acoustics = field(default_factory=Acoustics)
     people: Mapping[str, Person] = field(default_factory=dict)
     """The enrolled people, and no robots, by name in lower case. It is read again at each use, possibly in a thread."""
     channel: Worker[Stretch, SearchResult] | None = None

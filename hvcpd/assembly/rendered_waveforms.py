@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from hvcpd.ports import Samples
+from hvcpd.synthesis.shipped import Steps, from_steps, in_steps
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker
 
 KEPT = 160
@@ -18,12 +16,6 @@ KEPT = 160
 All others are on the disk."""
 NOTED = 2000
 """Maximum number of words by pitch of which each book knows how they join their neighbours: 1 MB."""
-
-QUANTA = np.float32(16_384.0)
-"""Steps in a full scale of 1, -84 dB apart, far below the noise of any microphone; what is beyond 2 is cut off."""
-
-Quantised = NDArray[np.int16]
-"""A sound in half the memory. Whole numbers, since to make half floats takes a processor eight times as long."""
 
 Value = TypeVar("Value")
 
@@ -46,25 +38,15 @@ class LazyMapping(Mapping[str, Value]):
         return len(self._names)
 
 
-def quantised(sound: Samples) -> Quantised:
-    """A sound, any shape, in int16."""
-    steps = np.rint(sound * QUANTA)
-    out: Quantised = np.clip(steps, -32_768, 32_767, out=steps).astype(np.int16)
-    return out
-
-
-def restored(steps: Quantised) -> Samples:
-    """The sound again, float32, off by half a step at most."""
-    sound = steps.astype(np.float32)
-    sound *= np.float32(1.0) / QUANTA
-    return sound
-
-
 @dataclass(frozen=True)
 class Unit:
-    """One rendering of a word: its waveform, quantised, shape (n,), int16; and how it joins its neighbours, samples."""
+    """One rendering of a word: its waveform, shape (n,), and how it joins its neighbours, samples.
 
-    sound: Quantised
+    The waveform is in steps: half the memory, and whole numbers, since half floats take a processor eight times as
+    long to make.
+    """
+
+    sound: Steps
     final: bool
     lead: int
     advance: int
@@ -73,8 +55,8 @@ class Unit:
 class WaveformCache:
     """The waveforms used last, of all books that share it."""
 
-    def __init__(self, units: int = KEPT) -> None:
-        self.units = lru_cache(units)(SpokenBook.render)
+    def __init__(self) -> None:
+        self.units = lru_cache(KEPT)(SpokenBook.render)
 
     def clear(self) -> None:
         """Free the memory."""
@@ -97,7 +79,7 @@ class SpokenWay:
     @property
     def samples(self) -> Samples:
         """Its waveform, shape (length,), float32, 1.0 = full scale."""
-        return restored(self.book.units(self.word, self.third)[self.number].sound)
+        return from_steps(self.book.units(self.word, self.third)[self.number].sound)
 
 
 class SpokenBook:
@@ -143,7 +125,7 @@ class SpokenBook:
         if word not in self._words:
             return ()
         made = self._speaker.joined(word, PITCH_STEPS[third], self._phrases.get(word, ()))
-        return tuple(Unit(quantised(each.samples), each.final, each.lead, each.advance) for each in made)
+        return tuple(Unit(in_steps(each.samples), each.final, each.lead, each.advance) for each in made)
 
     def _said(self, word: str, third: int) -> tuple[SpokenWay, ...]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence, with their waveforms left in the cache."""

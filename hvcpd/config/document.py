@@ -141,7 +141,7 @@ def parse(data: bytes, source: str) -> Document:
         try:
             node = loader.get_single_node()
             if node is not None:
-                _Reader(document, loader).read_top(node)
+                document.value = _Reader(document, loader).read(node, ())
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
@@ -190,16 +190,14 @@ class _Reader:
         self._values = 0
         self._open: list[yaml.Node] = []
 
-    def read_top(self, node: yaml.Node) -> None:
-        self._document.value = self._read(node, ())
-
     def _place(self, node: yaml.Node) -> Place:
         return Place(self._document.source, node.start_mark.line + 1, node.start_mark.column + 1)
 
     def _fault(self, path: KeyPath, node: yaml.Node, text: str) -> None:
         self._document.fault(path, text, self._place(node))
 
-    def _read(self, node: yaml.Node, path: KeyPath) -> Any:
+    def read(self, node: yaml.Node, path: KeyPath) -> Any:
+        """The value of a node that stands at `path`."""
         self._values += 1
         if self._values > MAX_VALUES:
             raise yaml.MarkedYAMLError(
@@ -214,7 +212,7 @@ class _Reader:
         self._open.append(node)
         try:
             if isinstance(node, yaml.SequenceNode) and node.tag == "tag:yaml.org,2002:seq":
-                return [self._read(child, (*path, index)) for index, child in enumerate(node.value)]
+                return [self.read(child, (*path, index)) for index, child in enumerate(node.value)]
             if isinstance(node, yaml.MappingNode) and node.tag == "tag:yaml.org,2002:map":
                 return self._mapping(node, path)
         finally:
@@ -248,7 +246,7 @@ class _Reader:
                 self._fault(child, key_node, f"the key {key!r} is given twice, first in line {first}; keep one")
                 continue
             self._document.key_places[child] = self._place(key_node)
-            result[key] = self._read(value_node, child)
+            result[key] = self.read(value_node, child)
         return result
 
 

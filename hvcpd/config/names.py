@@ -52,17 +52,14 @@ def unsayable(text: str) -> str | None:
     return next((sign for sign in plain_letters(text) if not _SAYABLE.match(sign)), None)
 
 
-def valid_robot_name(name: str, reserved: NameCheck | None = None) -> str | None:
+def valid_robot_name(name: str) -> str | None:
     """What is wrong with the name of a robot or person, or None. Names are shown as written, and compared without
-    regard to case.
-
-    `reserved` is the phrasebook's own check: a name must not equal, nor sound like, a word of its sentences.
-    """
+    regard to case."""
     if not name or len(name) > MAX_NAME_LENGTH:
         return f"a name has 1 to {MAX_NAME_LENGTH} letters, {name[:40]!r} has {len(name)}; choose another"
     if not _ROBOT_NAME.fullmatch(name):
         return f"the name {name!r} is not a letter followed by letters and digits; {_instead_of_name(name)}"
-    return reserved(name) if reserved is not None else None
+    return None
 
 
 def _instead_of_name(name: str) -> str:

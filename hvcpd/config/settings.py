@@ -6,16 +6,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, ParamSpec
+from typing import Literal
 
 from hvcpd.config.loading import between, checked
 from hvcpd.config.names import Accent, VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
+from hvcpd.config.shared_places import WITHIN_ROOM
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import Pose
-
-_P = ParamSpec("_P")
 
 STATE_DIR = Path("/var/lib/hvcpd")
 """Folder where a service keeps its state, by the Filesystem Hierarchy Standard."""
@@ -35,16 +34,13 @@ DEFAULT_TEAMS = ("plant", "a", "b")
 VOICE_FACTORS = (0.8, 1.25)
 """Bounds of a robot's pitch and pace as multiples of its voice's: four semitones, and as slow as slow speech is."""
 
-MAX_COORDINATE_M = 50
-"""Bound of a start pose; the same as for the places of tasks."""
-
 
 @dataclass(frozen=True)
 class StartSettings:
     """Where the robot stands when the daemon starts, in the room's frame (REP-103)."""
 
-    x_m: float = field(default=-5.0, metadata=between(-MAX_COORDINATE_M, MAX_COORDINATE_M))
-    y_m: float = field(default=-5.0, metadata=between(-MAX_COORDINATE_M, MAX_COORDINATE_M))
+    x_m: float = field(default=-5.0, metadata=WITHIN_ROOM)
+    y_m: float = field(default=-5.0, metadata=WITHIN_ROOM)
     heading_deg: float = field(default=0.0, metadata=between(-360, 360))
 
     @property
@@ -148,10 +144,6 @@ class SecuritySettings:
     encrypted: bool = False
 
 
-def _valid_name(name: str) -> str | None:
-    return valid_robot_name(name)
-
-
 def _valid_names(names: tuple[str, ...]) -> str | None:
     if len(names) > MAX_KNOWN_NAMES:
         return f"at most {MAX_KNOWN_NAMES} names can be given, found {len(names)}; remove some"
@@ -173,7 +165,7 @@ class Settings:
     Of a robot that is loaded by `load_settings`, `teams` has its own `team` in it.
     """
 
-    name: str = field(metadata=checked(_valid_name))
+    name: str = field(metadata=checked(valid_robot_name))
     team: str = field(default="plant", metadata=checked(valid_team_name))
     teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
     voice: VoiceName | None = None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ParamSpec, cast
+from typing import Any, cast
 
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
@@ -16,8 +16,6 @@ from hvcpd.config.settings import DEFAULT_NAMES, PeerSettings, Settings
 from hvcpd.config.skill_settings import runnable
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
 from hvcpd.errors import did_you_mean
-
-_P = ParamSpec("_P")
 
 SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
 """Read if no other file is named; it need not be there."""
@@ -80,15 +78,14 @@ def load_with_sources(
     return Loaded(settings, tuple(sources_of(settings, document)), path, skill_places)
 
 
-def _settings_of(load: Callable[_P, Loaded]) -> Callable[_P, Settings]:
-    def settings(*given: _P.args, **options: _P.kwargs) -> Settings:
-        return load(*given, **options).settings
-
-    return settings
+def load_settings(path: Path | None = None, overrides: Mapping[str, object] | None = None, **options: Any) -> Settings:
+    """The settings of `load_with_sources` alone."""
+    return load_with_sources(path, overrides, **options).settings
 
 
-load_settings = _settings_of(load_with_sources)
-"""The settings of `load_with_sources` alone."""
+def commented_settings() -> str:
+    """The commented settings, etc/hvcpd.yaml, which the package has beside this module."""
+    return Path(__file__).with_name("example.yaml").read_text(encoding="utf-8")
 
 
 def _check_wheels(parts: Parts) -> None:

@@ -20,8 +20,10 @@ APART_M = 2.0 * LINE_M
 MAX_PLACES = 12
 """Of one task file: each name makes every listener's network larger."""
 MAX_NAME_WORDS = 3
-MAX_M = 50.0
-"""Bound of coordinates and of a radius, as of all places of tasks."""
+MAX_DISTANCE_M = 50
+"""Bound of coordinates, distances and a radius; beyond, robots are out of each other's hearing (about 10 m) by far."""
+WITHIN_ROOM = between(-MAX_DISTANCE_M, MAX_DISTANCE_M)
+"""A coordinate's check."""
 NEAR_M = 0.01
 """Distance from an edge within which a step along a way counts as there."""
 
@@ -79,17 +81,20 @@ def valid_place_name(name: str) -> str | None:
     return f"the name {name[:40]!r} of a place is not {rule}; {hint}"
 
 
-_COORDINATE = between(-MAX_M, MAX_M)
-
-
 @dataclass(frozen=True)
-class _Corner:
-    x_m: float = field(metadata=_COORDINATE)
-    y_m: float = field(metadata=_COORDINATE)
+class PointEntry:
+    """A point as the task file has it."""
+
+    x_m: float = field(metadata=WITHIN_ROOM)
+    y_m: float = field(metadata=WITHIN_ROOM)
+
+    def place(self) -> Place:
+        """The point itself."""
+        return Place(self.x_m, self.y_m)
 
 
-def _valid_corners(corners: tuple[_Corner, ...] | None) -> str | None:
-    if corners is None or (len(corners) == 2 and corners[0].x_m != corners[1].x_m and corners[0].y_m != corners[1].y_m):
+def _valid_corners(corners: tuple[PointEntry, ...]) -> str | None:
+    if not corners or (len(corners) == 2 and corners[0].x_m != corners[1].x_m and corners[0].y_m != corners[1].y_m):
         return None
     return "a rectangle has two opposite corners; write for example [{x_m: 0, y_m: -1}, {x_m: 1, y_m: 1}]"
 
@@ -99,9 +104,9 @@ class PlaceEntry:
     """A place as the task file has it: two opposite corners, or a centre and a radius."""
 
     name: str = field(metadata=checked(valid_place_name))
-    corners: tuple[_Corner, ...] = field(default=(), metadata=checked(lambda corners: _valid_corners(corners or None)))
-    centre: _Corner | None = None
-    radius_m: float = field(default=0.0, metadata=between(0.0, MAX_M))
+    corners: tuple[PointEntry, ...] = field(default=(), metadata=checked(_valid_corners))
+    centre: PointEntry | None = None
+    radius_m: float = field(default=0.0, metadata=between(0, MAX_DISTANCE_M))
 
     def place(self) -> SharedPlace:
         """The place itself."""

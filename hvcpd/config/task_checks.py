@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from graphlib import CycleError, TopologicalSorter
 from typing import Any, cast
 
 from hvcpd.config.document import KeyPath
@@ -21,27 +22,13 @@ def check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
         after[number] = parts.get(at, tuple[int, ...]) or ()
         for other in set(after[number]) - numbers.keys():
             parts.fault(at, f"task {number} comes after task {other}, which does not exist; leave {other} out")
-    for number, path in numbers.items():
-        circle = _circle(after, number)
-        if circle:
-            way = " after ".join(f"task {each}" for each in circle)
-            parts.fault((*path[:-1], "after"), f"{way}: none of them can begin; leave one of them out")
-            return
-
-
-def _circle(after: Mapping[int, tuple[int, ...]], first: int) -> tuple[int, ...]:
-    """The way by which a task comes after itself, the task at both ends; empty if there is none."""
-    ways: list[tuple[int, ...]] = [(first,)]
-    seen: set[int] = set()
-    while ways:
-        way = ways.pop()
-        for number in after.get(way[-1], ()):
-            if number == first:
-                return (*way, first)
-            if number not in seen:
-                seen.add(number)
-                ways.append((*way, number))
-    return ()
+    try:
+        TopologicalSorter(after).prepare()
+    except CycleError as error:
+        circle: list[int] = error.args[1][-2::-1]  # each after the next, and the last after the first
+        first = circle.index(min(circle))
+        way = " after ".join(f"task {each}" for each in (*circle[first:], *circle[: first + 1]))
+        parts.fault((*numbers[circle[first]][:-1], "after"), f"{way}: none of them can begin; leave one of them out")
 
 
 def check_alternatives(parts: Parts) -> None:

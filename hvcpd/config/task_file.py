@@ -25,7 +25,7 @@ from hvcpd.config.loading import (
 )
 from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
-from hvcpd.config.shared_places import PlaceEntry, check_places, valid_places
+from hvcpd.config.shared_places import MAX_DISTANCE_M, PlaceEntry, PointEntry, check_places, valid_places
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
@@ -35,7 +35,6 @@ from hvcpd.config.tasks import (
     Dock,
     Forward,
     GoTo,
-    Place,
     SayAction,
     TaskDefinition,
     TaskRepository,
@@ -51,9 +50,6 @@ MAX_TASKS = 99
 
 MAX_ACTIONS = 100
 """Actions of a task; bounds a mission."""
-
-MAX_DISTANCE_M = 50
-"""Coordinates and distances; beyond, robots are out of each other's hearing (about 10 m) by far."""
 
 MAX_ROBOTS = 20
 """Robots that do one task together."""
@@ -72,17 +68,6 @@ MAX_SENTENCE_LENGTH = 200
 
 TO_PLACE = "go to place"
 DOCK = "dock"
-
-_DISTANCE = between(-MAX_DISTANCE_M, MAX_DISTANCE_M)
-
-
-@dataclass(frozen=True)
-class _PlaceEntry:
-    x_m: float = field(metadata=_DISTANCE)
-    y_m: float = field(metadata=_DISTANCE)
-
-    def place(self) -> Place:
-        return Place(self.x_m, self.y_m)
 
 
 @dataclass(frozen=True)
@@ -109,7 +94,7 @@ class _TaskEntry:
     number: int = field(metadata=between(1, MAX_TASKS))
     name: str = field(metadata=checked(valid_task_name))
     actions: tuple[_ActionEntry, ...] = field(metadata=checked(_valid_actions))
-    place: _PlaceEntry | None = None
+    place: PointEntry | None = None
     icon: str = field(default="", metadata=checked(valid_icon))
     every: str = field(default="", metadata=checked(valid_recurrence))
     priority: int = field(default=0, metadata=between(0, MAX_PRIORITY))
@@ -182,7 +167,7 @@ def _valid_sentence(text: str) -> str | None:
 
 
 _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {
-    "go to": (_PlaceEntry, None, lambda entry: GoTo(entry.place())),
+    "go to": (PointEntry, None, lambda entry: GoTo(entry.place())),
     "forward": (float, number_between(-MAX_DISTANCE_M, MAX_DISTANCE_M), Forward),
     "turn": (float, number_between(-MAX_ANGLE_DEG, MAX_ANGLE_DEG), Turn),
     "wait": (float, number_between(0, MAX_WAIT_S), Wait),
@@ -331,7 +316,7 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
 
 
 def _check_place(parts: Parts, at: KeyPath) -> None:
-    if parts.get((*at, "place"), _PlaceEntry) is not None or parts.has((*at, "place")):
+    if parts.get((*at, "place"), PointEntry) is not None or parts.has((*at, "place")):
         return
     for index in range(parts.length((*at, "actions"))):
         if parts.get((*at, "actions", index), str) == TO_PLACE:

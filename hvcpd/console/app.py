@@ -10,7 +10,7 @@ from contextlib import asynccontextmanager
 from http import HTTPStatus
 from importlib import resources
 from string import Template
-from typing import Any, Protocol
+from typing import Any
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
@@ -20,8 +20,8 @@ from starlette.routing import Route
 
 from hvcpd.config.tasks import TENDING
 from hvcpd.console.guard import MAX_BODY_BYTES, Door, Guard
-from hvcpd.console.lines import Lines
-from hvcpd.console.viewers import Message, Viewers
+from hvcpd.console.scene import Scene
+from hvcpd.console.viewers import Message
 from hvcpd.errors import HvcpdError, NotRunningError
 from hvcpd.reporting.jsonlines import as_strict_json
 from hvcpd.reporting.markup import escaped
@@ -33,32 +33,20 @@ KEEP_ALIVE_S = 15.0
 _TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 
 
-class Stage(Protocol):
-    """The state shown live, such as `hvcpd.console.scene.Scene`."""
-
-    viewers: Viewers
-    lines: Lines
-
-    @property
-    def name(self) -> str: ...
-
-    def snapshot(self) -> Message: ...
-
-
 Ask = Callable[..., Awaitable[dict[str, Any]]]
 
 
-def live_app(stage: Stage, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]], door: Door) -> Starlette:
+def live_app(scene: Scene, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]], door: Door) -> Starlette:
     """The page of a running robot; `ask` passes a command on to it, `run` follows it as long as the page is up."""
 
     async def events(_: Request) -> Response:
-        if stage.viewers.full:
+        if scene.viewers.full:
             return PlainTextResponse("too many pages are open\n", HTTPStatus.SERVICE_UNAVAILABLE)
-        return StreamingResponse(_stream(stage), media_type="text/event-stream")
+        return StreamingResponse(_stream(scene), media_type="text/event-stream")
 
     async def lines(request: Request) -> Response:
         before, after = (_number(request.query_params.get(key)) for key in ("before", "after"))
-        return _json({"lines": stage.lines.page(before, after), "first": stage.lines.first})
+        return _json({"lines": scene.lines.page(before, after), "first": scene.lines.first})
 
     async def act(request: Request) -> Response:
         wanted = await _body(request)
@@ -67,7 +55,7 @@ def live_app(stage: Stage, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]
         if wanted["do"] == "resume" and wanted.get("confirmed") is not True:
             return _json({"error": "resuming must be confirmed"}, HTTPStatus.BAD_REQUEST)
         try:
-            return _json(await _act(wanted, ask, stage.name))
+            return _json(await _act(wanted, ask, scene.name))
         except NotRunningError as error:
             return _json({"error": f"{error}. Stop it by voice: “stop”!"}, HTTPStatus.SERVICE_UNAVAILABLE)
         except HvcpdError as error:
@@ -82,7 +70,7 @@ def live_app(stage: Stage, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]
             await task
 
     routes = [Route("/events", events), Route("/lines", lines), Route("/act", act, methods=["POST"])]
-    index = _page("live", door, lambda: stage.name)
+    index = _page("live", door, lambda: scene.name)
     return _app([Route("/", index), *routes], door, following)
 
 
@@ -149,21 +137,21 @@ _PARTS = frozenset(
 )
 
 
-async def _stream(stage: Stage) -> AsyncIterator[str]:
+async def _stream(scene: Scene) -> AsyncIterator[str]:
     """Server-sent events (HTML standard, 9.2): a snapshot, then each change."""
-    viewer = stage.viewers.join()
+    viewer = scene.viewers.join()
     try:
-        yield _event(stage.snapshot())
+        yield _event(scene.snapshot())
         while not viewer.ended:
             try:
                 async with asyncio.timeout(KEEP_ALIVE_S):
-                    messages = await viewer.take(stage.snapshot)
+                    messages = await viewer.take(scene.snapshot)
             except TimeoutError:
                 yield ": still here\n\n"
             else:
                 yield "".join(map(_event, messages))
     finally:
-        stage.viewers.leave(viewer)
+        scene.viewers.leave(viewer)
 
 
 def _event(message: Message) -> str:

@@ -124,9 +124,7 @@ def _performed(event: Event, task: Callable[[int], str]) -> Sort:
 
 
 def _skill(event: Event, _task: Callable[[int], str]) -> Sort:
-    failed, said = event["state"] == "failed", ("state", "share", "text", "arguments", "results")
-    text = clean(skill_words(str(event["skill"]), *(event[key] for key in said)))
-    return "note" if failed else "act", event["robot"], text, []
+    return "note" if event["state"] == "failed" else "act", event["robot"], clean(skill_words(event)), []
 
 
 _MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {

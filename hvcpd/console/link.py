@@ -8,8 +8,9 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
+from hvcpd.console.scene import Scene
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.errors import HvcpdError, NotDoneError, NotRunningError
@@ -27,31 +28,17 @@ MAX_LINE_BYTES = 4 * 1024 * 1024
 """A reply's line; a hundred rows of transcript have about 30 kB."""
 BACK_S = 8 * 3600.0
 """Length of the past transcript that is requested: a shift."""
-EVENTS = ["said", "heard", "garbled", "held", "noted", "taskchanged", "performed", "statechanged", "moved", "level"]
+EVENTS = "said heard garbled held noted taskchanged performed skill statechanged moved level".split()
 
 Reply = dict[str, Any]
 
 
-class Taker(Protocol):
-    """The receiver of events; `hvcpd.console.scene.Scene` is one."""
-
-    def link(self, up: bool, text: str) -> None: ...
-
-    def status(self, status: Reply) -> None: ...
-
-    def tasks(self, tasks: list[Reply]) -> None: ...
-
-    def rows(self, rows: list[Reply]) -> None: ...
-
-    def event(self, event: Reply) -> None: ...
-
-
 class Link:
-    """Passes the events of the daemon at `path` to a taker, and requests to the daemon."""
+    """Passes the events of the daemon at `path` to the scene, and requests to the daemon."""
 
-    def __init__(self, path: Path, taker: Taker, wall_s: Callable[[], float] = time.time) -> None:
+    def __init__(self, path: Path, scene: Scene, wall_s: Callable[[], float] = time.time) -> None:
         self._path = path
-        self._taker = taker
+        self._scene = scene
         self._wall_s = wall_s
         self._writer: asyncio.StreamWriter | None = None
         self._asked: dict[int, asyncio.Future[Reply]] = {}
@@ -68,12 +55,12 @@ class Link:
                 await self._follow()
                 failures = 0
             except HvcpdError as error:
-                self._taker.link(False, f"{error}; searching for it again")
+                self._scene.link(False, f"{error}; searching for it again")
             except OSError as error:
                 why = error.strerror or "no connection"
-                self._taker.link(False, f"No robot answers at {self._path} ({why}); searching for it again")
+                self._scene.link(False, f"No robot answers at {self._path} ({why}); searching for it again")
             except (LookupError, TypeError, ValueError) as error:  # a reply of another shape than docs/control.md has
-                self._taker.link(False, f"That daemon's answer is unknown here ({error}); searching again")
+                self._scene.link(False, f"That daemon's answer is unknown here ({error}); searching again")
             await asyncio.sleep(RETRY_S[min(failures, len(RETRY_S) - 1)])
             failures += 1
 
@@ -153,8 +140,8 @@ class Link:
         self._early = []
         await self.ask("subscribe", events=EVENTS)
         status = await self.ask("status")
-        self._taker.status(status)
-        self._taker.link(True, f"Connected to {status['name']}; reading what was said before …")
+        self._scene.status(status)
+        self._scene.link(True, f"Connected to {status['name']}; reading what was said before …")
         await self._read_back()
         early, self._early = self._early, None
         for event in early:
@@ -162,10 +149,10 @@ class Link:
         while True:
             self._changed.clear()
             status = await self.ask("status")
-            self._taker.status(status)
+            self._scene.status(status)
             if status["state"] != "starting":
-                self._taker.tasks((await self.ask("tasks"))["tasks"])
-            self._taker.link(True, f"Connected to {status['name']}")
+                self._scene.tasks((await self.ask("tasks"))["tasks"])
+            self._scene.link(True, f"Connected to {status['name']}")
             with suppress(TimeoutError):
                 async with asyncio.timeout(LOOK_S):
                     await self._changed.wait()
@@ -177,9 +164,9 @@ class Link:
             if not rows:
                 return
             self._last_row = rows[-1]["number"]
-            self._taker.rows(rows)
+            self._scene.rows(rows)
 
     def _event(self, event: Reply) -> None:
-        self._taker.event(event)
+        self._scene.event(event)
         if event.get("event") in ("taskchanged", "statechanged"):
             self._changed.set()

@@ -18,7 +18,7 @@ from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_plan
 from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Line, Story, tell
-from hvcpd.reporting.text import clean, listed
+from hvcpd.reporting.text import clean, listed, task_words
 from hvcpd.reporting.transcript import read_trails, read_transcript
 from hvcpd.reporting.watching import Watch
 
@@ -77,7 +77,7 @@ def _steps(story: Story, record: MissionRecord) -> list[Step]:
     """All changes in order of time; lines are numbered in this order."""
     steps = [*_spoken(story), *_boards(story, record), *_activities(story)]
     for trail in record.trails:
-        steps += _moves(trail, _slots(story).get(trail.robot, 0))
+        steps += _moves(trail, story.slots.get(trail.robot, 0))
     steps.sort(key=lambda step: step[0])
     lines = [message["line"] for _, message in steps if message["kind"] == "line"]
     for number, line in enumerate(lines):
@@ -85,18 +85,13 @@ def _steps(story: Story, record: MissionRecord) -> list[Step]:
     return steps
 
 
-def _slots(story: Story) -> dict[str, int]:
-    return {name: robot_slot(k) for k, name in enumerate(story.robots)}
-
-
 def _spoken(story: Story) -> Iterator[Step]:
-    slots = _slots(story)
+    slots, names = story.slots, {task.number: task.name for task in story.tasks}
     for line in story.lines:
         said = line.said
         yield _line(said.at_s, "said", said.speaker, slots.get(said.speaker), said.text, _marks(line))
     for act in story.performed:
-        name = next((task.name for task in story.tasks if task.number == act.task), "")
-        text = f"has carried out task {act.task}" + (f", {name}" if name else "")
+        text = f"has carried out {task_words(act.task, names.get(act.task))}"
         yield _line(act.at_s, "act", act.robot, slots.get(act.robot), text, [])
 
 
@@ -134,7 +129,7 @@ def _boards(story: Story, record: MissionRecord) -> Iterator[Step]:
 
 
 def _board(watch: Watch, story: Story) -> Message:
-    slots, icons = _slots(story), dict(story.started.icons)
+    slots, icons = story.slots, dict(story.started.icons)
     rows = [
         {
             "number": row.task,
@@ -161,7 +156,7 @@ def _robots(story: Story, at_s: float) -> Message:
     robots = []
     for k, robot in enumerate(story.robots):
         span = next((s for s in story.spans if s.robot == robot and s.from_s <= at_s < s.to_s), None)
-        doing = f"has task {span.task}, {names.get(span.task, '')}" if span else ""
+        doing = f"has {task_words(span.task, names.get(span.task))}" if span else ""
         robots.append(
             {
                 "name": clean(robot),

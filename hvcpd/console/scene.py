@@ -13,7 +13,7 @@ from hvcpd.console.viewers import Message, Viewers
 from hvcpd.reporting.events import Plant
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_plan
-from hvcpd.reporting.text import clean, shown_away
+from hvcpd.reporting.text import clean, shown_away, task_words
 
 MAX_TRAIL = 4000
 """Points kept of a trail: 200 m, by STEP_M."""
@@ -119,8 +119,7 @@ class Scene:
         self.viewers.tell({"kind": "line", "line": self.lines.add(line)})
 
     def _task(self, number: int) -> str:
-        name = next((task["name"] for task in self._tasks if task["number"] == number), None)
-        return f"task {number}, {clean(name)}" if name else f"task {number}"
+        return task_words(number, next((task["name"] for task in self._tasks if task["number"] == number), None))
 
     def _move(self, x_m: float, y_m: float, heading_deg: float) -> None:
         if not (math.isfinite(x_m) and math.isfinite(y_m)):
@@ -168,7 +167,7 @@ class Scene:
 
     def _doing(self, status: Reply) -> str:
         task = status["task"]
-        return clean(status["doing"]) + (f": task {task['number']}, {clean(task['name'])}" if task else "")
+        return clean(status["doing"]) + (f": {task_words(task['number'], task['name'])}" if task else "")
 
     def _peer(self, peer: Reply) -> dict[str, Any]:
         own = next((t for t in self._tasks if t["owner"] == peer["name"] and t["state"] == "claimed"), None)
@@ -179,7 +178,7 @@ class Scene:
             "name": clean(peer["name"]),
             "slot": self._slots.of(peer["name"]),
             "team": clean(peer["team"] or ""),
-            "doing": f"has task {own['number']}, {clean(own['name'])}" if own else "",
+            "doing": f"has {task_words(own['number'], own['name'])}" if own else "",
             "present": peer["present"],
             "note": f"heard {ago} ago, {100 * peer['confidence']:.0f} % sure" + (f", {far} away" if far else ""),
         }

@@ -1,16 +1,41 @@
-"""Options of several commands, and their types: texts become values, or an error that says what is wrong."""
+"""What the command lines have in common: how a command is added, options of several commands, and options' types.
+
+A type turns a text into a value, or into an error that says what is wrong.
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TypeAlias
 
+from hvcpd.config.command_line import with_examples
+
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Run = Callable[[argparse.Namespace], int]
-"""What a command does with its options; the exit status."""
+
+
+def add_command(
+    commands: Commands, name: str, text: str, run: str, *examples: str, description: str = "", epilog: str = ""
+) -> argparse.ArgumentParser:
+    """Add a command, or an action of one, and return its parser.
+
+    `text` lists it, and is its description if there is no other; the help ends with the epilog and the examples. `run`
+    is the module of `hvcpd.control` with the command's function `run`, imported when it is needed, so that every
+    command starts quickly.
+    """
+    description = description or f"{text[0].upper()}{text[1:]}."
+    epilog = with_examples(epilog, *examples) if examples else epilog
+    command = commands.add_parser(name, help=text, description=description, epilog=epilog or None)
+
+    def run_module(options: argparse.Namespace) -> int:
+        status: int = import_module(f"hvcpd.control.{run}").run(options)
+        return status
+
+    command.set_defaults(run=run_module)
+    return command
 
 
 def add_config(command: argparse.ArgumentParser) -> None:
@@ -21,6 +46,39 @@ def add_config(command: argparse.ArgumentParser) -> None:
 def add_tasks(command: argparse.ArgumentParser) -> None:
     """Add --tasks."""
     command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+
+
+def add_team(command: argparse.ArgumentParser) -> None:
+    """Add --config, --tasks and --names."""
+    add_config(command)
+    add_tasks(command)
+    command.add_argument("--names", type=robot_names, metavar="Rob,Bot", help="the names that the robots know")
+
+
+def add_json(command: argparse.ArgumentParser, text: str = "print one JSON object a line") -> None:
+    """Add --json."""
+    command.add_argument("--json", action="store_true", help=text)
+
+
+def add_memory(command: argparse.ArgumentParser) -> None:
+    """Add --config, --name, --memory, --socket, --since and --json, for what reads a robot's memory."""
+    add_config(command)
+    command.add_argument("--name", metavar="NAME", help="the robot whose memory to read (default: from the settings)")
+    command.add_argument("--memory", type=Path, metavar="FILE", help="this memory file, in any folder")
+    command.add_argument("--socket", type=Path, metavar="FILE", help="the memory of the robot with this control socket")
+    since = "start this long ago (30m, 8h, 2d) or at this time (2026-11-21T08:00)"
+    command.add_argument("--since", metavar="WHEN", help=since)
+    add_json(command)
+
+
+def add_key_file(command: argparse.ArgumentParser, text: str) -> None:
+    """Add --key, with or without a file."""
+    command.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=text)
+
+
+def add_sound_out(command: argparse.ArgumentParser, text: str) -> None:
+    """Add -o for a WAV file."""
+    command.add_argument("-o", "--output", type=sound_out, metavar="FILE.wav", help=text)
 
 
 def robot_names(text: str) -> tuple[str, ...]:

@@ -32,16 +32,12 @@ MAX_WAITING = 4
 _log = structlog.get_logger(__name__)
 
 
-def local_time() -> datetime:
-    """The time on the wall, for file names."""
-    return datetime.now()
-
-
 class Clips:
-    """`take` every block; `settings` is asked each time, so that a reload takes effect at once."""
+    """`take` every block; `settings` is asked each time, so that a reload takes effect at once. `clock` is local time,
+    for file names."""
 
     def __init__(
-        self, settings: Callable[[], ClipSettings], name: str, clock: Callable[[], datetime] = local_time
+        self, settings: Callable[[], ClipSettings], name: str, clock: Callable[[], datetime] = datetime.now
     ) -> None:
         self._settings = settings
         self._name = name.lower()

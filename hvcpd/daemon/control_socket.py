@@ -69,7 +69,7 @@ class SocketFile:
         Raises RunningError if a daemon has it, OSError if it cannot be made.
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._take_lock()
+        self._lock = locked(self.path.with_name(self.path.name + ".lock"), self.path)
         self._remove_stale()
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
@@ -92,9 +92,6 @@ class SocketFile:
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
-
-    def _take_lock(self) -> None:
-        self._lock = locked(self.path.with_name(self.path.name + ".lock"), self.path)
 
     def _remove_stale(self) -> None:
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from hvcpd.config.settings import AudioSettings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
@@ -13,21 +13,12 @@ from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.hardware.audio_stream import AudioStream
 from hvcpd.hardware.kinematics import drive_of
 from hvcpd.hardware.ros_base import RosBase
-from hvcpd.hardware.stop_button import make_stop_button
+from hvcpd.hardware.stop_button import StopButton, make_stop_button
 from hvcpd.ports import Wheels
 
 if TYPE_CHECKING:
     from hvcpd.hardware.joints import Joint
     from hvcpd.hardware.wheels_bus import MakePort
-
-
-class Button(Protocol):
-    """`StopButton`, as it is needed here."""
-
-    @property
-    def pressed(self) -> bool: ...
-
-    def close(self) -> None: ...
 
 
 def make_wheels(
@@ -52,4 +43,4 @@ class Devices:
     sound_backend: Callable[[], Any] = load_backend
     make_stream: Callable[[AudioSettings], SoundStream] = AudioStream
     make_wheels: Callable[[WheelSettings, Sequence[Joint]], Wheels | None] = make_wheels
-    make_stop_button: Callable[[StopButtonSettings], Button | None] = make_stop_button
+    make_stop_button: Callable[[StopButtonSettings], StopButton | None] = make_stop_button

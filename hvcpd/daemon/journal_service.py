@@ -16,6 +16,7 @@ from functools import partial
 
 import structlog
 
+from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, socket_path
@@ -46,7 +47,6 @@ LATCH_S = 5.0
 """Longest time that a client that sent "stop" waits until the stop is on the disk: half of the patience of
 `hvcpctl`."""
 
-Remembered = dict[int, tuple[str, str | None]]
 TimedRecord = tuple[Record, float]
 """A record, and when it was handed over, s of the sample clock."""
 
@@ -93,12 +93,6 @@ class JournalService:
         """Why the next start will not be as it ought to: a stop that cannot be kept, or a resume."""
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, who was heard last at the end; known once the memory is open."""
-        self.counters: dict[str, int] = {}
-        """Of seals and codes; known once the memory is open."""
-        self.dues: dict[int, float] = {}
-        """For which time what recurs was done last, s since 1970."""
-        self.changes: dict[int, tuple[int, bool]] = {}
-        """The last change of each task, and whether it is left out since."""
         self.lost = 0
         """Records that were not kept."""
 
@@ -107,15 +101,15 @@ class JournalService:
         if self._journal is not None:
             self._journal.know(tasks)
 
-    async def open(self) -> Remembered:
-        """Open the memory; what it knows of the tasks. Raises NewerStoreError, and RunningError if a daemon has it."""
-        remembered = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
+    async def open(self) -> MemoryPlan:
+        """Open the memory; what it knows. Raises NewerStoreError, and RunningError if a daemon has it."""
+        memory = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
         self._is_stopped = self._is_stopped or self.stopped
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
         ring = self._wiring.ring()
-        if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in self.counters:
+        if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in memory.counters:
             _log.error(
                 "counters of seals lost",
                 reason="an old recording could pass as new: the robot believes nobody without a challenge, takes no "
@@ -124,7 +118,7 @@ class JournalService:
             )
         self._opened.set()
         self._set_latch()
-        return remembered
+        return memory
 
     def write(self, records: Sequence[Record], now: float) -> None:
         """Have the records of one step kept."""
@@ -233,7 +227,7 @@ class JournalService:
         """A file could not be used at all: only a restart helps."""
         return self._memory is not None and self._memory.fault is not None
 
-    def _open(self) -> Remembered:
+    def _open(self) -> MemoryPlan:
         wiring = self._wiring
         files = MemoryFiles(wiring.settings.memory_path, wiring.seals_path, wiring.latch_path)
         make_directory(files.tasks.parent)
@@ -248,14 +242,12 @@ class JournalService:
                 self._journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
             except StoreError as error:
                 self.fault = self.fault or str(error)
-        self.counters = self._journal.counters
-        self.dues = self._journal.dues
-        self.changes = self._journal.changes
         self.stopped = memory.stopped
         self.loss = memory.loss
         self.names = self._journal.names
         self._peers = {name.casefold() for name in self.names}
-        return self._journal.remembered()
+        journal = self._journal
+        return MemoryPlan(journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes)
 
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:

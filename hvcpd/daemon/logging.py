@@ -84,17 +84,15 @@ class RateLimiter:
     after which none has come yet.
     """
 
-    def __init__(self, clock: Callable[[], float], burst: int = BURST, refill_s: float = REFILL_S) -> None:
+    def __init__(self, clock: Callable[[], float]) -> None:
         self._clock = clock
-        self._burst = burst
-        self._refill_s = refill_s
         self._buckets: dict[tuple[str, str], _Bucket] = {}
 
     def __call__(self, _logger: Any, method: str, event: EventDict) -> EventDict:
         """Pass the line on, or raise structlog.DropEvent."""
         now_s = self._clock()
-        bucket = self._buckets.setdefault((method, str(event.get("event"))), _Bucket(self._burst, now_s))
-        bucket.tokens = min(bucket.tokens + (now_s - bucket.filled_s) / self._refill_s, self._burst)
+        bucket = self._buckets.setdefault((method, str(event.get("event"))), _Bucket(BURST, now_s))
+        bucket.tokens = min(bucket.tokens + (now_s - bucket.filled_s) / REFILL_S, BURST)
         bucket.filled_s = now_s
         if bucket.tokens < 1.0:
             bucket.held_back += 1

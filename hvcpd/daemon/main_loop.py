@@ -22,8 +22,8 @@ from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.control_status import Body
-from hvcpd.daemon.devices import Button, Devices
-from hvcpd.daemon.journal_service import JournalService, Remembered
+from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.logging import tell
 from hvcpd.daemon.name_learning import NameLearning, Rendered, at_once
 from hvcpd.daemon.notify import ServiceManager
@@ -36,10 +36,10 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.hardware.stop_button import StopButton
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
-from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.robot import Robot
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Daemon:
         self._control = ControlService(Body(wiring, self._journal), rereading)
         self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
         self._wheels: WheelService | None = None
-        self._button: Button | None = None
+        self._button: StopButton | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
         self._channel = SecondPass[Stretch, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
@@ -129,9 +129,9 @@ class Daemon:
             stack.push_async_callback(self._control.close)
             stack.callback(self._end)
             await self._control.open()
-            remembered = await self._journal.open()
+            memory = await self._journal.open()
             here = self._pose.recall()
-            self._tell_start(remembered, here)
+            self._tell_start(memory, here)
 
             sound = self.sound = self._control.body.sound = SoundService(
                 lambda: self._devices.make_stream(settings.audio)
@@ -140,13 +140,11 @@ class Daemon:
             await sound.open()
 
             self._manager.status("preparing words; the first time takes longest")
-            acoustics = Acoustics(latency_s=sound.latency_s)
             navigator = self._goal_navigator()
-            body, journal = self._control.body, self._journal
-            memory = MemoryPlan(remembered, journal.stopped, journal.counters, journal.dues, journal.changes)
+            body = self._control.body
             enrolled = CurrentPeople(lambda: body.wiring.people)
-            heard, workers = journal.names, (self._channel, self._second)
-            plan = self.wiring.plan(memory, acoustics, heard, here, navigator, *workers, enrolled)
+            heard, workers = self._journal.names, (self._channel, self._second)
+            plan = self.wiring.plan(memory, sound.latency_s, heard, here, navigator, *workers, enrolled)
             warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
@@ -287,9 +285,9 @@ class Daemon:
             return False
         return robot.now >= self._leave_until_s or (robot.coordination.has_left and not robot.speaking)
 
-    def _tell_start(self, remembered: Remembered, here: KeptPose | None) -> None:
+    def _tell_start(self, memory: MemoryPlan, here: KeptPose | None) -> None:
         settings = self.wiring.settings
-        states = [state for state, _ in remembered.values()]
+        states = [state for state, _ in memory.tasks.values()]
         _log.info(
             "starting",
             name=settings.name,

@@ -20,9 +20,6 @@ from hvcpd.hardware.audio import Direction, find_device
 from hvcpd.hardware.gpio import missing
 from hvcpd.skills.checks import faults
 
-SERIAL_PORTS = ("serial/by-id/*", "ttyUSB*", "ttyACM*")
-"""Under the devices' directory: what adapters for motors are called on Linux (U2D2: ttyUSB, OpenCR: ttyACM)."""
-
 Access = Callable[[Path, int], bool]
 """Whether this process may use a file so; `os.access` has the form."""
 
@@ -164,25 +161,23 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
         return Finding("wheels", f"by ROS ({settings.ros_mode}); the robot stands until `hvcpctl ros` runs beside it")
     if not settings.on_serial_port:
         return Finding("wheels", f"by the driver {settings.driver}")
+    from hvcpd.hardware.groups import group_of
+    from hvcpd.hardware.wheels_find import candidate_ports  # not for a robot without a port: it loads the motors' SDK
+
+    others = candidate_ports(device_directory)
     if settings.port == "auto":
-        there = _ports(device_directory)
-        if not there:
-            return _port_fault(f"wheels.port: {_other_ports(device_directory)}")
-        return Finding("wheels", f"will look at {', '.join(there)}")
+        return Finding("wheels", f"will look at {', '.join(others)}") if others else _port_fault(_other_ports(others))
     port = Path(settings.port)
     try:
         status = port.stat()
     except OSError as error:
-        return _port_fault(f"wheels.port: no {port} ({error.strerror}); {_other_ports(device_directory)}")
+        return _port_fault(f"no {port} ({error.strerror}); {_other_ports(others)}")
     if not stat.S_ISCHR(status.st_mode):
-        return _port_fault(f"wheels.port: {port} is not a serial port; {_other_ports(device_directory)}")
+        return _port_fault(f"{port} is not a serial port; {_other_ports(others)}")
     if not access(port, os.R_OK | os.W_OK):
-        from hvcpd.hardware.groups import group_of
-
         group = group_of(settings.port)
         return _port_fault(
-            f"wheels.port: no permission to use {port}; `sudo usermod -aG {group} USER` for the daemon's user, "
-            "then log in again"
+            f"no permission to use {port}; `sudo usermod -aG {group} USER` for the daemon's user, then log in again"
         )
     return Finding("wheels", f"{port}, {settings.baud_rate} baud, motors {settings.left_id} and {settings.right_id}")
 
@@ -200,15 +195,10 @@ def find_stop_button(settings: StopButtonSettings, device_directory: Path) -> It
 
 
 def _port_fault(text: str) -> Finding:
-    return Finding("wheels", text, EX_UNAVAILABLE)
+    return Finding("wheels", f"wheels.port: {text}", EX_UNAVAILABLE)
 
 
-def _other_ports(directory: Path) -> str:
-    there = _ports(directory)
+def _other_ports(there: list[str]) -> str:
     if there:
         return f"set wheels.port to one of {', '.join(there)}"
     return "plug in the motors' adapter (there is no serial port at all), or set wheels.driver to none"
-
-
-def _ports(directory: Path) -> list[str]:
-    return [str(path) for pattern in SERIAL_PORTS for path in sorted(directory.glob(pattern))]

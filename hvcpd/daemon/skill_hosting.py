@@ -20,7 +20,7 @@ from hvcpd.hardware.joints import Joint
 from hvcpd.ports import Wheels
 from hvcpd.skills.guard import GuardLine, Line
 from hvcpd.skills.host import Host
-from hvcpd.skills.joints import JointMotion
+from hvcpd.skills.joints import JointRunner
 from hvcpd.skills.runners import Runner
 
 AGAIN_S = 1.0
@@ -80,7 +80,7 @@ class JointService:
         loose = tuple(joint.settings.id for joint in self.joints if joint.settings.stopped == "release")
         if loose and isinstance(wheels, OnPort):
             self._guard = GuardLine(line=Line(wheels.port, self._settings.wheels.baud_rate, loose))
-        motions = {name: JointMotion(joint, service.exchange_now) for name, joint in self._named.items()}
+        motions = {name: JointRunner(joint, service.exchange_now) for name, joint in self._named.items()}
         self._task = asyncio.get_running_loop().create_task(offer(socket_path(self._settings), motions))
         self._task.add_done_callback(_tell_end)
 

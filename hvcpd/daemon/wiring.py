@@ -149,7 +149,7 @@ class Wiring:
     def plan(
         self,
         memory: MemoryPlan | None = None,
-        acoustics: Acoustics | None = None,
+        latency_s: float = 0.0,
         heard: Sequence[str] = (),
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
@@ -159,10 +159,10 @@ class Wiring:
     ) -> RobotPlan:
         """What makes this robot, with what it remembers, and the names that it `heard`.
 
-        `here` is where it stands, if that is not where the settings have it start. `navigator` finds its ways; None:
-        the usual one. `channel` looks again for robots through a channel that is not known, `second` at what no robot's
-        voice explains. `people`, looked up anew each
-        time, are those who are enrolled by then; None: those of now.
+        `latency_s` is its sound's. `here` is where it stands, if that is not where the settings have it start.
+        `navigator` finds its ways; None: the usual one. `channel` looks again for robots through a channel that is not
+        known, `second` at what no robot's voice explains. `people`, looked up anew each time, are those who are
+        enrolled by then; None: those of now.
 
         Without a seed in the settings it gets a fresh one.
         """
@@ -188,7 +188,7 @@ class Wiring:
             ),
             memory or MemoryPlan(),
             HearingPlan(
-                acoustics,
+                Acoustics(latency_s),
                 self.people if people is None else people,
                 channel,
                 second if settings.voices != "robots" else None,

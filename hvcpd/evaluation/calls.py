@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from hvcpd.evaluation import listeners
+from hvcpd.evaluation import listeners, plots
 from hvcpd.evaluation.scene import Bench, heard_at, stream
+from hvcpd.evaluation.statistics import Step, pivot
 from hvcpd.evaluation.trials import Row, Trial
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
@@ -76,6 +77,18 @@ def summed(rows: Sequence[Row], by: Sequence[str]) -> dict[tuple[Any, ...], dict
             total[name] = total.get(name, 0) + row[name]
             total[f"{name} wrong"] = total.get(f"{name} wrong", 0) + len(row[f"{name} wrong"])
     return found
+
+
+def series_by_noise(rows: Sequence[Row], condition: Callable[[float | None], str]) -> list[plots.Series]:
+    """A line for each noise of the robot itself, with its name by `condition`, and each listener."""
+    found = summed(rows, ("robot_noise_db_spl", "distance_m"))
+    series = []
+    for noise in dict.fromkeys(of for of, _ in found):
+        here = sorted((distance_m, total) for (of, distance_m), total in found.items() if of == noise)
+        for name in rows[0]["listeners"]:
+            steps = tuple(Step(at, total[name], total["calls"], total[f"{name} wrong"]) for at, total in here)
+            series.append(plots.Series(condition(noise), name, steps, pivot(steps)))
+    return series
 
 
 def distances(quick: bool) -> tuple[float, ...]:

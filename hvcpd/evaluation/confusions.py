@@ -179,6 +179,4 @@ def _draw(
         axes.set(title=f"{group[1]}, {group[0]}", xlabel="heard", ylabel="said")
 
 
-EXPERIMENT = Experiment(
-    "confusions", "the paper's Table II: what is taken for what", _trials, _run, _summarise, ("pyroomacoustics",)
-)
+EXPERIMENT = Experiment("confusions", _trials, _run, _summarise, ("pyroomacoustics",))

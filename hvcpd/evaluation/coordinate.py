@@ -69,11 +69,4 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
-EXPERIMENT = Experiment(
-    "coordinate",
-    "one robot orders, the other does: success against distance",
-    _trials,
-    _run,
-    _summarise,
-    ("pyroomacoustics",),
-)
+EXPERIMENT = Experiment("coordinate", _trials, _run, _summarise, ("pyroomacoustics",))

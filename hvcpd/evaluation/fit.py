@@ -40,8 +40,8 @@ def _summarise(rows: Sequence[Row]) -> Findings:
             "(FITTED_ROBOT_NOISE_DB_SPL in hvcpd/evaluation/scene.py).",
         ),
         Table(("robot_noise_db_spl", "calls", "right"), tuple((s.at, s.n, s.right) for s in steps)),
-        lambda figure: plots.against(
-            figure,
+        lambda figure: plots.shares(
+            figure.add_subplot(),
             [plots.Series("at 1.2 m", PEER, steps, half)],
             "noise of the robot itself, dB SPL",
             "calls understood, %",
@@ -50,11 +50,4 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
-EXPERIMENT = Experiment(
-    "fit",
-    "the bench's own noise that gives the paper's 120 cm",
-    _trials,
-    call,
-    _summarise,
-    ("pyroomacoustics", PEER.lower()),
-)
+EXPERIMENT = Experiment("fit", _trials, call, _summarise, ("pyroomacoustics", PEER.lower()))

@@ -188,6 +188,4 @@ def _draw(figure: Any, media: Sequence[Medium], series: Sequence[plots.Series]) 
         plots.by_distance(axes, here)
 
 
-EXPERIMENT = Experiment(
-    "medium", "across open air and water, alone and with relay (simulation only)", _trials, _run, _summarise
-)
+EXPERIMENT = Experiment("medium", _trials, _run, _summarise)

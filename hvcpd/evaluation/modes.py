@@ -8,7 +8,7 @@ from typing import Any
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.calls import summed
 from hvcpd.evaluation.listeners import OURS
-from hvcpd.evaluation.statistics import Step, pivot, wilson
+from hvcpd.evaluation.statistics import Step, pivot
 from hvcpd.evaluation.trials import Row, Scale, Table, Trial
 
 SAID_ONCE, WHOLE = "said once", "whole robots"
@@ -54,16 +54,5 @@ def table_of(series: Sequence[plots.Series]) -> Table:
     """The lines' points."""
     return Table(
         ("variant", "listener", "distance_m", "trials", "right", "share", "low", "high"),
-        tuple(
-            (
-                s.condition,
-                s.listener,
-                at.at,
-                at.n,
-                at.right,
-                *(round(x, 4) for x in (at.right / at.n, *wilson(at.right, at.n))),
-            )
-            for s in series
-            for at in s.steps
-        ),
+        tuple((s.condition, s.listener, at.at, at.n, at.right, *at.shares) for s in series for at in s.steps),
     )

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from hvcpd.evaluation import listeners, plots, porcupine
-from hvcpd.evaluation.calls import BLOCK_CALLS, summed
+from hvcpd.evaluation.calls import BLOCK_CALLS, series_by_noise
 from hvcpd.evaluation.contenders import book, everybody
 from hvcpd.evaluation.footprint import measured
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.porcupine import NAMES, PORCUPINE
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench, heard_at, stream
-from hvcpd.evaluation.statistics import Step, pivot, wilson
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 
 NOISES_DB_SPL = (None, 40.0, 50.0, FITTED_ROBOT_NOISE_DB_SPL)
@@ -89,27 +88,18 @@ def _cost(trial: Trial) -> Row:
 def _summarise(rows: Sequence[Row]) -> Findings:
     success = [row for row in rows if row["part"] == SUCCESS]
     costs = {row["listener"]: row for row in rows if row["part"] == COST}
-    found = summed(success, ("robot_noise_db_spl", "distance_m"))
-    series: list[plots.Series] = []
-    table: list[tuple[Any, ...]] = []
-    for noise in dict.fromkeys(key[0] for key in found):
-        condition = "robot silent" if noise is None else f"robot {noise:g} dB"
-        here = sorted((key[1], total) for key, total in found.items() if key[0] == noise)
-        for name in success[0]["listeners"]:
-            steps = tuple(Step(distance_m, total[name], total["calls"]) for distance_m, total in here)
-            series.append(plots.Series(condition, name, steps, pivot(steps)))
-            cost = costs.get(name, {})
-            for step, (_, total) in zip(steps, here, strict=True):
-                shares = (round(x, 4) for x in (step.right / step.n, *wilson(step.right, step.n)))
-                counts = (step.n, step.right, total[f"{name} wrong"])
-                table.append(
-                    (condition, name, step.at, *counts, *shares, cost.get("share", ""), cost.get("memory_mb", ""))
-                )
+    series = series_by_noise(success, lambda noise: "robot silent" if noise is None else f"robot {noise:g} dB")
+    table = tuple(
+        (line.condition, line.listener, step.at, step.n, step.right, step.wrong, *step.shares, *cost)
+        for line in series
+        for cost in [[costs.get(line.listener, {}).get(key, "") for key in ("share", "memory_mb")]]
+        for step in line.steps
+    )
     columns = "condition listener distance_m calls right wrong share low high processor_share memory_mb".split()
     return Findings(
         "Other recognisers on the same audio",
         (_about(), *_reached(series), *(_costs(name, row) for name, row in costs.items())),
-        Table(tuple(columns), tuple(table)),
+        Table(tuple(columns), table),
         lambda figure: _draw(figure, series),
         Bench().assumptions("as titled"),
         (3.6 * len({s.condition for s in series}), 4.6),
@@ -161,11 +151,4 @@ def _draw(figure: Any, series: Sequence[plots.Series]) -> None:
         axes.set_title(condition, pad=30, fontsize=9)
 
 
-EXPERIMENT = Experiment(
-    "peers",
-    "ours and other recognisers on the same audio: success, processor, memory",
-    _trials,
-    _run,
-    _summarise,
-    ("pyroomacoustics",),
-)
+EXPERIMENT = Experiment("peers", _trials, _run, _summarise, ("pyroomacoustics",))

@@ -48,13 +48,6 @@ def save(draw: Any, assumptions: Sequence[str], size_in: tuple[float, float], pa
         pyplot.close(figure)
 
 
-def against(figure: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> Any:
-    """Shares against anything; returns the axes."""
-    axes = figure.add_subplot()
-    shares(axes, series, xlabel, ylabel)
-    return axes
-
-
 def shares(axes: Any, series: Sequence[Series], xlabel: str, ylabel: str) -> None:
     """Lines with their intervals, and a legend."""
     conditions = list(dict.fromkeys(s.condition for s in series))
@@ -76,7 +69,8 @@ def against_distance(
     figure: Any, series: Sequence[Series], ylabel: str, paper_m: float, paper: str = "the paper's pivotal\ndistance,"
 ) -> None:
     """Shares against distance (m, logarithmic), with the paper's distance marked for what it is."""
-    axes = against(figure, series, "distance, m", ylabel)
+    axes = figure.add_subplot()
+    shares(axes, series, "distance, m", ylabel)
     mark(axes, paper_m, f"{paper} {paper_m * 100:.0f} cm")
     by_distance(axes, series)
 

@@ -43,4 +43,4 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
-EXPERIMENT = Experiment("pronunciation", "the paper's Table I: which pronunciation is used", _trials, _run, _summarise)
+EXPERIMENT = Experiment("pronunciation", _trials, _run, _summarise)

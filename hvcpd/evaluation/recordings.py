@@ -15,7 +15,7 @@ from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.errors import ConfigError
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.listeners import OURS, sentences, sound, tasks
-from hvcpd.evaluation.statistics import Step, pivot, wilson
+from hvcpd.evaluation.statistics import Step, pivot
 from hvcpd.evaluation.trials import Findings, Table
 from hvcpd.evaluation.wake import PAPER_PIVOT_M
 from hvcpd.hardware.soundfile import read_wav
@@ -113,7 +113,7 @@ def findings(recordings: Sequence[Recording], right: Sequence[int]) -> Findings:
     )
     half = pivot(steps)
     series = [plots.Series("recorded", OURS, steps, half)]
-    table = tuple((s.at, s.n, s.right, *(round(x, 4) for x in (s.right / s.n, *wilson(s.right, s.n)))) for s in steps)
+    table = tuple((s.at, s.n, s.right, *s.shares) for s in steps)
     return Findings(
         "The call, recorded",
         (

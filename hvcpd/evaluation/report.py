@@ -14,7 +14,7 @@ from markupsafe import Markup
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.trials import Findings, Table
 from hvcpd.reporting.files import write_whole
-from hvcpd.reporting.markup import tag
+from hvcpd.reporting.markup import document, tag
 from hvcpd.reporting.palette import own_file
 
 STYLE = (
@@ -49,17 +49,11 @@ def _csv(table: Table) -> str:
 
 def write_page(found: Sequence[tuple[str, Findings]], about: str, folder: Path) -> Path:
     """Write report.html with all results and the plots in `folder`. Raises OSError."""
-    head = (
-        tag("meta", charset="utf-8"),
-        tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
-        tag("title", "The paper's experiments, again"),
-        tag("style", Markup(own_file("theme.css") + STYLE)),
-    )
+    title = "The paper's experiments, again"
     sections = (_section(name, one, folder / f"{name}.png") for name, one in found)
-    heading = tag("h1", "The paper's experiments, again")
-    body = tag("body", tag("main", heading, tag("p", about), _beside(found), *sections))
+    main = tag("main", tag("h1", title), tag("p", about), _beside(found), *sections)
     path = folder / "report.html"
-    write_whole(path, f"<!doctype html>\n{tag('html', tag('head', *head), body, lang='en')}\n".encode())
+    write_whole(path, document(title, Markup(own_file("theme.css") + STYLE), main).encode())
     return path
 
 

@@ -103,4 +103,4 @@ def _draw(figure: Any, table: Sequence[tuple[Any, ...]]) -> None:
         axes.grid(alpha=0.25)
 
 
-EXPERIMENT = Experiment("robots", "2 to 12 robots: completion, airtime, collisions", _trials, _run, _summarise)
+EXPERIMENT = Experiment("robots", _trials, _run, _summarise)

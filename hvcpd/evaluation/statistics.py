@@ -40,6 +40,13 @@ class Step:
     at: float
     right: int
     n: int
+    wrong: int = 0
+    """Of those that did not, how many gave a wrong result instead of none."""
+
+    @property
+    def shares(self) -> tuple[float, ...]:
+        """The share of those that succeeded and its interval, as tables have them."""
+        return tuple(round(x, 4) for x in (self.right / self.n, *wilson(self.right, self.n)))
 
 
 @dataclass(frozen=True)

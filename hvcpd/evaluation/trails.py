@@ -97,4 +97,4 @@ def _draw(figure: Any, row: Row) -> None:
         axes.grid(alpha=0.25)
 
 
-EXPERIMENT = Experiment("trails", "the five-plant mission, with both robots' trails", _trials, _run, _summarise)
+EXPERIMENT = Experiment("trails", _trials, _run, _summarise)

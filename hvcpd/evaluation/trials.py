@@ -90,7 +90,6 @@ class Experiment:
     """
 
     name: str
-    about: str
     trials: Callable[[Scale], Sequence[Trial]]
     run: Callable[[Trial], Row]
     summarise: Callable[[Sequence[Row]], Findings]

@@ -111,6 +111,4 @@ def _summarise(rows: Sequence[Row]) -> Findings:
     )
 
 
-EXPERIMENT = Experiment(
-    "volunteer", "two robots share out tasks: success against distance", _trials, _run, _summarise, ("pyroomacoustics",)
-)
+EXPERIMENT = Experiment("volunteer", _trials, _run, _summarise, ("pyroomacoustics",))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from hvcpd.evaluation import plots
-from hvcpd.evaluation.calls import WAKE, blocks, call, distances, summed, who
+from hvcpd.evaluation.calls import WAKE, blocks, call, distances, series_by_noise, who
 from hvcpd.evaluation.listeners import CALLED, CALLER, OURS, PEER
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
-from hvcpd.evaluation.statistics import Pivot, Step, pivot, wilson
+from hvcpd.evaluation.statistics import Pivot
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Table, Trial
 
 PAPER_PIVOT_M = 1.2
@@ -33,27 +32,17 @@ def _trials(scale: Scale) -> Sequence[Trial]:
 
 
 def _summarise(rows: Sequence[Row]) -> Findings:
-    series: list[plots.Series] = []
-    table: list[tuple[Any, ...]] = []
-    found = summed(rows, ("robot_noise_db_spl", "distance_m"))
-    for noise in dict.fromkeys(key[0] for key in found):
-        condition = AS_STATED if noise is None else AS_FITTED
-        for name in rows[0]["listeners"]:
-            steps = []
-            for (of, distance_m), total in sorted(found.items(), key=lambda item: item[0][1]):
-                if of != noise:
-                    continue
-                right, n, wrong = total[name], total["calls"], total[f"{name} wrong"]
-                steps.append(Step(distance_m, right, n))
-                low, high = wilson(right, n)
-                interval = (round(right / n, 4), round(low, 4), round(high, 4))
-                table.append((condition, name, distance_m, n, right, wrong, *interval))
-            series.append(plots.Series(condition, name, tuple(steps), pivot(steps)))
+    series = series_by_noise(rows, lambda noise: AS_STATED if noise is None else AS_FITTED)
+    table = tuple(
+        (line.condition, line.listener, step.at, step.n, step.right, step.wrong, *step.shares)
+        for line in series
+        for step in line.steps
+    )
     columns = ("condition", "listener", "distance_m", "calls", "right", "wrong", "share", "low", "high")
     return Findings(
         "The call",
         _paragraphs(series),
-        Table(columns, tuple(table)),
+        Table(columns, table),
         lambda figure: plots.against_distance(figure, series, "calls understood, %", PAPER_PIVOT_M),
         Bench().assumptions(),
         beside=(
@@ -91,6 +80,4 @@ def _of(series: Sequence[plots.Series], condition: str, listener: str) -> Pivot 
     return next((s.pivot for s in series if (s.condition, s.listener) == (condition, listener)), None)
 
 
-EXPERIMENT = Experiment(
-    "wake", "is a call heard? success against distance", _trials, call, _summarise, ("pyroomacoustics",)
-)
+EXPERIMENT = Experiment("wake", _trials, call, _summarise, ("pyroomacoustics",))

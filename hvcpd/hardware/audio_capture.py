@@ -27,13 +27,8 @@ def capture(settings: AudioSettings, backend: Any | None = None) -> Iterator[Ite
     name = microphone.opened.device.name
     try:
         microphone.stream.start()
-        yield _blocks(microphone)
+        yield iter(microphone.read, None)
     except backend.PortAudioError as error:
         raise DeviceError(f"the microphone {name!r} is gone ({error}); plug it in, and start again") from error
     finally:
         microphone.stream.close(True)
-
-
-def _blocks(microphone: Microphone) -> Iterator[Block]:
-    while True:
-        yield microphone.read()

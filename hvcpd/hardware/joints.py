@@ -16,7 +16,7 @@ from functools import partial
 
 from hvcpd.config.skill_settings import JointSettings
 from hvcpd.hardware import motors, registers
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, twice
+from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, RefusedError, answer
 
 TOLERANCE_DEG = 2.0
 """Distance from its goal within which it has arrived: position mode has no integral gain as it leaves the factory
@@ -63,13 +63,12 @@ class JointState:
 
 
 class Joint:
-    """One joint. `clock` (s) is the bus thread's; `watchdog_units` of 20 ms are the motor's own lease."""
+    """One joint. `clock` (s) is the bus thread's."""
 
-    def __init__(self, settings: JointSettings, clock: Callable[[], float], watchdog_units: int = 12) -> None:
+    def __init__(self, settings: JointSettings, clock: Callable[[], float]) -> None:
         self.settings = settings
         self.state = JointState()
         self._clock = clock
-        self._watchdog_units = watchdog_units
         self._wish = self._carried_out = self._tried = Wish(0)
         self._is_ready = False
         self._failures = 0
@@ -94,12 +93,9 @@ class Joint:
     def inspect(self, bus: DynamixelBus) -> list[str]:
         """What is wrong with the motor, with its remedy; changes nothing. Raises PortLostError."""
         motor_id = self.settings.id
-        try:
-            model = twice(partial(bus.ping, motor_id))
-            firmware = twice(partial(bus.read, motor_id, registers.FIRMWARE_VERSION))
-        except PortLostError:
-            raise
-        except BusError:
+        model = answer(partial(bus.ping, motor_id))
+        firmware = answer(partial(bus.read, motor_id, registers.FIRMWARE_VERSION)) if model is not None else None
+        if model is None or firmware is None:
             return [f"joint (ID {motor_id}): no answer; plug it into the wheels' line, at {bus.baud_rate} baud"]
         fault = motors.model_fault(model) or motors.firmware_fault(model, firmware)
         return [f"joint (ID {motor_id}): {fault}"] if fault else []
@@ -160,7 +156,7 @@ class Joint:
         self._stand(bus)
         write(registers.GOAL_PWM, round(self.settings.effort * registers.FULL_PWM))
         write(registers.PROFILE_VELOCITY, max(round(self.settings.speed_deg_s / VELOCITY_UNIT_DEG_S), 1))
-        write(registers.BUS_WATCHDOG, self._watchdog_units)
+        write(registers.BUS_WATCHDOG, registers.WATCHDOG_UNITS)
         self._is_ready = True
 
     def _stand(self, bus: DynamixelBus) -> None:

@@ -49,40 +49,36 @@ class MotionState(Enum):
     FAILED = "failed"
 
 
-@dataclass(frozen=True)
-class MotionSettings:
-    """Limits and tolerances of a Burger on a classroom floor; gentler than ROBOTIS's own, against slipping wheels."""
-
-    speed_m_s: float = 0.2
-    """Top speed; the wheels allow 0.211 m/s, and the rest is left for steering."""
-    acceleration_m_s2: float = 0.25
-    turn_rate_rad_s: float = 1.5
-    turn_acceleration_rad_s2: float = 3.0
-    """ROBOTIS's navigation parameters for the Burger allow 2.5 m/s² and 3.2 rad/s²."""
-    lag_s: float = 0.25
-    """Braking starts this much earlier. Twice the motors' lag of about 0.1 s and a control period of up to 50 ms, so
-    that the approach is well damped (0.8 for a first-order motor)."""
-    tolerance_m: float = 0.03
-    tolerance_rad: float = math.radians(2.0)
-    """Arrival is within these."""
-    settle_m: float = 0.002
-    settle_rad: float = math.radians(0.2)
-    """What the controller aims at; an encoder's flicker over the wheel base allows nothing nearer."""
-    settle_time_s: float = 1.0
-    """Within tolerance for this long is arrived too, if friction keeps the wheels from the last millimetres."""
-    aim_rad: float = math.radians(20.0)
-    """With the target further off the bow than this, turn on the spot first."""
-    aimed_rad: float = math.radians(1.0)
-    """Until it is this near."""
-    lease_s: float = 0.25
-    """Silence of `renew` after which the wheels are told to stand; from top speed they take up to 0.23 s for that."""
-    patience_s: float = 4.0
-    """Without progress for this long the motion has failed."""
-    slack: float = 3.0
-    """Factor by which a motion may take longer, beside `patience_s`, before it has failed."""
-    step_limit_s: float = 0.1
-    """Longest time that one step counts for the ramps; after a longer pause speed still rises gently."""
-
+# Limits and tolerances of a Burger on a classroom floor; gentler than ROBOTIS's own, against slipping wheels.
+SPEED_M_S = 0.2
+"""Top speed; the wheels allow 0.211 m/s, and the rest is left for steering."""
+ACCELERATION_M_S2 = 0.25
+TURN_RATE_RAD_S = 1.5
+TURN_ACCELERATION_RAD_S2 = 3.0
+"""ROBOTIS's navigation parameters for the Burger allow 2.5 m/s² and 3.2 rad/s²."""
+LAG_S = 0.25
+"""Braking starts this much earlier. Twice the motors' lag of about 0.1 s and a control period of up to 50 ms, so
+that the approach is well damped (0.8 for a first-order motor)."""
+TOLERANCE_M = 0.03
+TOLERANCE_RAD = math.radians(2.0)
+"""Arrival is within these."""
+SETTLE_M = 0.002
+SETTLE_RAD = math.radians(0.2)
+"""What the controller aims at; an encoder's flicker over the wheel base allows nothing nearer."""
+SETTLE_TIME_S = 1.0
+"""Within tolerance for this long is arrived too, if friction keeps the wheels from the last millimetres."""
+AIM_RAD = math.radians(20.0)
+"""With the target further off the bow than this, turn on the spot first."""
+AIMED_RAD = math.radians(1.0)
+"""Turning on the spot ends when the target is this near the bow."""
+LEASE_S = 0.25
+"""Silence of `renew` after which the wheels are told to stand; from top speed they take up to 0.23 s for that."""
+PATIENCE_S = 4.0
+"""Without progress for this long the motion has failed."""
+SLACK = 3.0
+"""Factor by which a motion may take longer, beside PATIENCE_S, before it has failed."""
+STEP_LIMIT_S = 0.1
+"""Longest time that one step counts for the ramps; after a longer pause speed still rises gently."""
 
 STEER_GAIN_PER_S = 2.0
 """Turning rate per radian of heading error while driving: the error halves every 0.35 s, slow against the lag."""
@@ -94,9 +90,8 @@ PROGRESS_SHARE = 0.25
 class MotionController:
     """Carries out one goal at a time. Call `step` at 20 to 50 Hz, and `renew` while the motion is wanted."""
 
-    def __init__(self, drive: Drive = BURGER, settings: MotionSettings | None = None) -> None:
+    def __init__(self, drive: Drive = BURGER) -> None:
         self._drive = drive
-        self._settings = settings or MotionSettings()
         self._goal: Goal | None = None
         self._state = MotionState.IDLE
         self._reason = ""
@@ -164,19 +159,19 @@ class MotionController:
     def limit_s(self) -> float:
         """The longest time that the motion may drive: a multiple of its way at top speed."""
         turning = isinstance(self._goal, Turn)
-        top = self._settings.turn_rate_rad_s if turning else self._settings.speed_m_s
-        turn_s = math.pi / self._settings.turn_rate_rad_s if isinstance(self._goal, GoTo) else 0.0
-        return self._settings.patience_s + self._settings.slack * (self._total / top + turn_s)
+        top = TURN_RATE_RAD_S if turning else SPEED_M_S
+        turn_s = math.pi / TURN_RATE_RAD_S if isinstance(self._goal, GoTo) else 0.0
+        return PATIENCE_S + SLACK * (self._total / top + turn_s)
 
     def step(self, pose: Pose, now_s: float) -> WheelCommand:
         """The wheel speeds from now on. Standstill without a goal, at its end, and when the lease has run out."""
-        dt_s = 0.0 if self._last_s is None else min(max(now_s - self._last_s, 0.0), self._settings.step_limit_s)
+        dt_s = 0.0 if self._last_s is None else min(max(now_s - self._last_s, 0.0), STEP_LIMIT_S)
         self._last_s = now_s
         self._turned_rad += wrap_angle(pose.heading_rad - self._last_heading_rad)
         self._last_heading_rad = pose.heading_rad
         if self._goal is None or self._state is not MotionState.MOVING:
             return self._stand_still()
-        if now_s - self._renewed_s > self._settings.lease_s:
+        if now_s - self._renewed_s > LEASE_S:
             self._best_s = None
             return self._stand_still()
         if self._arrived(self._goal, pose, now_s):
@@ -224,10 +219,10 @@ class MotionController:
 
     def _towards(self, bearing_rad: float, distance_m: float) -> Twist:
         """Turn on the spot until the place lies ahead, then drive and steer."""
-        near = distance_m <= self._settings.tolerance_m
-        if not self._aiming and not near and abs(bearing_rad) > self._settings.aim_rad:
+        near = distance_m <= TOLERANCE_M
+        if not self._aiming and not near and abs(bearing_rad) > AIM_RAD:
             self._aim(True)
-        elif self._aiming and (near or abs(bearing_rad) < self._settings.aimed_rad):
+        elif self._aiming and (near or abs(bearing_rad) < AIMED_RAD):
             self._aim(False)
         if self._aiming:
             return Twist(0.0, self._turn_rate(bearing_rad))
@@ -240,26 +235,23 @@ class MotionController:
         self._best_s = None
 
     def _speed(self, ahead_m: float) -> float:
-        return _profile(ahead_m, self._settings.speed_m_s, self._settings.acceleration_m_s2, self._settings.lag_s)
+        return _profile(ahead_m, SPEED_M_S, ACCELERATION_M_S2, LAG_S)
 
     def _turn_rate(self, left_rad: float) -> float:
-        settings = self._settings
-        return _profile(left_rad, settings.turn_rate_rad_s, settings.turn_acceleration_rad_s2, settings.lag_s)
+        return _profile(left_rad, TURN_RATE_RAD_S, TURN_ACCELERATION_RAD_S2, LAG_S)
 
     def _ramp(self, wanted: Twist, dt_s: float) -> Twist:
         """Change speed no faster than the accelerations allow."""
-        linear_step = self._settings.acceleration_m_s2 * dt_s
-        angular_step = self._settings.turn_acceleration_rad_s2 * dt_s
         return Twist(
-            _slew(self._twist.linear_m_s, wanted.linear_m_s, linear_step),
-            _slew(self._twist.angular_rad_s, wanted.angular_rad_s, angular_step),
+            _slew(self._twist.linear_m_s, wanted.linear_m_s, ACCELERATION_M_S2 * dt_s),
+            _slew(self._twist.angular_rad_s, wanted.angular_rad_s, TURN_ACCELERATION_RAD_S2 * dt_s),
         )
 
     def _arrived(self, goal: Goal, pose: Pose, now_s: float) -> bool:
         remaining = self._remaining(goal, pose)
         turning = isinstance(goal, Turn)
-        tolerance = self._settings.tolerance_rad if turning else self._settings.tolerance_m
-        settled = self._settings.settle_rad if turning else self._settings.settle_m
+        tolerance = TOLERANCE_RAD if turning else TOLERANCE_M
+        settled = SETTLE_RAD if turning else SETTLE_M
         if isinstance(goal, GoTo) and not self._aiming:
             ahead_m = remaining * math.cos(self._bearing(goal, pose))
         else:
@@ -268,25 +260,25 @@ class MotionController:
         self._settled_since_s = _since(self._settled_since_s, abs(ahead_m) <= settled, now_s)
         if self._near_since_s is None:
             return False
-        if self._settled_since_s is not None and now_s - self._settled_since_s >= self._settings.lag_s:
+        if self._settled_since_s is not None and now_s - self._settled_since_s >= LAG_S:
             return True  # it stayed there, so the wheels have come to rest
-        return now_s - self._near_since_s > self._settings.settle_time_s
+        return now_s - self._near_since_s > SETTLE_TIME_S
 
     def _stuck(self, goal: Goal, pose: Pose, now_s: float) -> bool:
         """Keep the record of progress; True (with the reason) if there was none for too long."""
         remaining = abs(self._remaining(goal, pose))
         self._progress = max(self._progress, min(1.0 - remaining / self._total, 1.0))
         turning = isinstance(goal, Turn) or self._aiming
-        unit = self._settings.tolerance_rad if turning else self._settings.tolerance_m
+        unit = TOLERANCE_RAD if turning else TOLERANCE_M
         measure = abs(self._bearing(goal, pose)) if isinstance(goal, GoTo) and self._aiming else remaining
         if self._best_s is None or measure < self._best - PROGRESS_SHARE * unit:
             self._best, self._best_s = measure, now_s
         if self._driven_s > self.limit_s:
             self._reason = f"not there after {self.limit_s:.0f} s of driving: do the wheels slip?"
             return True
-        if now_s - self._best_s <= self._settings.patience_s:
+        if now_s - self._best_s <= PATIENCE_S:
             return False
-        self._reason = f"no progress for {self._settings.patience_s:.0f} s: are the wheels blocked?"
+        self._reason = f"no progress for {PATIENCE_S:.0f} s: are the wheels blocked?"
         return True
 
 

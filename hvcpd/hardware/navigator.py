@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 from hvcpd.hardware.kinematics import BURGER, Drive, twist_of, wrap_angle
-from hvcpd.hardware.motion import Forward, Goal, GoTo, MotionController, MotionSettings, MotionState, Turn
+from hvcpd.hardware.motion import Forward, Goal, GoTo, MotionController, MotionState, Turn
 from hvcpd.hardware.stall import StallWatch
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
@@ -54,10 +54,10 @@ BLIND_LIMIT_S = 4.0
 class Navigator:
     """Carries out one journey at a time. `step` at every block, with a reading of the wheels whenever there is one."""
 
-    def __init__(self, drive: Drive = BURGER, settings: MotionSettings | None = None) -> None:
+    def __init__(self, drive: Drive = BURGER) -> None:
         self._drive = drive
-        self._motion = MotionController(drive, settings)
-        self._retreat = MotionController(drive, settings)
+        self._motion = MotionController(drive)
+        self._retreat = MotionController(drive)
         self._stall = StallWatch()
         self._legs: list[Leg] = []
         self._weights: list[float] = []

@@ -70,6 +70,10 @@ RAD_PER_TICK = 2.0 * math.pi / TICKS_PER_TURN
 WATCHDOG_UNIT_S = 0.020
 """One unit of the bus watchdog; 1 to 127 are allowed."""
 
+WATCHDOG_UNITS = 12
+"""Of all our motors: they stop by themselves after 0.24 s of silence. With up to 0.23 s of braking from top speed
+wheels stand within half a second; the daemon talks to them every 50 ms, at rest every 100 ms."""
+
 VOLTAGE_UNIT_V = 0.1
 LOAD_UNIT = 0.001
 """Present load counts 0.1 % of the motor's full effort."""

@@ -4,55 +4,25 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from hvcpd.hardware import registers
 from hvcpd.hardware.joints import Joint, let_go
 from hvcpd.hardware.wheels_base import BusWheels
-from hvcpd.hardware.wheels_bus import DynamixelBus, MakePort
-from hvcpd.hardware.wheels_handshake import SEARCH_S, arm, inspect, prepare, read_health, read_states
+from hvcpd.hardware.wheels_bus import TIMEOUT_S, DynamixelBus, MakePort
+from hvcpd.hardware.wheels_handshake import WINDOW_SIZE, WINDOW_START, arm, inspect, prepare, read_health, read_states
 from hvcpd.hardware.wheels_port import WaitingPort
-from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, Battery, MotorHealth
+from hvcpd.hardware.wheels_sense import MotorHealth
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
-WINDOW_START = registers.PRESENT_LOAD.address
-WINDOW_SIZE = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size - WINDOW_START
-"""Read in every cycle: load, velocity, position, voltage and temperature lie side by side, 21 bytes."""
-
-
-@dataclass(frozen=True)
-class DynamixelSettings:
-    """How to talk to the motors."""
-
-    left_sign: int = 1
-    """+1 if a positive goal velocity drives the left wheel forward, else -1. ROBOTIS sets up a TurtleBot3's right
-    motor with reversed drive mode, so that both are +1; a motor fresh from its box on the right side needs -1."""
-    right_sign: int = 1
-    timeout_s: float = 0.034
-    """Wait for a reply, beyond its time on the wire; the SDK's own value (two FTDI latencies of 16 ms and 2 ms).
-    Simulations on a loaded machine want more."""
-    lease_s: float = 0.24
-    """The motors stop by themselves after this silence; up to 2.54 s (127 units of 20 ms). With up to 0.23 s of braking
-    from top speed they stand within half a second; the daemon talks to them every 50 ms, at rest every 100 ms."""
-    profile_acceleration: int = 0
-    """Motor's own ramp, 214.577 rev/min² a unit; 0 leaves the ramps to the motion controller."""
-    lowest_voltage_v: float = LOWEST_VOLTAGE_V
-    search_s: float = SEARCH_S
-    """Time to listen for motors with other IDs when one does not answer at `open`."""
-    look_every: int = 4
-    """Exchanges between two readings of torque, watchdog and hardware errors: every 200 ms in motion."""
-
-    @property
-    def watchdog_units(self) -> int:
-        """The lease in the motor's unit, 1 to 127."""
-        return min(max(int(self.lease_s / registers.WATCHDOG_UNIT_S + 1e-9), 1), 127)
+LEASE_S = registers.WATCHDOG_UNITS * registers.WATCHDOG_UNIT_S
+"""Silence after which the motors have stopped by themselves."""
 
 
 class DynamixelWheels(BusWheels):
     """The two wheels of a TurtleBot3 Burger (or any pair of `motors.MODELS`); `ids` are left and right.
 
     `joints` on the same line are served in every exchange. `clock` (s) serves to notice that an exchange came later
-    than the lease, and that a position cannot be.
+    than the lease, and that a position cannot be. `timeout_s` is longer in simulations on a loaded machine.
     """
 
     def __init__(
@@ -60,25 +30,18 @@ class DynamixelWheels(BusWheels):
         port: str,
         baud_rate: int = 1_000_000,
         ids: tuple[int, int] = (1, 2),
-        settings: DynamixelSettings | None = None,
+        timeout_s: float = TIMEOUT_S,
         clock: Callable[[], float] = time.monotonic,
         make_port: MakePort = WaitingPort,
         joints: Sequence[Joint] = (),
     ) -> None:
         self._joints = joints
-        self._settings = settings or DynamixelSettings()
-        bus = DynamixelBus(port, baud_rate, self._settings.timeout_s, make_port)
-        super().__init__(bus, clock, self._settings.lease_s, Battery(self._settings.lowest_voltage_v))
+        super().__init__(DynamixelBus(port, baud_rate, timeout_s, make_port), clock, LEASE_S)
         self._ids = ids
-        self._signs = (self._settings.left_sign, self._settings.right_sign)
         self._limit_units = 0
 
-    @property
-    def _look_every(self) -> int:
-        return self._settings.look_every
-
     def _inspect(self) -> list[str]:
-        problems = inspect(self._bus, *self._ids, self._settings.lowest_voltage_v, self._settings.search_s)
+        problems = inspect(self._bus, *self._ids)
         if not self._opened:  # later on, a joint that is gone must not keep the wheels
             problems += [text for joint in self._joints for text in joint.inspect(self._bus)]
         return problems
@@ -99,14 +62,14 @@ class DynamixelWheels(BusWheels):
 
     def _restore(self, motor_id: int, had_torque: bool) -> None:
         """Bring a motor from any state to standstill under torque, without a jump of its angle. Raises BusError."""
-        prepare(self._bus, motor_id, self._settings.profile_acceleration)
+        prepare(self._bus, motor_id)
         position = self._bus.read(motor_id, registers.PRESENT_POSITION)
         encoder = self._encoders[self._ids.index(motor_id)]
         if had_torque:  # it kept its power, and so the count of its turns
             encoder.follow(position)
         else:
             encoder.rejoin(position)
-        arm(self._bus, motor_id, self._settings.watchdog_units)
+        arm(self._bus, motor_id)
 
     def _cycle(self, command: WheelCommand) -> WheelReading:
         self._bus.alert = False
@@ -122,12 +85,12 @@ class DynamixelWheels(BusWheels):
         speeds = [registers.PRESENT_VELOCITY.decode(window, WINDOW_START) for window in (left, right)]
         loads = [registers.PRESENT_LOAD.decode(window, WINDOW_START) for window in (left, right)]
         return WheelReading(
-            left_rad=self._signs[0] * ticks[0] * registers.RAD_PER_TICK,
-            right_rad=self._signs[1] * ticks[1] * registers.RAD_PER_TICK,
-            left_rad_s=self._signs[0] * speeds[0] * registers.VELOCITY_UNIT_RAD_S,
-            right_rad_s=self._signs[1] * speeds[1] * registers.VELOCITY_UNIT_RAD_S,
-            left_effort=self._signs[0] * loads[0] * registers.LOAD_UNIT,
-            right_effort=self._signs[1] * loads[1] * registers.LOAD_UNIT,
+            left_rad=ticks[0] * registers.RAD_PER_TICK,
+            right_rad=ticks[1] * registers.RAD_PER_TICK,
+            left_rad_s=speeds[0] * registers.VELOCITY_UNIT_RAD_S,
+            right_rad_s=speeds[1] * registers.VELOCITY_UNIT_RAD_S,
+            left_effort=loads[0] * registers.LOAD_UNIT,
+            right_effort=loads[1] * registers.LOAD_UNIT,
             voltage_v=min(volts) * registers.VOLTAGE_UNIT_V,
         )
 
@@ -135,7 +98,7 @@ class DynamixelWheels(BusWheels):
         """Goal velocities by motor, in the motors' unit and within their limit."""
         units = [speed / registers.VELOCITY_UNIT_RAD_S for speed in (command.left_rad_s, command.right_rad_s)]
         scale = min(1.0, self._limit_units / max(abs(units[0]), abs(units[1]), 1e-9))
-        return {m: s * round(u * scale) for m, s, u in zip(self._ids, self._signs, units, strict=True)}
+        return {motor_id: round(unit * scale) for motor_id, unit in zip(self._ids, units, strict=True)}
 
     def _read_health(self) -> tuple[MotorHealth, ...]:
         return read_health(self._bus, self._ids)

@@ -20,6 +20,9 @@ TRIES = 3
 """Of one exchange. A try takes at most 34 ms and 50 ms of draining, twice if a ping has to settle the line; the wheels
 are told to stop after the second that failed, so that they stand within half a second of the fault."""
 
+LOOK_EVERY = 4
+"""Exchanges from one reading of torque and errors to the next: every 200 ms in motion."""
+
 
 class BusWheels(ABC):
     """Two wheels behind a serial bus, as `hvcpd.ports.Wheels`.
@@ -28,11 +31,11 @@ class BusWheels(ABC):
     tries to heal: the port is opened anew, torque and mode are restored, and the angle goes on without a jump.
     """
 
-    def __init__(self, bus: DynamixelBus, clock: Callable[[], float], lease_s: float, battery: Battery) -> None:
+    def __init__(self, bus: DynamixelBus, clock: Callable[[], float], lease_s: float) -> None:
         self._bus = bus
         self._clock = clock
         self._lease_s = lease_s
-        self._battery = battery
+        self._battery = Battery()
         self._encoders = (Encoder(), Encoder())
         self._opened = False
         self._doubtful = False
@@ -129,7 +132,7 @@ class BusWheels(ABC):
             self._connect()
             return
         late = self._clock() - self._last_s > self._lease_s
-        if not (self._doubtful or late or self._exchanges % self._look_every == 0):
+        if not (self._doubtful or late or self._exchanges % LOOK_EVERY == 0):
             return
         self._look_after()
         self._doubtful = False
@@ -155,11 +158,6 @@ class BusWheels(ABC):
         """Send zero to both wheels without waiting for anyone; their own lease stops them if it does not arrive."""
         with suppress(BusError):
             self._send_stop()
-
-    @property
-    @abstractmethod
-    def _look_every(self) -> int:
-        """Exchanges from one reading of torque and errors to the next."""
 
     @property
     def _stop_before(self) -> int:

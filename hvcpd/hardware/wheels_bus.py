@@ -27,6 +27,9 @@ ALERT = 0x80
 STATUS_SIZE = 11
 """Bytes of a status packet without parameters: error at 8, parameters from 9 on (e-Manual, "Status Packet")."""
 
+TIMEOUT_S = 0.034
+"""Wait for a reply, beyond its time on the wire; the SDK's own value (two FTDI latencies of 16 ms and 2 ms)."""
+
 PING_PARAMETERS = 3
 """The answer to a ping: model number (2) and firmware (1). No register that we read has three bytes."""
 
@@ -62,6 +65,16 @@ def twice(attempt: Callable[[], Answer]) -> Answer:
         raise
     except BusError:
         return attempt()
+
+
+def answer(attempt: Callable[[], Answer]) -> Answer | None:
+    """What `attempt` returns, as by `twice`; None where nobody answers. Raises PortLostError."""
+    try:
+        return twice(attempt)
+    except PortLostError:
+        raise
+    except BusError:
+        return None
 
 
 class DynamixelBus:

@@ -16,10 +16,20 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware import opencr, registers, wheels_handshake, wheels_opencr_handshake
 from hvcpd.hardware.joints import Joint
 from hvcpd.hardware.registers import Register
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.hardware.wheels_base import BusWheels
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort, PortLostError, RefusedError, in_use, twice
-from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
+from hvcpd.hardware.wheels_bus import (
+    TIMEOUT_S,
+    BusError,
+    DynamixelBus,
+    MakePort,
+    PortLostError,
+    RefusedError,
+    answer,
+    in_use,
+    twice,
+)
+from hvcpd.hardware.wheels_opencr import OpenCRWheels
 from hvcpd.hardware.wheels_port import WaitingPort
 from hvcpd.ports import WheelCommand, WheelReading
 
@@ -85,9 +95,7 @@ def holders(port: str, proc: Path = Path("/proc")) -> list[str]:
     return found
 
 
-def examine(
-    settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev"), timeout_s: float = 0.034
-) -> WheelFinding:
+def examine(settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev")) -> WheelFinding:
     """Look for the wheels that the settings ask for and inspect them; nothing is changed, nothing moves."""
     ports = candidate_ports(directory) if settings.port == AUTO else [stable_name(settings.port, directory)]
     if not ports:
@@ -96,24 +104,22 @@ def examine(
         )
     problems: list[str] = []
     for port in ports:
-        finding = _examine_port(settings, port, make_port, timeout_s)
+        finding = _examine_port(settings, port, make_port)
         if finding.kind is not None:
             return finding
         problems += finding.problems
     return WheelFinding(problems=tuple(problems))
 
 
-def stop_anyway(
-    settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev"), timeout_s: float = 0.034
-) -> list[str]:
+def stop_anyway(settings: WheelSettings, make_port: MakePort = WaitingPort) -> list[str]:
     """Stop the wheels and switch them off, whatever is wrong with them; what has confirmed it, in words.
 
     Without a handshake: an empty battery or a missing motor must not keep the others turning. Raises DeviceError if
     nothing confirmed it, with what the handshake finds.
     """
     stopped = []
-    for port in candidate_ports(directory) if settings.port == AUTO else [stable_name(settings.port, directory)]:
-        bus = DynamixelBus(port, settings.baud_rate, timeout_s, make_port)
+    for port in candidate_ports() if settings.port == AUTO else [stable_name(settings.port)]:
+        bus = DynamixelBus(port, settings.baud_rate, TIMEOUT_S, make_port)
         try:
             bus.open()
             if settings.driver != "dynamixel" and _stopped(bus, opencr.DEVICE_ID, opencr.LINEAR_X, opencr.MOTOR_TORQUE):
@@ -126,7 +132,7 @@ def stop_anyway(
         finally:
             bus.close()
     if not stopped:
-        problems = examine(settings, make_port, directory, timeout_s).problems
+        problems = examine(settings, make_port).problems
         raise DeviceError("; ".join(problems) or "nothing confirmed the stop; switch the robot off")
     return stopped
 
@@ -148,8 +154,8 @@ def _stopped(bus: DynamixelBus, device_id: int, speed: Register, torque: Registe
     return confirmed
 
 
-def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeout_s: float) -> WheelFinding:
-    bus = DynamixelBus(port, settings.baud_rate, timeout_s, make_port)
+def _examine_port(settings: WheelSettings, port: str, make_port: MakePort) -> WheelFinding:
+    bus = DynamixelBus(port, settings.baud_rate, TIMEOUT_S, make_port)
     try:
         bus.open()
     except DeviceError as error:
@@ -158,12 +164,12 @@ def _examine_port(settings: WheelSettings, port: str, make_port: MakePort, timeo
     try:
         kind = _kind(settings, bus)
         if kind is None:
-            return WheelFinding(None, port, (_nobody(settings, port, bus, make_port, timeout_s),))
+            return WheelFinding(None, port, (_nobody(settings, port, bus, make_port),))
         problems = _other_kind(settings, bus)
         if not problems:
             problems = _inspect(settings, kind, bus)
             if settings.driver == "dynamixel" and not _answers(bus, settings.ids):
-                problems += _elsewhere(settings, port, bus, make_port, timeout_s)
+                problems += _elsewhere(settings, port, bus, make_port)
         facts = twice(lambda: tuple(_facts(settings, kind, bus))) if not problems else ()
     except BusError as error:
         return WheelFinding(None, port, (str(error),))
@@ -182,7 +188,7 @@ def _kind(settings: WheelSettings, bus: DynamixelBus) -> Kind | None:
 
 def _inspect(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> list[str]:
     if kind == "opencr":
-        return wheels_opencr_handshake.inspect(bus, opencr.DEVICE_ID)
+        return wheels_opencr_handshake.inspect(bus)
     return wheels_handshake.inspect(bus, *settings.ids)
 
 
@@ -196,18 +202,10 @@ def _other_kind(settings: WheelSettings, bus: DynamixelBus) -> list[str]:
 
 
 def _answers(bus: DynamixelBus, ids: Sequence[int]) -> bool:
-    for device_id in ids:
-        try:
-            twice(partial(bus.ping, device_id))
-        except PortLostError:
-            raise
-        except BusError:
-            continue
-        return True
-    return False
+    return any(answer(partial(bus.ping, device_id)) is not None for device_id in ids)
 
 
-def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort, timeout_s: float) -> str:
+def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort) -> str:
     if bus.hears(opencr.DEVICE_ID, wheels_opencr_handshake.LATE_S):
         return f"{port}: OpenCR (ID {opencr.DEVICE_ID}): {wheels_opencr_handshake.LATE}"
     seen = wheels_handshake.strangers(bus.find(wheels_handshake.SEARCH_S), settings.ids)
@@ -216,7 +214,7 @@ def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: Ma
             f"{port}: neither OpenCR (ID {opencr.DEVICE_ID}) nor motors {settings.left_id} and {settings.right_id} "
             f"answer, but {seen} do: if these are the wheels, set wheels.left_id and wheels.right_id"
         )
-    elsewhere = _elsewhere(settings, port, bus, make_port, timeout_s)
+    elsewhere = _elsewhere(settings, port, bus, make_port)
     if elsewhere:
         return f"{port}: {elsewhere[0]}"
     left, right = settings.ids
@@ -226,15 +224,13 @@ def _nobody(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: Ma
     )
 
 
-def _elsewhere(
-    settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort, timeout_s: float
-) -> list[str]:
+def _elsewhere(settings: WheelSettings, port: str, bus: DynamixelBus, make_port: MakePort) -> list[str]:
     """Whether the motors answer at another speed; closes the bus, since a port is open once only."""
     bus.close()
     for speed in OTHER_SPEEDS:
         if speed == settings.baud_rate:
             continue
-        other = DynamixelBus(port, speed, timeout_s, make_port)
+        other = DynamixelBus(port, speed, TIMEOUT_S, make_port)
         try:
             other.open()
             if _answers(other, settings.ids):
@@ -248,7 +244,7 @@ def _elsewhere(
 
 def _facts(settings: WheelSettings, kind: Kind, bus: DynamixelBus) -> Iterator[str]:
     if kind == "opencr":
-        yield f"{wheels_opencr_handshake.read_state(bus, opencr.DEVICE_ID).voltage_v:.1f} V"
+        yield f"{wheels_opencr_handshake.read_state(bus).voltage_v:.1f} V"
         return
     for side, health in zip(("left", "right"), wheels_handshake.read_health(bus, settings.ids), strict=True):
         yield f"{side} motor (ID {health.motor_id}) {health.voltage_v:.1f} V, {health.temperature_c} °C"
@@ -291,13 +287,12 @@ class FoundWheels:
         if finding.kind == "opencr" and self._joints:
             raise DeviceError(f"{finding.port}: {NO_JOINTS}")
         if finding.kind == "opencr":
-            self._wheels = OpenCRWheels(finding.port, speed, settings=OpenCRSettings(), make_port=self._make_port)
+            self._wheels = OpenCRWheels(finding.port, speed, make_port=self._make_port)
         else:
             self._wheels = DynamixelWheels(
                 finding.port,
                 speed,
                 self._settings.ids,
-                DynamixelSettings(),
                 make_port=self._make_port,
                 joints=self._joints,
             )

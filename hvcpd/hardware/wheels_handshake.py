@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict
 from functools import partial
 
 from hvcpd.hardware import motors, registers
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, PortLostError, twice
-from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, MotorHealth
+from hvcpd.hardware.wheels_bus import DynamixelBus, answer
+from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, MotorHealth, MotorState
 
 SEARCH_S = 0.8
 """Listening for other motors when one is missing: 3 ms for each of 253 identifiers, and a reply's time-out."""
 
 
-@dataclass(frozen=True)
-class MotorState:
-    """Whether a motor may be driven."""
-
-    motor_id: int
-    torque_on: bool
-    watchdog_tripped: bool
-    hardware_error: int
-    """Hardware error status, 0 if all is well."""
+WINDOW_START = registers.PRESENT_LOAD.address
+WINDOW_SIZE = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size - WINDOW_START
+"""Load, velocity, position, voltage and temperature lie side by side, 21 bytes."""
 
 
 def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]:
@@ -42,31 +36,20 @@ def read_states(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorState, ...]
 
 def read_health(bus: DynamixelBus, ids: Sequence[int]) -> tuple[MotorHealth, ...]:
     """Read the state of several motors with two requests. Raises BusError."""
-    high = registers.PRESENT_LOAD.address
     states = read_states(bus, ids)
-    end = registers.PRESENT_TEMPERATURE.address + registers.PRESENT_TEMPERATURE.size
-    sensors = bus.sync_read(high, end - high, ids)
+    windows = bus.sync_read(WINDOW_START, WINDOW_SIZE, ids)
     return tuple(
         MotorHealth(
-            state.motor_id,
-            state.torque_on,
-            state.watchdog_tripped,
-            state.hardware_error,
-            voltage_v=registers.PRESENT_INPUT_VOLTAGE.decode(sensors[state.motor_id], high) * registers.VOLTAGE_UNIT_V,
-            temperature_c=registers.PRESENT_TEMPERATURE.decode(sensors[state.motor_id], high),
-            load=registers.PRESENT_LOAD.decode(sensors[state.motor_id], high) * registers.LOAD_UNIT,
+            **asdict(state),
+            voltage_v=registers.PRESENT_INPUT_VOLTAGE.decode(window, WINDOW_START) * registers.VOLTAGE_UNIT_V,
+            temperature_c=registers.PRESENT_TEMPERATURE.decode(window, WINDOW_START),
+            load=registers.PRESENT_LOAD.decode(window, WINDOW_START) * registers.LOAD_UNIT,
         )
-        for state in states
+        for state, window in zip(states, (windows[motor_id] for motor_id in ids), strict=True)
     )
 
 
-def inspect(
-    bus: DynamixelBus,
-    left_id: int,
-    right_id: int,
-    lowest_voltage_v: float = LOWEST_VOLTAGE_V,
-    search_s: float = SEARCH_S,
-) -> list[str]:
+def inspect(bus: DynamixelBus, left_id: int, right_id: int) -> list[str]:
     """Everything that is missing or wrong with the two motors, each with its remedy; empty if all is well.
 
     Changes nothing. Raises PortLostError if the adapter goes away meanwhile.
@@ -76,14 +59,12 @@ def inspect(
     problems = []
     missing = []
     for side, motor_id in (("left", left_id), ("right", right_id)):
-        try:
-            found = twice(partial(_faults, bus, motor_id, lowest_voltage_v))
-            problems += [f"{side} motor (ID {motor_id}): {text}" for text in found]
-        except PortLostError:
-            raise
-        except BusError:
+        found = answer(partial(_faults, bus, motor_id))
+        if found is None:
             missing.append((side, motor_id))
-    return [*_missing(bus, missing, (left_id, right_id), search_s), *problems]
+        else:
+            problems += [f"{side} motor (ID {motor_id}): {text}" for text in found]
+    return [*_missing(bus, missing, (left_id, right_id)), *problems]
 
 
 def strangers(found: Mapping[int, int], ids: Sequence[int]) -> str:
@@ -95,10 +76,10 @@ def strangers(found: Mapping[int, int], ids: Sequence[int]) -> str:
     )
 
 
-def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[int, int], search_s: float) -> list[str]:
+def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[int, int]) -> list[str]:
     if not missing:
         return []
-    seen = strangers(bus.find(search_s), ids)
+    seen = strangers(bus.find(SEARCH_S), ids)
     if seen:
         remedy = "the line has {seen}: if that is it, set wheels.{side}_id, or make its ID {id} with Dynamixel Wizard 2"
     elif len(missing) < len(ids):
@@ -115,7 +96,7 @@ def _missing(bus: DynamixelBus, missing: Sequence[tuple[str, int]], ids: tuple[i
     ]
 
 
-def _faults(bus: DynamixelBus, motor_id: int, lowest_voltage_v: float) -> list[str]:
+def _faults(bus: DynamixelBus, motor_id: int) -> list[str]:
     model = bus.ping(motor_id)
     if fault := motors.model_fault(model):
         return [f"{fault}; fit one, or check the ID"]
@@ -127,13 +108,14 @@ def _faults(bus: DynamixelBus, motor_id: int, lowest_voltage_v: float) -> list[s
             f"hardware error: {registers.hardware_error_text(health.hardware_error)}; "
             "remove the cause, then switch the motor's power off and on"
         )
-    if health.voltage_v < lowest_voltage_v:
-        faults.append(f"only {health.voltage_v:.1f} V, {lowest_voltage_v:.1f} V are needed; charge the battery")
+    if health.voltage_v < LOWEST_VOLTAGE_V:
+        faults.append(f"only {health.voltage_v:.1f} V, {LOWEST_VOLTAGE_V:.1f} V are needed; charge the battery")
     return faults
 
 
-def prepare(bus: DynamixelBus, motor_id: int, acceleration_units: int) -> None:
-    """Velocity mode at standstill with torque off, an earlier watchdog trip cleared. Raises BusError.
+def prepare(bus: DynamixelBus, motor_id: int) -> None:
+    """Velocity mode at standstill with torque off, an earlier watchdog trip cleared, and no ramp of the motor's own,
+    since the motion controller has one. Raises BusError.
 
     The goal is set to zero after the trip is cleared (before, it is read-only) and before torque comes on.
     """
@@ -142,10 +124,10 @@ def prepare(bus: DynamixelBus, motor_id: int, acceleration_units: int) -> None:
     if bus.read(motor_id, registers.OPERATING_MODE) != registers.VELOCITY_CONTROL:
         bus.write(motor_id, registers.OPERATING_MODE, registers.VELOCITY_CONTROL)
     bus.write(motor_id, registers.GOAL_VELOCITY, 0)
-    bus.write(motor_id, registers.PROFILE_ACCELERATION, acceleration_units)
+    bus.write(motor_id, registers.PROFILE_ACCELERATION, 0)
 
 
-def arm(bus: DynamixelBus, motor_id: int, watchdog_units: int) -> None:
+def arm(bus: DynamixelBus, motor_id: int) -> None:
     """Watchdog and torque on. Raises BusError."""
-    bus.write(motor_id, registers.BUS_WATCHDOG, watchdog_units)
+    bus.write(motor_id, registers.BUS_WATCHDOG, registers.WATCHDOG_UNITS)
     bus.write(motor_id, registers.TORQUE_ENABLE, 1)

@@ -9,17 +9,16 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 
 from hvcpd.hardware import opencr, registers
 from hvcpd.hardware.kinematics import BURGER, twist_of
 from hvcpd.hardware.opencr import command_block
 from hvcpd.hardware.registers import Register
 from hvcpd.hardware.wheels_base import BusWheels
-from hvcpd.hardware.wheels_bus import BusError, DynamixelBus, MakePort
+from hvcpd.hardware.wheels_bus import TIMEOUT_S, BusError, DynamixelBus, MakePort
 from hvcpd.hardware.wheels_opencr_handshake import ControllerState, inspect, read_state
 from hvcpd.hardware.wheels_port import WaitingPort
-from hvcpd.hardware.wheels_sense import LOWEST_VOLTAGE_V, Battery, MotorHealth
+from hvcpd.hardware.wheels_sense import MotorHealth
 from hvcpd.ports import STANDSTILL, WheelCommand, WheelReading
 
 WINDOW_START = opencr.PRESENT_CURRENT_LEFT.address
@@ -41,35 +40,18 @@ CLOCKS_APART_S = 0.5
 delay, less than it takes to start. A false alarm costs nothing but torque switched on that is on."""
 
 
-@dataclass(frozen=True)
-class OpenCRSettings:
-    """How to talk to the controller."""
-
-    timeout_s: float = 0.034
-    """Wait for a reply; the SDK's own value. The firmware's loop takes milliseconds."""
-    lease_s: float = opencr.HEARTBEAT_TIMEOUT_S
-    """The controller's own, which cannot be set."""
-    lowest_voltage_v: float = LOWEST_VOLTAGE_V
-    look_every: int = 4
-    """Exchanges between two readings of debug mode, status and battery: every 200 ms in motion."""
-
-
 class OpenCRWheels(BusWheels):
-    """The two wheels of a stock TurtleBot3 Burger. `clock` as in `DynamixelWheels`."""
+    """The two wheels of a stock TurtleBot3 Burger. `clock` and `timeout_s` as in `DynamixelWheels`."""
 
     def __init__(
         self,
         port: str,
         baud_rate: int = 1_000_000,
-        device_id: int = opencr.DEVICE_ID,
-        settings: OpenCRSettings | None = None,
+        timeout_s: float = TIMEOUT_S,
         clock: Callable[[], float] = time.monotonic,
         make_port: MakePort = WaitingPort,
     ) -> None:
-        self._settings = settings or OpenCRSettings()
-        bus = DynamixelBus(port, baud_rate, self._settings.timeout_s, make_port)
-        super().__init__(bus, clock, self._settings.lease_s, Battery(self._settings.lowest_voltage_v))
-        self._id = device_id
+        super().__init__(DynamixelBus(port, baud_rate, timeout_s, make_port), clock, opencr.HEARTBEAT_TIMEOUT_S)
         self._beat = 0
         self._carry = (0.0, 0.0)
         self._state: ControllerState | None = None
@@ -77,32 +59,29 @@ class OpenCRWheels(BusWheels):
         self._torque_asked_s: float | None = None
 
     @property
-    def _look_every(self) -> int:
-        return self._settings.look_every
-
-    @property
     def _stop_before(self) -> int:
         """At once: while a motor is silent the controller takes a packet each half second, so the stop must be next."""
         return 1
 
     def _inspect(self) -> list[str]:
-        return inspect(self._bus, self._id, self._settings.lowest_voltage_v)
+        return inspect(self._bus)
 
     def _make_ready(self) -> None:
         self._send_stop()
-        self._bus.write_block(self._id, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
-        self._bus.write_block(self._id, opencr.PROFILE_ACCELERATION_LEFT.address, NO_PROFILE, "profile accelerations")
-        self._take(read_state(self._bus, self._id))
-        self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
+        self._bus.write_block(opencr.DEVICE_ID, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
+        profiles = opencr.PROFILE_ACCELERATION_LEFT.address
+        self._bus.write_block(opencr.DEVICE_ID, profiles, NO_PROFILE, "profile accelerations")
+        self._take(read_state(self._bus))
+        self._bus.write(opencr.DEVICE_ID, opencr.MOTOR_TORQUE, 1)
 
     def _look_after(self) -> None:
-        state = read_state(self._bus, self._id)
+        state = read_state(self._bus)
         if state.debug_mode:
             self._refuse("OpenCR is in debug mode, in which it does not stop when we fall silent")
         if state.device_status == opencr.NO_MOTORS:
             self._refuse("OpenCR finds no motors: check their cable and power, then press its reset button")
         rebooted = self._take(state)
-        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        window = self._bus.read_block(opencr.DEVICE_ID, WINDOW_START, WINDOW_SIZE)
         torque = _value(window, opencr.MOTOR_TORQUE)
         if not torque or self._torque_asked_s is not None:
             self._rejoin(window, self._clock() - self._last_s)
@@ -110,7 +89,7 @@ class OpenCRWheels(BusWheels):
             self._torque_asked_s = None
             return
         self._send_stop()  # both wheels stand until the torque is back
-        self._bus.write(self._id, opencr.MOTOR_TORQUE, 1)
+        self._bus.write(opencr.DEVICE_ID, opencr.MOTOR_TORQUE, 1)
         if self._torque_asked_s is None or rebooted:
             self._torque_asked_s = self._clock()
         elif self._clock() - self._torque_asked_s >= TORQUE_DELAY_S:
@@ -128,7 +107,7 @@ class OpenCRWheels(BusWheels):
             rebooted = abs(counted_s - (now_s - self._state_s)) > CLOCKS_APART_S
         self._state, self._state_s = state, now_s
         if rebooted:
-            self._rejoin(self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE), 0.0)
+            self._rejoin(self._bus.read_block(opencr.DEVICE_ID, WINDOW_START, WINDOW_SIZE), 0.0)
         return rebooted
 
     def _rejoin(self, window: bytes, dt_s: float) -> None:
@@ -137,10 +116,10 @@ class OpenCRWheels(BusWheels):
             encoder.rejoin(position, dt_s)
 
     def _cycle(self, command: WheelCommand) -> WheelReading:
-        self._bus.write_block(self._id, opencr.LINEAR_X.address, self._block(command), "the command words")
+        self._bus.write_block(opencr.DEVICE_ID, opencr.LINEAR_X.address, self._block(command), "the command words")
         self._beat = (self._beat + 1) % 256
-        self._bus.write(self._id, opencr.HEARTBEAT, self._beat)
-        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        self._bus.write(opencr.DEVICE_ID, opencr.HEARTBEAT, self._beat)
+        window = self._bus.read_block(opencr.DEVICE_ID, WINDOW_START, WINDOW_SIZE)
         if not _value(window, opencr.MOTOR_TORQUE):
             self._rejoin(window, self._clock() - self._last_s)
             self._doubtful = True
@@ -172,8 +151,8 @@ class OpenCRWheels(BusWheels):
         return command_block(linear, angular)
 
     def _read_health(self) -> tuple[MotorHealth, ...]:
-        state = read_state(self._bus, self._id)
-        window = self._bus.read_block(self._id, WINDOW_START, WINDOW_SIZE)
+        state = read_state(self._bus)
+        window = self._bus.read_block(opencr.DEVICE_ID, WINDOW_START, WINDOW_SIZE)
         torque = bool(_value(window, opencr.MOTOR_TORQUE))
         currents = (opencr.PRESENT_CURRENT_LEFT, opencr.PRESENT_CURRENT_RIGHT)
         return tuple(
@@ -183,12 +162,12 @@ class OpenCRWheels(BusWheels):
 
     def _send_stop(self) -> None:
         self._carry = (0.0, 0.0)
-        self._bus.send_block(self._id, opencr.LINEAR_X.address, command_block(0, 0))
+        self._bus.send_block(opencr.DEVICE_ID, opencr.LINEAR_X.address, command_block(0, 0))
 
     def _torque_off(self) -> None:
         with suppress(BusError):  # a controller that does not answer stops by its heartbeat
-            self._bus.write_block(self._id, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
-            self._bus.write(self._id, opencr.MOTOR_TORQUE, 0)
+            self._bus.write_block(opencr.DEVICE_ID, opencr.LINEAR_X.address, command_block(0, 0), "the command words")
+            self._bus.write(opencr.DEVICE_ID, opencr.MOTOR_TORQUE, 0)
 
 
 def _value(window: bytes, register: Register) -> int:

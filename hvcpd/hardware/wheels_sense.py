@@ -32,14 +32,20 @@ lost count of its turns."""
 
 
 @dataclass(frozen=True)
-class MotorHealth:
-    """What a motor says about itself."""
+class MotorState:
+    """Whether a motor may be driven."""
 
     motor_id: int
     torque_on: bool
     watchdog_tripped: bool
     hardware_error: int
     """Hardware error status, 0 if all is well; `registers.hardware_error_text` puts it into words."""
+
+
+@dataclass(frozen=True)
+class MotorHealth(MotorState):
+    """What a motor says about itself."""
+
     voltage_v: float
     temperature_c: int | None
     """None: the controller does not tell."""
@@ -91,25 +97,24 @@ class Encoder:
 class Battery:
     """Raises an error when the voltage stays too low, until the battery is charged or changed."""
 
-    def __init__(self, lowest_v: float = LOWEST_VOLTAGE_V) -> None:
-        self._lowest_v = lowest_v
+    def __init__(self) -> None:
         self._low_since_s: float | None = None
         self.empty = False
         """True: the wheels are not to be driven."""
 
     def check(self, voltage_v: float, now_s: float) -> None:
         """Take in a measurement. Raises DeviceError while the battery is empty."""
-        if voltage_v >= self._lowest_v:
+        if voltage_v >= LOWEST_VOLTAGE_V:
             self._low_since_s = None
         elif self._low_since_s is None:
             self._low_since_s = now_s
         elif now_s - self._low_since_s >= SUSTAINED_S:
             self.empty = True
-        if self.empty and voltage_v >= self._lowest_v + RECOVERED_V:
+        if self.empty and voltage_v >= LOWEST_VOLTAGE_V + RECOVERED_V:
             self.empty = False
         if self.empty:
             raise DeviceError(
-                f"the battery is empty: {voltage_v:.1f} V, {self._lowest_v:.1f} V are needed; "
+                f"the battery is empty: {voltage_v:.1f} V, {LOWEST_VOLTAGE_V:.1f} V are needed; "
                 "the wheels are stopped. Charge or change the battery"
             )
 

@@ -1,4 +1,4 @@
-"""The addressees of a sentence."""
+"""The addressees of a sentence; as text they are what is said: "all", "team plant", "Rob"."""
 
 from __future__ import annotations
 
@@ -9,6 +9,9 @@ from dataclasses import dataclass
 class ToAll:
     """Everybody within earshot."""
 
+    def __str__(self) -> str:
+        return "all"
+
 
 @dataclass(frozen=True)
 class ToTeam:
@@ -16,12 +19,18 @@ class ToTeam:
 
     team: str
 
+    def __str__(self) -> str:
+        return f"team {self.team}"
+
 
 @dataclass(frozen=True)
 class ToRobot:
     """One robot (or person), by its name as it is written."""
 
     name: str
+
+    def __str__(self) -> str:
+        return self.name
 
 
 Addressee = ToAll | ToTeam | ToRobot

@@ -106,13 +106,9 @@ def make_card(phrasebook: Phrasebook) -> Card:
             continue
         if any(second in pattern for second in ("<confirmed>", "<away>", *TWO_TASKS)):  # two sentences in one turn
             continue
-        if "<remark>" in form.pattern and not vocabulary.remarks:
+        if any(f"<{slot}>" in pattern and not phrasebook.slots[slot] for slot in ("remark", "reason", "place", "task")):
             continue
-        if "<reason>" in form.pattern and not vocabulary.failures:
-            continue
-        if "<place>" in form.pattern and not vocabulary.places:
-            continue
-        if ("<task>" in form.pattern and not vocabulary.tasks) or form.statement in ROBOTS_ALONE:
+        if form.statement in ROBOTS_ALONE:
             continue
         if form.spelled:
             spelled = _written(pattern.split(", ", 1)[1])
@@ -124,7 +120,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
         else:
             calls.append(Line(_call(pattern), form.meaning, topic))
     statements += _proofs(phrasebook)
-    addressees = [_addressee(value) for value in phrasebook.slots["addressee"]]
+    addressees = list(map(str, phrasebook.slots["addressee"]))
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
         ("NAME", vocabulary.names),
@@ -186,18 +182,6 @@ def _example(phrasebook: Phrasebook) -> str:
         return "Hi all, I am " + (words.names[0] if words.names else "…")
     last = words.tasks[len(words.numbers) - 1]  # of the team's own; after them come others that it may hear of
     return f"Hi {words.names[0]}, I am {words.names[1]}, {last}"
-
-
-def _addressee(value: object) -> str:
-    match value:
-        case m.ToAll():
-            return "all"
-        case m.ToTeam(team):
-            return f"team {team}"
-        case m.ToRobot(name):
-            return name
-        case _:
-            return str(value)
 
 
 def _call(pattern: str) -> str:

@@ -114,27 +114,25 @@ class Journal:
                 case SaveCounter(name, value):
                     if self._seals is not None:
                         self._seals.raise_counter(name, value)
-                case DoubtRecord() | VoiceRecord():
-                    note = TranscriptRecord(record.at_s, "garbled", record.speaker, record.note, None)
+                case _ if (note := self._note(record)) is not None:
                     self._store.append_transcript(note, ago_s)
-                case SkillRecord() if record.note is not None:
-                    note = TranscriptRecord(record.at_s, "garbled", None, record.note, None)
-                    self._store.append_transcript(note, ago_s)
-                case SaidRecord():
-                    self._store.append_transcript(
-                        TranscriptRecord(
-                            record.at_s, "said", self._own_name, record.text, None, seal_shown(record.utterance) or None
-                        ),
-                        ago_s,
-                    )
-                case HeardRecord():
-                    speaker = record.utterance.speaker
-                    seal = seal_shown(record.utterance, record.trust) or None
-                    self._store.append_transcript(
-                        TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence, seal), ago_s
-                    )
-                case GarbledRecord():
-                    self._store.append_transcript(TranscriptRecord(record.start_s, "garbled", None, "", None), ago_s)
-                case HoldRecord(at_s, until_s):
-                    stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
-                    self._store.append_transcript(TranscriptRecord(at_s, "garbled", None, stood, None), ago_s)
+
+    def _note(self, record: Record) -> TranscriptRecord | None:
+        """The record's line in the transcript, if it has one."""
+        match record:
+            case SaidRecord():
+                seal = seal_shown(record.utterance) or None
+                return TranscriptRecord(record.at_s, "said", self._own_name, record.text, None, seal)
+            case HeardRecord():
+                seal, speaker = seal_shown(record.utterance, record.trust) or None, record.utterance.speaker
+                return TranscriptRecord(record.start_s, "heard", speaker, record.text, record.confidence, seal)
+            case GarbledRecord():
+                return TranscriptRecord(record.start_s, "garbled", None, "")
+            case DoubtRecord() | VoiceRecord():
+                return TranscriptRecord(record.at_s, "garbled", record.speaker, record.note)
+            case SkillRecord() if record.note is not None:
+                return TranscriptRecord(record.at_s, "garbled", None, record.note)
+            case HoldRecord(at_s, until_s):
+                stood = f"stop? no: stood still for {until_s - at_s:.1f} s"
+                return TranscriptRecord(at_s, "garbled", None, stood)
+        return None

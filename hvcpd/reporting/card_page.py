@@ -11,7 +11,7 @@ from markupsafe import Markup
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.language.card import Card, Line, Topic
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.markup import document, escaped, joined, tag
 from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.text import listed
 
@@ -44,18 +44,11 @@ _SLOT = re.compile(r"\b[A-Z]{3,}\b")
 
 def card_page(card: Card, tasks: Sequence[TaskDefinition]) -> str:
     """The page as HTML that needs nothing else; `tasks` are the team's."""
-    head = (
-        tag("meta", charset="utf-8"),
-        tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
-        tag("title", "What can be said"),
-        tag("style", style_sheet("theme.css", "card.css")),
-    )
     more = _more_tasks(tasks)
     wall = "the first sheet is for the wall" if more is None else "the first two sheets are for the wall"
     note = f"Print this page on A4 without margins: {wall}; cut the rest into eight."
     main = tag("main", _wall(card, tasks), more, tag("p", note, class_="note"), *_pockets(card, tasks))
-    body = tag("body", main)
-    return f"<!doctype html>\n{tag('html', tag('head', *head), body, lang='en')}\n"
+    return document("What can be said", style_sheet("theme.css", "card.css"), main)
 
 
 def _wall(card: Card, tasks: Sequence[TaskDefinition]) -> Markup:

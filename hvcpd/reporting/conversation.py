@@ -9,7 +9,6 @@ from markupsafe import Markup
 from hvcpd.reporting.events import Garbled, Heard, Performed
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import joined, tag
-from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Line, Story
 from hvcpd.reporting.text import at_least, clock, listed, percent, plural, seal_words
 
@@ -20,7 +19,7 @@ MAX_NAMED = 3
 def draw_conversation(story: Story, playable: bool) -> Markup:
     """All utterances, deeds and stray speech in the order of time; with buttons if there is sound to play."""
     entries: list[tuple[float, Markup]] = []
-    slots = {name: robot_slot(k) for k, name in enumerate(story.robots)}
+    slots = story.slots
     sides = {name: k % 2 for k, name in enumerate(story.robots)}
     for line in story.lines:
         slot, side = slots[line.said.speaker], sides[line.said.speaker]

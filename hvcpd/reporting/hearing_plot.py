@@ -19,14 +19,12 @@ from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released,
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, power_weights
 from hvcpd.recognition.noise import NoiseTracker
 from hvcpd.recognition.stream import FrameStream
-from hvcpd.reporting.spectrogram import HOP, MAX_RANGE_DB, PRE_EMPHASIS, WINDOW
+from hvcpd.reporting.spectrogram import HOP, WINDOW, darkest_db, spectrogram
 
 MAX_COLUMNS = 6000
 """Columns of the spectrum: of a long recording frames are left out, which nobody would see."""
 LEVEL_STEP_DB = 2.0
 """Coarse enough for a file of half the size, too fine for the eye to mind."""
-BATCH = 500
-"""Frames transformed at once, which bounds memory."""
 INCHES_A_SECOND = 1.5
 """Wide enough for the words of fluent speech to stand side by side."""
 WIDTH_INCHES = (9.0, 60.0)
@@ -76,19 +74,9 @@ def _dbfs(power: NDArray[np.float64]) -> NDArray[np.float64]:
     return dbfs
 
 
-def spectrum_of(sound: Samples) -> NDArray[np.float32]:
-    """Levels, shape (frequencies, columns), dB re the loudest point, of sound no shorter than a window."""
-    emphasised = np.append(sound[:1], sound[1:] - PRE_EMPHASIS * sound[:-1])
-    hop = max(HOP, -(-len(sound) // MAX_COLUMNS))
-    frames = np.lib.stride_tricks.sliding_window_view(emphasised, WINDOW)[::hop]
-    window = np.hanning(WINDOW)
-    power = [
-        np.square(np.abs(np.fft.rfft(frames[i : i + BATCH] * window, 512))).astype(np.float32)
-        for i in range(0, len(frames), BATCH)
-    ]
-    all_frames = np.concatenate(power).T
-    loudest = max(float(all_frames.max()), 1e-30)
-    return np.asarray(10.0 * np.log10(np.maximum(all_frames / loudest, 1e-12)), np.float32)
+def spectrum_of(sound: Samples) -> NDArray[np.float64]:
+    """The spectrogram of sound no shorter than a window, in MAX_COLUMNS columns at most."""
+    return spectrogram(sound, max(HOP, -(-len(sound) // MAX_COLUMNS)))
 
 
 def hearing_png(sound: Samples, events: Sequence[Event], title: str) -> bytes:
@@ -124,11 +112,10 @@ def hearing_png(sound: Samples, events: Sequence[Event], title: str) -> bytes:
 
 def _draw_spectrum(axes: Any, sound: Samples, length_s: float) -> None:
     level_db = spectrum_of(sound)
-    floor_db = float(np.clip(np.quantile(level_db, 0.1), -MAX_RANGE_DB, -1.0))
     extent = (0.0, length_s, 0.0, SAMPLE_RATE_HZ / 2000)
     stepped = np.round(level_db / LEVEL_STEP_DB) * LEVEL_STEP_DB
     image = axes.imshow(stepped, origin="lower", aspect="auto", extent=extent, cmap="magma", interpolation="nearest")
-    image.set_clim(floor_db, 0.0)
+    image.set_clim(darkest_db(level_db), 0.0)
     axes.set_ylabel("kHz", color=_INK)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,12 +17,12 @@ from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
-from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.markup import escaped, joined, security_policy, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
-from hvcpd.reporting.story import SkillSpan, Story, TaskStory, tell
-from hvcpd.reporting.text import clock, listed, number, plural, repeated
+from hvcpd.reporting.story import SkillSpan, Story, TaskStory, all_went_well, outcome, tell
+from hvcpd.reporting.text import clock, listed, number
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 SWITCHED = Markup(' <span><i class="swatch switched-key"></i> pump (or another switched device) on</span>')
@@ -53,7 +52,7 @@ def page(record: MissionRecord) -> str:
     style, script = style_sheet("theme.css", "report.css"), own_file("report.js")
     return Template(own_file("report.html")).substitute(
         title=escaped(record.title),
-        policy=_policy(script),
+        policy=security_policy(script, "img-src data:; media-src data: blob:; "),
         style=style,
         script=script,
         verdict=_verdict(story),
@@ -72,24 +71,12 @@ def page(record: MissionRecord) -> str:
     )
 
 
-def _policy(script: str) -> str:
-    """Forbids the page to load anything from outside, and to run any script but its own."""
-    fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
-    allowed = "style-src 'unsafe-inline'; img-src data:; media-src data: blob:"
-    return f"default-src 'none'; {allowed}; script-src 'sha256-{fingerprint}'"
-
-
 def _verdict(story: Story) -> Markup:
     summary = story.summary
     if summary is None:
         return tag("p", "The mission did not end", class_="verdict bad")
-    if summary.lost == 0 and summary.duplicates == 0:
-        every = f"All {summary.tasks} tasks" if summary.tasks != 1 else "The task was"
-        return tag("p", f"{every} done{', each' if summary.tasks != 1 else ''} exactly once", class_="verdict good")
-    wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
-    twice = repeated([act.robot for act in task.performed] for task in story.tasks)
-    wrong += [f"{twice} done more than once"] * (twice > 0)
-    return tag("p", f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}", class_="verdict bad")
+    ended = outcome(summary, ([act.robot for act in task.performed] for task in story.tasks))
+    return tag("p", ended, class_="verdict good" if all_went_well(summary) else "verdict bad")
 
 
 def _setting(story: Story, record: MissionRecord) -> Markup:

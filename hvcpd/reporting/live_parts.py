@@ -13,7 +13,7 @@ from rich.text import Text
 from hvcpd.reporting.events import Garbled, Heard, Performed, Plant, Skill, Started, Summary
 from hvcpd.reporting.icons import character
 from hvcpd.reporting.palette import ROBOT_TERMINAL, task_style
-from hvcpd.reporting.story import Line
+from hvcpd.reporting.story import Line, all_went_well, outcome
 from hvcpd.reporting.text import (
     at_least,
     clean,
@@ -21,9 +21,9 @@ from hvcpd.reporting.text import (
     listed,
     percent,
     plural,
-    repeated,
     seal_words,
     skill_words,
+    task_words,
     without_common_start,
 )
 from hvcpd.reporting.watching import BoardRow, GaveUp, Note, Watch
@@ -65,8 +65,7 @@ class Artist:
 
     def task(self, watch: Watch, number: int) -> str:
         """A task in words: its name and number."""
-        name = watch.names.get(number, "")
-        return f"task {number}, {name}" if name and name != f"task {number}" else f"task {number}"
+        return task_words(number, watch.names.get(number))
 
     def hearers(self, line: Line, final: bool) -> list[tuple[str, str]]:
         """The robots that heard an utterance, with their confidence, and those that did not."""
@@ -125,9 +124,7 @@ def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
         case Performed():
             return [_performed(artist, watch, note)]
         case Skill():
-            words = skill_words(note.skill, note.state, note.share, note.text, note.arguments, note.results)
-            style = "" if note.state == "finished" else "bold red"
-            used = (f": {words}", style)
+            used = (f": {skill_words(vars(note))}", "" if note.state == "finished" else "bold red")
             return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), used)]
         case GaveUp():
             gave_up = f" gives up {artist.task(watch, note.task)}"
@@ -255,17 +252,11 @@ def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[i
 
 def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
     """The result, in a few lines."""
-    well = summary.lost == 0 and summary.duplicates == 0
-    if well:
-        done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"
-        yield artist.text((f"✓ {done} exactly once", "bold green"))
+    ended = outcome(summary, watch.doers.values())
+    if all_went_well(summary):
+        yield artist.text((f"✓ {ended}", "bold green"))
     else:
-        wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
-        twice = repeated(watch.doers.values())
-        wrong += [f"{twice} done more than once"] * (twice > 0)
-        yield artist.text(
-            (f"Not everything went well: of {plural(summary.tasks, 'task')}, {listed(wrong)}", "bold red")
-        )
+        yield artist.text((f"Not everything went well: {ended[0].lower()}{ended[1:]}", "bold red"))
         yield from _not_done(artist, watch, summary)
     doing = (robot for robots in watch.doers.values() for robot in robots)
     for robot in dict.fromkeys([*watch.started.robots, *doing]):

@@ -13,7 +13,6 @@ from markupsafe import Markup
 from hvcpd.reporting.events import Performed, Plant, Trail
 from hvcpd.reporting.icons import drawn
 from hvcpd.reporting.markup import joined, tag
-from hvcpd.reporting.palette import robot_slot
 from hvcpd.reporting.story import Story
 from hvcpd.reporting.text import clock, number, without_common_start
 
@@ -116,7 +115,7 @@ def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
         points += list(zip(trail.x_m.tolist(), trail.y_m.tolist(), strict=True))
     frame = fit(points)
     labels = _Labels(frame)
-    order = {name: robot_slot(k) for k, name in enumerate(story.robots)}
+    order = story.slots
     drawn = [t for t in trails if len(t.t_s)]
     for plant in plants:
         labels.block(*frame.at(plant.x_m, plant.y_m), 16.0)

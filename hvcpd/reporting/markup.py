@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Iterable
 
 from markupsafe import Markup, escape
@@ -38,6 +40,24 @@ def tag(name: str, *children: Child, **attributes: str | float | bool | None) ->
         return Markup(opening)
     content = (escaped(number(c) if isinstance(c, int | float) else c) for c in children if c is not None)
     return Markup(f"{opening}{''.join(content)}</{name}>")
+
+
+def document(title: str, style: Markup, *body: Child, policy: str | None = None) -> str:
+    """A whole HTML page that needs nothing else, with its content security policy, if it has one."""
+    head = (
+        tag("meta", charset="utf-8"),
+        tag("meta", http_equiv="Content-Security-Policy", content=policy) if policy is not None else None,
+        tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
+        tag("title", title),
+        tag("style", style),
+    )
+    return f"<!doctype html>\n{tag('html', tag('head', *head), tag('body', *body), lang='en')}\n"
+
+
+def security_policy(script: str, more: str = "") -> str:
+    """A content security policy: a page loads nothing but what `more` allows, and runs no script but this one."""
+    fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+    return f"default-src 'none'; style-src 'unsafe-inline'; {more}script-src 'sha256-{fingerprint}'"
 
 
 def _attribute(value: str | float) -> str:

@@ -112,12 +112,12 @@ def of_trail(trail: Trail) -> Iterable[Message]:
         yield _pose(t_s, f"/pose/{trail.robot}", x_m, y_m, heading_rad)
 
 
-def of_sound(sound: Samples, begin_s: float = 0.0) -> Iterable[Message]:
+def of_sound(sound: Samples) -> Iterable[Message]:
     """Yield sound of shape (n,), 1.0 = full scale, `SAMPLE_RATE_HZ`, as 16-bit PCM."""
     n = round(SOUND_S * SAMPLE_RATE_HZ)
     pcm = (np.clip(sound, -1.0, 1.0) * 32_767.0).astype("<i2")
     for start in range(0, len(pcm), n):
-        at_s = begin_s + start / SAMPLE_RATE_HZ
+        at_s = start / SAMPLE_RATE_HZ
         body = {
             "timestamp": _time(at_s),
             "data": base64.b64encode(pcm[start : start + n].tobytes()).decode(),

@@ -7,7 +7,6 @@ sentence's way through the network and joins the words as `hvcpd.synthesis.speak
 from __future__ import annotations
 
 import base64
-import hashlib
 import io
 import json
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ import soundfile
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.reporting.markup import joined, tag
+from hvcpd.reporting.markup import joined, security_policy, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.speaker import joined as joint
@@ -113,18 +112,13 @@ def page(robots: Sequence[str], speakers: Sequence[Speaker], graph: WordGraph, s
     }
     script = own_file("playground.js")
     return Template(own_file("playground.html")).substitute(
-        policy=_policy(script),
+        policy=security_policy(script),
         style=style_sheet("theme.css", "playground.css"),
         script=script,
         data=json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
         robots=joined([_panel(k, name) for k, name in enumerate(robots)]),
         scenes=joined([_scene(k, scene, robots) for k, scene in enumerate(scenes)]),
     )
-
-
-def _policy(script: str) -> str:
-    fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
-    return f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{fingerprint}'"
 
 
 def _network(graph: WordGraph, words: Sequence[str]) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from hvcpd.memory.store import TranscriptRow
 from hvcpd.reporting.events import Event, Garbled, Heard, MissionRecord, Performed, Said, Started, TaskChanged
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.story import Story, tell
+from hvcpd.reporting.text import task_words
 
 WORD_S = 0.4
 """Duration for which a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some
@@ -226,8 +227,7 @@ class _Reader:
                 self.troubles.append(Trouble(wall_s, f"two robots answer to the name {member.name}"))
 
     def _task(self, number: int) -> str:
-        name = self._names.get(number)
-        return f"task {number}, {name}" if name else f"task {number}"
+        return task_words(number, self._names.get(number))
 
     def _is_reported(self, number: int, wall_s: float) -> bool:
         """Whether anybody has just done that task."""

@@ -12,11 +12,11 @@ from markupsafe import Markup
 from hvcpd.language import messages as m
 from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import escaped, joined, tag
+from hvcpd.reporting.markup import document, escaped, joined, tag
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
-from hvcpd.reporting.text import clean, percent, plural
+from hvcpd.reporting.text import clean, percent, plural, task_words
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 SHORT_S = 1800.0
@@ -122,26 +122,15 @@ def as_json(shift: Shift) -> dict[str, object]:
 def page(shift: Shift) -> str:
     """The page; a content security policy forbids it to load anything, and it has no script."""
     policy = "default-src 'none'; style-src 'unsafe-inline'"
-    head = (
-        tag("meta", charset="utf-8"),
-        tag("meta", http_equiv="Content-Security-Policy", content=policy),
-        tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
-        tag("title", f"Shift: {title(shift)}"),
-        tag("style", style_sheet("theme.css", "report.css", "shift.css")),
-    )
-    figures = tag("dl", *(tag("div", tag("dt", what), tag("dd", value)) for value, what in _figures(shift)))
-    header = tag(
-        "header", tag("h1", "The shift"), tag("p", title(shift), class_="setting"), _classed(figures, "figures")
-    )
+    pairs = (tag("div", tag("dt", what), tag("dd", value)) for value, what in _figures(shift))
+    figures = tag("dl", *pairs, class_="figures")
+    header = tag("header", tag("h1", "The shift"), tag("p", title(shift), class_="setting"), figures)
     sections = [("Who did what when", _timeline(shift)), ("How they understood each other", _talk(shift))]
     sections += [("What was due", _due(shift))] if shift.due else []
     sections += [("Who was there", _members(shift)), ("Tasks", _tasks(shift)), ("What went wrong", _troubles(shift))]
     main = tag("main", *(tag("section", tag("h2", heading), content) for heading, content in sections))
-    return f"<!doctype html>\n{tag('html', tag('head', *head), tag('body', header, main), lang='en')}\n"
-
-
-def _classed(element: Markup, kind: str) -> Markup:
-    return element.replace("<dl>", Markup(f'<dl class="{kind}">'), 1)
+    style = style_sheet("theme.css", "report.css", "shift.css")
+    return document(f"Shift: {title(shift)}", style, header, main, policy=policy)
 
 
 def _figures(shift: Shift) -> list[tuple[str, str]]:
@@ -255,8 +244,7 @@ def _troubles(shift: Shift) -> Markup:
 
 
 def _task(shift: Shift, number: int) -> str:
-    name = next((task.name for task in shift.story.tasks if task.number == number), "")
-    return f"task {number}, {name}" if name != f"task {number}" else name
+    return task_words(number, next((task.name for task in shift.story.tasks if task.number == number), None))
 
 
 def _report(member: Member) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import struct
 import zlib
-from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
@@ -41,30 +40,28 @@ _LEFT, _TOP, _WIDTH, _HEIGHT, _BELOW = 46, 30, 800, 256, 40
 _BAR_X = _LEFT + _WIDTH + 14
 
 
-@dataclass(frozen=True)
-class Spectrogram:
-    """Levels, shape (frequencies, frames), dB re the loudest point, low frequencies first."""
-
-    level_db: NDArray[np.float64]
-    hop_s: float
-    top_hz: float
-
-
-def spectrogram(sound: Samples) -> Spectrogram:
-    """Short-time spectrum of sound, shape (n,), at 16 kHz, Hann window. ValueError if it is shorter than a window."""
+def spectrogram(sound: Samples, hop: int = HOP) -> NDArray[np.float64]:
+    """Levels of sound, shape (n,), at 16 kHz, every `hop` samples: shape (frequencies, frames), 0 to 8 kHz, dB re the
+    loudest point; Hann window. ValueError if it is shorter than a window."""
     if len(sound) < WINDOW:
         raise ValueError(f"{len(sound)} samples are fewer than the {WINDOW} of a window")
     emphasised = np.append(sound[:1], sound[1:] - PRE_EMPHASIS * sound[:-1]).astype(np.float64)
-    frames = np.lib.stride_tricks.sliding_window_view(emphasised, WINDOW)[::HOP] * np.hanning(WINDOW)
+    frames = np.lib.stride_tricks.sliding_window_view(emphasised, WINDOW)[::hop] * np.hanning(WINDOW)
     power = np.square(np.abs(np.fft.rfft(frames, FFT, axis=1))).T
     loudest = max(float(power.max()), 1e-30)
-    return Spectrogram(10.0 * np.log10(np.maximum(power / loudest, 1e-12)), HOP / SAMPLE_RATE_HZ, SAMPLE_RATE_HZ / 2)
+    level_db: NDArray[np.float64] = 10.0 * np.log10(np.maximum(power / loudest, 1e-12))
+    return level_db
 
 
-def picture(spectrum: Spectrogram) -> tuple[bytes, float]:
-    """The spectrum as PNG, low frequencies at the bottom, and its range in dB."""
-    floor_db = float(np.clip(np.quantile(spectrum.level_db, NOISE_SHARE), -MAX_RANGE_DB, -1.0))
-    scaled = np.clip(1.0 - spectrum.level_db / floor_db, 0.0, 1.0) * (LEVELS - 1)
+def darkest_db(level_db: NDArray[np.float64]) -> float:
+    """The level that a spectrogram's darkest colour stands for."""
+    return float(np.clip(np.quantile(level_db, NOISE_SHARE), -MAX_RANGE_DB, -1.0))
+
+
+def picture(level_db: NDArray[np.float64]) -> tuple[bytes, float]:
+    """The spectrogram as PNG, low frequencies at the bottom, and its range in dB."""
+    floor_db = darkest_db(level_db)
+    scaled = np.clip(1.0 - level_db / floor_db, 0.0, 1.0) * (LEVELS - 1)
     return encode_png(np.rint(scaled[::-1]).astype(np.uint8), magma(LEVELS)), -floor_db
 
 
@@ -98,8 +95,7 @@ def figure(line: Line, sound: Samples) -> Markup:
     begin_s = max(line.said.at_s - MARGIN_S, 0.0)
     end_s = min(line.said.end_s + MARGIN_S, begin_s + MAX_LENGTH_S)
     part = sound[slice_of(begin_s, end_s, len(sound))]
-    spectrum = spectrogram(part)
-    png, range_db = picture(spectrum)
+    png, range_db = picture(spectrogram(part))
     length_s = len(part) / SAMPLE_RATE_HZ
     image = tag(
         "image",
@@ -116,7 +112,7 @@ def figure(line: Line, sound: Samples) -> Markup:
         tag("title", title),
         image,
         _time_axis(length_s, begin_s),
-        _frequency_axis(spectrum.top_hz),
+        _frequency_axis(),
         _colour_bar(range_db),
         _words(line, begin_s, length_s),
         class_="spectrogram",
@@ -138,8 +134,8 @@ def _time_axis(length_s: float, begin_s: float) -> Markup:
     return joined([*parts, label])
 
 
-def _frequency_axis(top_hz: float) -> Markup:
-    parts = []
+def _frequency_axis() -> Markup:
+    parts, top_hz = [], SAMPLE_RATE_HZ / 2
     for khz in range(0, int(top_hz / 1000) + 1, 2):
         y = _TOP + _HEIGHT * (1.0 - 1000 * khz / top_hz)
         parts.append(tag("line", class_="tick", x1=_LEFT - 5, x2=_LEFT, y1=y, y2=y))

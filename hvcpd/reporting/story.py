@@ -20,7 +20,8 @@ from hvcpd.reporting.events import (
     Switched,
     TaskChanged,
 )
-from hvcpd.reporting.text import skill_words
+from hvcpd.reporting.palette import robot_slot
+from hvcpd.reporting.text import listed, plural, skill_words
 
 SLACK_S = 0.5
 """A listener may take the beginning of speech to be this much off: sound travels 29 ms, detection adds some frames."""
@@ -92,8 +93,7 @@ class SkillSpan:
     @property
     def words(self) -> str:
         """Outcome."""
-        last = self.last
-        return skill_words(last.skill, last.state, last.share, last.text, last.arguments, last.results)
+        return skill_words(vars(self.last))
 
 
 @dataclass(frozen=True)
@@ -120,6 +120,11 @@ class Story:
     switched: tuple[OnSpan, ...]
     unplaced: tuple[Garbled | Heard, ...]
     """What listeners noticed although no robot spoke: a person, or noise."""
+
+    @property
+    def slots(self) -> dict[str, int]:
+        """The number of each robot's colour."""
+        return {name: robot_slot(k) for k, name in enumerate(self.robots)}
 
 
 def tell(record: MissionRecord) -> Story:
@@ -228,6 +233,22 @@ def meant_by(garbled: Garbled, spoken: Iterable[Said]) -> Said | None:
         if said.speaker != garbled.listener and said.at_s - SLACK_S <= garbled.at_s <= said.end_s + SLACK_S
     ]
     return max(under_way, key=lambda said: said.at_s, default=None)
+
+
+def all_went_well(summary: Summary) -> bool:
+    """Whether every task was done exactly once."""
+    return summary.lost == 0 and summary.duplicates == 0
+
+
+def outcome(summary: Summary, doers: Iterable[Sequence[str]]) -> str:
+    """How a mission ended; `doers` are the robots that did each task, once for each time."""
+    if all_went_well(summary):
+        done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"
+        return f"{done} exactly once"
+    wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
+    twice = sum(len(robots) > 1 for robots in doers)
+    wrong += [f"{twice} done more than once"] * (twice > 0)
+    return f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}"
 
 
 def task_names(started: Started) -> dict[int, str]:

@@ -49,19 +49,18 @@ def number(value: float, decimals: int = 2) -> str:
     return "0" if float(text) == 0 else text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def skill_words(
-    skill: str,
-    state: str,
-    share: float | None,
-    text: str,
-    arguments: Mapping[str, object],
-    results: Mapping[str, object],
-) -> str:
-    """What a skill is at, for people: "pour (litres 0.25): running, 40 %"."""
-    details = ", ".join(f"{name} {_plain(value)}" for name, value in (results or arguments).items())
-    head = f"{skill} ({details})" if details else skill
-    done = percent(share) if share is not None and state in ("running", "paused") else ""
-    return f"{head}: {', '.join(filter(None, (state, done, text)))}"
+def task_words(number: int, name: str | None) -> str:
+    """A task in words, its name made harmless: "task 3, water the rose", or "task 3" for one without a name."""
+    return f"task {number}, {clean(name)}" if name and name != f"task {number}" else f"task {number}"
+
+
+def skill_words(call: Mapping[str, Any]) -> str:
+    """What a skill is at, for people: "pour (litres 0.25): running, 40 %". `call`: the fields of the event `Skill`."""
+    details = ", ".join(f"{name} {_plain(value)}" for name, value in (call["results"] or call["arguments"]).items())
+    head = f"{call['skill']} ({details})" if details else str(call["skill"])
+    running = call["share"] is not None and call["state"] in ("running", "paused")
+    done = percent(call["share"]) if running else ""
+    return f"{head}: {', '.join(filter(None, (call['state'], done, call['text'])))}"
 
 
 def _plain(value: object) -> str:
@@ -73,14 +72,9 @@ def percent(value: float) -> str:
     return f"{100 * value:.0f} %" if math.isfinite(value) else "– %"
 
 
-def plural(count: int, one: str, many: str | None = None) -> str:
+def plural(count: int, one: str) -> str:
     """The count with its noun: 1 task, 2 tasks."""
-    return f"{count} {one if count == 1 else many or one + 's'}"
-
-
-def repeated(doers: Iterable[Sequence[str]]) -> int:
-    """How many tasks were done more than once; `doers` are the robots that did each, once for each time."""
-    return sum(len(robots) > 1 for robots in doers)
+    return f"{count} {one}{'s' * (count != 1)}"
 
 
 def seal_words(seal: str) -> str:

@@ -19,11 +19,10 @@ from hvcpd.robot.speech_output import Mouth, spoken
 
 @dataclass(frozen=True)
 class Measures:
-    """`mouth_of` has the synthesizer of the robot named, which makes the very samples that it says; None: no robot's
-    voice is known."""
+    """`mouth_of` has the synthesizer of the robot named, which makes the very samples that it says."""
 
     ranging: Ranging
-    mouth_of: Callable[[str], Mouth] | None = None
+    mouth_of: Callable[[str], Mouth]
 
     def said(self, latency_s: float, coordination: Coordination, now: float) -> None:
         """The robot's own sentence was just heard, `latency_s` after it was played."""
@@ -38,7 +37,7 @@ class Measures:
         less than SURE does not count: a misheard digit would be another distance."""
 
         def render(said: Utterance) -> Samples | None:
-            if said.speaker is None or self.mouth_of is None or book.render(said) != event.words:
+            if said.speaker is None or book.render(said) != event.words:
                 return None  # in other words, or with others than a robot says
             return spoken(self.mouth_of(said.speaker), said, book)
 

@@ -44,13 +44,13 @@ class Acoustics:
 class OwnVoice:
     """`begin` a sentence, `hear` and `take` each block, and ask at each whether it is `finished`. Times are seconds."""
 
-    def __init__(self, acoustics: Acoustics, delay: MeasuresDelay | None = None) -> None:
-        """`delay` measures how late the voice is heard; without it the reported latency is used."""
+    def __init__(self, acoustics: Acoustics, delay: MeasuresDelay) -> None:
+        """`delay` measures how late the voice is heard."""
         self._acoustics = acoustics
         self._delay = delay
         self._reported_s = acoustics.latency_s
         self._measured = False
-        self._confirmed = delay is None
+        self._confirmed = False
         self._shorter_s: float | None = None
         self._speech: Samples = np.zeros(0, np.float32)
         self._words: tuple[str, ...] = ()
@@ -64,7 +64,7 @@ class OwnVoice:
 
     @property
     def is_latency_known(self) -> bool:
-        """Whether the last sentence came back when it should have, or the latency cannot be measured.
+        """Whether the last sentence came back when it should have.
 
         False before the first sentence, after sound was lost, and when the card has reported a new latency.
         """
@@ -74,7 +74,7 @@ class OwnVoice:
         """Set the latency that the sound system reports, which may change at any time; the measured excess stays."""
         if reported_s != self._reported_s:
             by_s, self._reported_s = reported_s - self._reported_s, reported_s
-            self._doubt()
+            self._confirmed = False
             self._set_latency(max(self.latency_s + by_s, 0.0))
 
     def begin(self, speech: Samples, words: Sequence[str], now: float) -> None:
@@ -84,8 +84,7 @@ class OwnVoice:
         self._measured = False
         self.speaking = True
         self.until_s = now + len(speech) / SAMPLE_RATE_HZ + self.latency_s
-        if self._delay is not None:
-            self._delay.begin()
+        self._delay.begin()
 
     def take(self, n: int) -> Samples:
         """Return the next samples to be played, shape (n,), float32."""
@@ -94,20 +93,19 @@ class OwnVoice:
             piece = self._speech[self._position : self._position + n]
             out[: len(piece)] = piece
             self._position += len(piece)
-            if self._delay is not None:
-                self._delay.play(out)
+            self._delay.play(out)
         return out
 
     def hear(self, heard: Samples) -> None:
         """Take sound from the microphone, shape (n,), float32, heard while n samples were played."""
-        if self.speaking and self._delay is not None:
+        if self.speaking:
             self._delay.hear(heard)
 
     def finished(self, now: float) -> bool:
         """Whether the last of the sentence has just been heard; the first time it seems so, its delay is measured."""
         if not self.speaking or self._position < len(self._speech) or now < self.until_s:
             return False
-        if self._delay is not None and not self._measured:
+        if not self._measured:
             self._measured = True
             self._believe(self._delay.measure())
             if now < self.until_s:
@@ -118,14 +116,14 @@ class OwnVoice:
 
     def break_off(self, now: float) -> None:
         """There is no sound any longer: nothing else of the sentence is heard."""
-        self._doubt()
+        self._confirmed = False
         if self.speaking:
             self._speech, self.speaking, self.until_s = self._speech[:0], False, now
 
     def lose(self, lost_s: float) -> None:
         """Note sound that was not heard, and in whose place nothing was played: the words wait, and cannot be
         compared."""
-        self._doubt()
+        self._confirmed = False
         if self.speaking:
             self.until_s += lost_s
             self._measured = True
@@ -158,9 +156,6 @@ class OwnVoice:
             is_near = True
         self._confirmed = is_near
         self._shorter_s = None if is_near else measured_s
-
-    def _doubt(self) -> None:
-        self._confirmed = self._delay is None
 
     def _set_latency(self, latency_s: float) -> None:
         if self.speaking:

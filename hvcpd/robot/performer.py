@@ -19,7 +19,7 @@ from hvcpd.skills.life import (
     Begin,
     Call,
     Cancel,
-    Life,
+    OngoingCall,
     Order,
     Pause,
     Report,
@@ -54,19 +54,19 @@ class Performer:
     """Owns the navigator and the skill in use. Call `begin`, then `step` at every block until the outcome is not
     GOING_ON; `take_orders` returns orders for the clients that offer skills, and `tell` takes their answers."""
 
-    def __init__(self, driver: Navigator, home: Pose | None = None) -> None:
-        """`home` is where it docks; None: where it was at its first step."""
+    def __init__(self, driver: Navigator, home: Pose) -> None:
+        """`home` is where it docks."""
         self._motion = driver
         self._home = home
         self._actions: tuple[Action, ...] = ()
         self._index = 0
         self._started = False
-        self._from = home or Pose(0.0, 0.0)
+        self._from = home
         self._until_s = 0.0
         self._last_s = 0.0
         self._rested_s = 0.0
         self._skills: frozenset[str] = frozenset()
-        self._life: Life | None = None
+        self._ongoing: OngoingCall | None = None
         self._calls = 0
         self._task = 0
         self._orders: list[Order] = []
@@ -84,7 +84,7 @@ class Performer:
             match action:
                 case GoTo(place):
                     way.append(place)
-                case Dock() if self._home is not None:
+                case Dock():
                     way.append(Place(self._home.x_m, self._home.y_m))
                 case Forward(distance_m) if n == 0 and self._started:
                     at = self._from
@@ -109,13 +109,13 @@ class Performer:
     def offer(self, skills: frozenset[str]) -> None:
         """Only these skills can be used from now on; a skill in use that is not among them has failed."""
         self._skills = skills
-        if self._life is not None and self._life.call.skill not in skills:
-            self.tell(Report(self._life.call.number, SkillState.FAILED, text=NOBODY))
+        if self._ongoing is not None and self._ongoing.call.skill not in skills:
+            self.tell(Report(self._ongoing.call.number, SkillState.FAILED, text=NOBODY))
 
     def tell(self, report: Report) -> None:
         """A report of the client that carries a call out."""
-        if self._life is not None and self._life.take(report):
-            self._news.append((self._life.call, report))
+        if self._ongoing is not None and self._ongoing.take(report):
+            self._news.append((self._ongoing.call, report))
 
     def take_orders(self) -> tuple[Order, ...]:
         """The requests to the clients that offer skills; each is returned once."""
@@ -132,14 +132,13 @@ class Performer:
         self._rested_s += now - self._last_s
         self._last_s = now
         self._motion.rest()
-        life = self._life
-        if life is not None and not life.is_over and life.state is not SkillState.PAUSED:
-            self._orders.append(Pause(life.call.number))
-            self.tell(Report(life.call.number, SkillState.PAUSED, life.last.share))
+        ongoing = self._ongoing
+        if ongoing is not None and not ongoing.is_over and ongoing.state is not SkillState.PAUSED:
+            self._orders.append(Pause(ongoing.call.number))
+            self.tell(Report(ongoing.call.number, SkillState.PAUSED, ongoing.last.share))
 
     def step(self, pose: Pose, now: float, reading: WheelReading | None) -> Progress:
         """Continue the current action at time `now` (s, sample clock); `reading` is None if there is no new one."""
-        self._home = self._home or pose
         self._last_s = now
         now -= self._rested_s
         remark = None
@@ -152,7 +151,7 @@ class Performer:
             if state is Outcome.GOING_ON:
                 return Progress(wheels, state, remark)
             if state is Outcome.FAILED:
-                reason = self._life.last.text if self._life is not None else None
+                reason = self._ongoing.last.text if self._ongoing is not None else None
                 self.cancel()
                 return Progress(STANDSTILL, state, remark, reason)
             self._index += 1
@@ -169,14 +168,14 @@ class Performer:
             case Turn(angle_deg):
                 self._motion.start(motion.Turn(math.radians(angle_deg)), pose)
             case Dock():
-                self._motion.start(navigator.Dock(self._home or pose), pose)
+                self._motion.start(navigator.Dock(self._home), pose)
             case Wait(duration_s):
                 self._until_s = now + duration_s
             case SayAction(text):
                 return text
         if (call := self._call_for(action)) is not None:
-            self._life = Life(call, now)
-            self._news.append((call, self._life.last))
+            self._ongoing = OngoingCall(call, now)
+            self._news.append((call, self._ongoing.last))
             self._orders.append(Begin(call))
             if call.skill not in self._skills:
                 self.tell(Report(call.number, SkillState.FAILED, text=NOBODY))
@@ -194,23 +193,25 @@ class Performer:
 
     def _let_go(self, reason: str) -> None:
         """The present call will not report any longer."""
-        life, self._life = self._life, None
-        if life is not None and not life.is_over:
-            self._orders.append(Cancel(life.call.number))
-            self._news.append((life.call, Report(life.call.number, SkillState.FAILED, life.last.share, reason)))
+        ongoing, self._ongoing = self._ongoing, None
+        if ongoing is not None and not ongoing.is_over:
+            self._orders.append(Cancel(ongoing.call.number))
+            self._news.append(
+                (ongoing.call, Report(ongoing.call.number, SkillState.FAILED, ongoing.last.share, reason))
+            )
 
-    def _go_on_with_skill(self, life: Life, now: float) -> Outcome:
-        if life.state is SkillState.PAUSED:
-            self._orders.append(Resume(life.call.number))
-            self.tell(Report(life.call.number, SkillState.RUNNING, life.last.share))
-        if not life.is_over and life.is_late(now):
-            self._orders.append(Cancel(life.call.number))
-            self.tell(Report(life.call.number, SkillState.FAILED, life.last.share, TOO_LONG))
-        if life.state not in OVER:
+    def _go_on_with_skill(self, ongoing: OngoingCall, now: float) -> Outcome:
+        if ongoing.state is SkillState.PAUSED:
+            self._orders.append(Resume(ongoing.call.number))
+            self.tell(Report(ongoing.call.number, SkillState.RUNNING, ongoing.last.share))
+        if not ongoing.is_over and ongoing.is_late(now):
+            self._orders.append(Cancel(ongoing.call.number))
+            self.tell(Report(ongoing.call.number, SkillState.FAILED, ongoing.last.share, TOO_LONG))
+        if ongoing.state not in OVER:
             return Outcome.GOING_ON
-        if life.state is SkillState.FAILED:
+        if ongoing.state is SkillState.FAILED:
             return Outcome.FAILED
-        self._life = None
+        self._ongoing = None
         return Outcome.DONE
 
     def _go_on(
@@ -218,8 +219,8 @@ class Performer:
     ) -> tuple[Outcome, WheelCommand]:
         if isinstance(action, SayAction):
             return Outcome.DONE, STANDSTILL
-        if self._life is not None:
-            return self._go_on_with_skill(self._life, now), STANDSTILL
+        if self._ongoing is not None:
+            return self._go_on_with_skill(self._ongoing, now), STANDSTILL
         if isinstance(action, Wait):
             return (Outcome.DONE if now >= self._until_s else Outcome.GOING_ON), STANDSTILL
         wheels = self._motion.step(pose, now, reading)

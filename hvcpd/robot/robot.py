@@ -17,7 +17,6 @@ from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
-from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.events import Ears, Held, Overhears, Recognised, Released, Urgent
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.robot.measures import Measures
@@ -51,27 +50,27 @@ class Robot:
         mouth: Mouth,
         odometry: Odometry,
         performer: Performer,
-        acoustics: Acoustics | None = None,
-        slow_mouth: Mouth | None = None,
-        overhearing: Overhears | None = None,
-        sealing: Sealing | None = None,
-        own_delay: MeasuresDelay | None = None,
-        voices: Mapping[str, str] | None = None,
-        measures: Measures | None = None,
+        acoustics: Acoustics,
+        slow_mouth: Mouth,
+        overhearing: Overhears,
+        sealing: Sealing | None,
+        own_delay: MeasuresDelay,
+        voices: Mapping[str, str],
+        measures: Measures,
     ) -> None:
-        """`voices`: the recogniser's name for each speaker's voice, by the speaker's name in lower case."""
+        """`sealing`: None without a key; `voices`: as for `expect`."""
         self.coordination = coordination
         self.phrasebook = phrasebook
         self.odometry = odometry
         self._ears = ears
         self._mouth = mouth
-        self._slow_mouth = slow_mouth or mouth
+        self._slow_mouth = slow_mouth
         self.performer = performer
         self._overhearing = overhearing
         self._sealing = sealing
-        self.expect(voices or {})
-        self._measures = measures or Measures(Ranging(coordination.role.name))
-        self._voice = OwnVoice(acoustics or Acoustics(), own_delay)
+        self.expect(voices)
+        self._measures = measures
+        self._voice = OwnVoice(acoustics, own_delay)
         self._n_heard = 0
         self._busy = False
         self._held_s: float | None = None
@@ -140,9 +139,7 @@ class Robot:
         self._take_lesson()
         masked = self._voice.masks(self.now)
         self._voice.hear(heard)
-        events = gap_events + self._ears.push(heard, masked=masked)
-        if self._overhearing is not None:
-            events += self._overhearing.hear(heard, masked)
+        events = [*gap_events, *self._ears.push(heard, masked=masked), *self._overhearing.hear(heard, masked)]
         self._measures.ranging.hear(heard, self._n_heard)
         self._n_heard += len(heard)
         self._locate(reading)
@@ -191,8 +188,7 @@ class Robot:
         """Time goes on; the robot's own words wait, because nothing is played for blocks that were not handed out."""
         self._n_heard += lost
         self.disturb()
-        if self._overhearing is not None:
-            self._overhearing.lost()
+        self._overhearing.lost()
         self._voice.lose(lost / SAMPLE_RATE_HZ)
         return self._ears.lost(lost)
 
@@ -338,12 +334,11 @@ class Robot:
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
         # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.
         may_stop = not isinstance(utterance.statement, Stop | Stopped)
-        if self._overhearing is not None and may_stop and self._voice.is_latency_known:
+        if may_stop and self._voice.is_latency_known:
             self._overhearing.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
 
     def _next_sound(self, n: int) -> Samples:
         out = self._voice.take(n)
-        if self._overhearing is not None:
-            self._overhearing.play(out)
+        self._overhearing.play(out)
         return out

@@ -23,15 +23,7 @@ def sentence_of(utterance: m.Utterance, book: Phrasebook) -> Sentence:
 
     Of an encrypted one they are the words that everybody hears, and the meaning of the statements' numbers.
     """
-    match utterance.addressee:
-        case m.ToRobot(name):
-            to = name
-        case m.ToTeam(team):
-            to = f"team {team}"
-        case m.ToAll():
-            to = "all"
-        case None:
-            to = ""
+    to = str(utterance.addressee) if utterance.addressee is not None else ""
     words = book.render(without_mark(hidden(utterance)))
     meaning = (book.codebook.digest.hex(),) if isinstance(utterance.mark, m.Cipher) else ()
     return Sentence(utterance.speaker or "", to, (*words, *meaning))

@@ -38,8 +38,8 @@ class RclpyAction:
         self._asked_s = -math.inf
         self._handle: Any = None
 
-    def ask(self, number: int, fill: Callable[[Any], None], now_s: float) -> None:
-        """Ask for a goal, which `fill` writes into its message."""
+    def ask(self, number: int, fill: Callable[[Any], None], now_s: float, stamp_s: float = 0.0) -> None:  # noqa: ARG002
+        """Ask for a goal, which `fill` writes into its message; ROS 2 stamps it by itself."""
         message = self._server.make_goal()
         fill(message)
         self._number, self._handle, self._asked_s = number, None, now_s

@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
-from types import FrameType
 from typing import Any, Literal
 
 from hvcpd.errors import ConfigError, NotDoneError, NotRunningError
@@ -74,7 +73,7 @@ def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> 
 
     Raises NotDoneError if ROS has ended the bridge: there is another one, or somebody wants none.
     """
-    signal.signal(signal.SIGTERM, _interrupt)  # as Ctrl-C: the base is to be told to stand
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: the base is to be told to stand
     with suppress(KeyboardInterrupt):
         if kind == "ros1":
             wait_for_master(path, base)
@@ -136,7 +135,3 @@ def start_again() -> None:
     sys.stdout.flush()
     sys.stderr.flush()
     os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
-
-
-def _interrupt(_number: int, _frame: FrameType | None) -> None:
-    raise KeyboardInterrupt

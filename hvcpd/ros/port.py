@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros.bridge import Bridge
+from hvcpd.ros.convert import from_ros
 from hvcpd.ros.messages import Message
 from hvcpd.ros.parameters import Parameters
-from hvcpd.ros.skills import Act, Leave, RosAction, values_of
+from hvcpd.ros.skills import Act, Leave, RosAction, fill_message, values_of
 from hvcpd.ros.topics import Topic
 
 NODE = "hvcpd"
@@ -59,35 +62,73 @@ class Wanted:
     """The actions that perform the robot's skills."""
 
 
-class RosPort(Protocol):
-    """A node of ROS."""
+class RosPort(ABC):
+    """A node of ROS, with the clients of the actions of navigation and of skills."""
+
+    parameters: Parameters
+    dismissed: str | None = None
+    """Why ROS has ended the node, which is then not created again. None: it has not."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._navigation: Any = None
+        self._actions: Mapping[str, Any] = {}
+        """Those that perform skills, by the skill."""
 
     @property
-    def parameters(self) -> Parameters: ...
-
-    @property
+    @abstractmethod
     def fault(self) -> str | None:
         """Why this ROS has ended, so that the node must be made again; None: it works."""
 
-    @property
-    def dismissed(self) -> str | None:
-        """Why ROS has ended the node, which is then not created again. None: it has not."""
-
+    @abstractmethod
     def stamp_s(self) -> float:
-        """ROS's time."""
+        """ROS's time, s; 0 until a simulated clock has begun."""
 
-    def publish(self, topic: Topic, message: Message) -> None: ...
+    @abstractmethod
+    def publish(self, topic: Topic, message: Message) -> None:
+        """Have subscribers told; where there is no connection, nobody is."""
 
-    def go(self, goal: PlaceGoal, now_s: float) -> None: ...
+    @abstractmethod
+    def log(self, text: str) -> None:
+        """By rosout, and on the terminal."""
 
-    def cancel(self, number: int) -> None: ...
+    @abstractmethod
+    def close(self) -> None:
+        """End the node."""
 
-    def act(self, goal: Act, now_s: float) -> None: ...
+    def go(self, goal: PlaceGoal, now_s: float) -> None:
+        """Give a goal to navigation."""
+        if self._navigation is not None:
+            self._navigation.go(goal, now_s, self.stamp_s())
 
-    def leave(self, goal: Leave) -> None: ...
+    def cancel(self, number: int) -> None:
+        """Withdraw it."""
+        if self._navigation is not None:
+            self._navigation.cancel(number)
 
-    def log(self, text: str) -> None: ...
+    def act(self, goal: Act, now_s: float) -> None:
+        """Give a goal to the server of a skill's action; one that its type does not have fails."""
+        try:
+            fill = partial(fill_message, fields=goal.fields)
+            self._actions[goal.skill].ask(goal.number, fill, now_s, self.stamp_s())
+        except ValueError as error:
+            reason = str(error)
+            self._report(lambda bridge, _: bridge.action_ended(goal.number, reason, {}))
 
-    def tick(self, now_s: float) -> None: ...
+    def leave(self, goal: Leave) -> None:
+        """Withdraw it."""
+        if goal.skill in self._actions:
+            self._actions[goal.skill].cancel(goal.number)
 
-    def close(self) -> None: ...
+    def tick(self, now_s: float) -> None:
+        """Time passes."""
+        for client in self._clients():
+            client.tick(now_s)
+
+    def _clients(self) -> list[Any]:
+        return [*self._actions.values(), *([self._navigation] if self._navigation is not None else [])]
+
+    def _take(self, topic: Topic, message: Any) -> None:
+        """Hand a message of a topic over to the bridge."""
+        plain = from_ros(message, topic.type)
+        self._report(lambda bridge, now_s: bridge.from_ros(topic, plain, now_s))

@@ -18,16 +18,15 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.errors import ConfigError
-from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.action_topics import Link, TopicAction
-from hvcpd.ros.convert import Dialect, from_ros, ros_class, to_ros
+from hvcpd.ros.convert import Dialect, ros_class, to_ros
 from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.move_base import MoveBase
 from hvcpd.ros.parameters import Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, skill_listener
-from hvcpd.ros.skills import Act, Leave, RosAction, fill_message
+from hvcpd.ros.port import NODE, QUEUE, Report, RosPort, Wanted, skill_listener
+from hvcpd.ros.skills import RosAction
 from hvcpd.ros.topics import Topic
 
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
@@ -53,17 +52,17 @@ def find_rospy(path: list[str] = sys.path, packages: Path = DEBIAN_PACKAGES) -> 
     return find_spec("rospy") is not None
 
 
-class Ros1Port:
+class Ros1Port(RosPort):
     """A node of the master that ROS_MASTER_URI names. Raises ConfigError for wrong parameters or missing packages."""
 
     def __init__(self, wanted: Wanted, report: Report) -> None:
+        super().__init__(report)
         if not find_rospy():
             raise ConfigError(MISSING)
         self._rospy: Any = import_module("rospy")
         genpy: Any = import_module("genpy")
         self._dialect = Dialect(time=genpy.Time, byte=int)
         self._watch = MasterWatch(master_uri())
-        self.dismissed: str | None = None
         self._is_ending = False
         argv = [NODE, *wanted.arguments]
         os.environ.setdefault("ROSCONSOLE_FORMAT", "[${severity}] ${message}")
@@ -72,11 +71,13 @@ class Ros1Port:
         except self._rospy.ROSInitException as error:
             raise ConfigError(f"ROS accepts no node with {' '.join(wanted.arguments)!r}: {error}") from None
         self.parameters = read_parameters(self._rospy, wanted.arguments)
-        self._report = report
-        self._publishers = {topic: self._publisher(topic) for topic in topics.published(wanted.ros_drives)}
+        self._publishers = {
+            topic: self._publisher(topic.name, topic.type.ROS_TYPE, topic.latched)
+            for topic in topics.published(wanted.ros_drives)
+        }
         for topic in topics.subscribed(wanted.ros_drives):
             self._subscribe(topic)
-        self._move_base = self._make_move_base() if wanted.takes_goals else None
+        self._navigation = self._make_move_base() if wanted.takes_goals else None
         self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
         self._rospy.on_shutdown(self._say_last_words)
         core: Any = import_module("rospy.core")
@@ -97,46 +98,15 @@ class Ros1Port:
         if not self._is_ending:
             self._send(topic, message)
 
-    def go(self, goal: PlaceGoal, now_s: float) -> None:
-        """Give a goal to move_base."""
-        if self._move_base is not None:
-            self._move_base.go(goal, now_s, self.stamp_s())
-
-    def cancel(self, number: int) -> None:
-        """Withdraw it."""
-        if self._move_base is not None:
-            self._move_base.cancel(number)
-
-    def act(self, goal: Act, now_s: float) -> None:
-        """Give a goal to the server of a skill's action; one that its type does not have fails."""
-        try:
-            fill = partial(fill_message, fields=goal.fields)
-            self._actions[goal.skill].ask(goal.number, fill, now_s, self.stamp_s())
-        except ValueError as error:
-            reason = str(error)
-            self._report(lambda bridge, _: bridge.action_ended(goal.number, reason, {}))
-
-    def leave(self, goal: Leave) -> None:
-        """Withdraw it."""
-        self._actions[goal.skill].cancel(goal.number)
-
     def log(self, text: str) -> None:
         """By rosout, and on the terminal."""
         self._rospy.logwarn(text)
-
-    def tick(self, now_s: float) -> None:
-        """Time passes."""
-        for client in self._clients():
-            client.tick(now_s)
 
     def close(self) -> None:
         """End the node; a master that has gone, or hangs, is not told, for that could take for ever."""
         self._watch.close()
         if self._watch.fault is None:
             self._rospy.signal_shutdown("the bridge ends")
-
-    def _clients(self) -> tuple[TopicAction, ...]:
-        return (*self._actions.values(), *((self._move_base,) if self._move_base is not None else ()))
 
     def _say_last_words(self) -> None:
         """In a thread of rospy's, which closes all connections next: the base must stand, whatever ends the node."""
@@ -157,19 +127,12 @@ class Ros1Port:
         with suppress(self._rospy.ROSException):  # the node has ended
             self._publishers[topic].publish(to_ros(message, self._dialect))
 
-    def _publisher(self, topic: Topic) -> Any:
-        return self._plain_publisher(topic.name, topic.type.ROS_TYPE, topic.latched)
-
-    def _plain_publisher(self, name: str, ros_type: str, latched: bool = False) -> Any:
+    def _publisher(self, name: str, ros_type: str, latched: bool = False) -> Any:
         return self._rospy.Publisher(name, class_of(ros_type), queue_size=QUEUE, latch=latched, tcp_nodelay=True)
 
     def _subscribe(self, topic: Topic) -> None:
-        def taken(message: Any) -> None:
-            plain = from_ros(message, topic.type)
-            self._report(lambda bridge, now_s: bridge.from_ros(topic, plain, now_s))
-
         kind = class_of(topic.type.ROS_TYPE)
-        self._rospy.Subscriber(topic.name, kind, taken, queue_size=QUEUE, tcp_nodelay=True)
+        self._rospy.Subscriber(topic.name, kind, partial(self._take, topic), queue_size=QUEUE, tcp_nodelay=True)
 
     def _make_move_base(self) -> MoveBase:
         name = self.parameters.action or "move_base"
@@ -185,8 +148,8 @@ class Ros1Port:
         return client
 
     def _link_to(self, name: str, kind: str) -> Link:
-        goals = self._plain_publisher(f"{name}/goal", f"{kind}ActionGoal")
-        cancels = self._plain_publisher(f"{name}/cancel", "actionlib_msgs/GoalID")
+        goals = self._publisher(f"{name}/goal", f"{kind}ActionGoal")
+        cancels = self._publisher(f"{name}/cancel", "actionlib_msgs/GoalID")
         return Link(
             goals.publish,
             cancels.publish,

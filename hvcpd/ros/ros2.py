@@ -9,15 +9,14 @@ from importlib import import_module
 from typing import Any
 
 from hvcpd.errors import ConfigError
-from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
 from hvcpd.ros.action_rclpy import RclpyAction, Server
-from hvcpd.ros.convert import OWN, Dialect, from_ros, ros_class, to_ros
+from hvcpd.ros.convert import OWN, Dialect, ros_class, to_ros
 from hvcpd.ros.messages import Message, Twist
 from hvcpd.ros.nav2 import Nav2
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, Wanted, skill_listener
-from hvcpd.ros.skills import Act, Leave, RosAction, fill_message
+from hvcpd.ros.port import NODE, QUEUE, Report, RosPort, Wanted, skill_listener
+from hvcpd.ros.skills import RosAction
 from hvcpd.ros.topics import Topic
 
 JOIN_S = 2.0
@@ -26,16 +25,15 @@ SPIN_S = 0.1
 """Interval at which the thread checks whether it is to end."""
 
 
-class RclpyPort:
+class RclpyPort(RosPort):
     """A managed (lifecycle) node, active from the start unless its parameter `autostart` is false. While it is inactive
     the base stands, and nothing passes but a stop.
 
     Raises ConfigError for wrong parameters or missing packages.
     """
 
-    dismissed: str | None = None
-
     def __init__(self, wanted: Wanted, report: Report) -> None:
+        super().__init__(report)
         self._rclpy: Any = import_module("rclpy")
         time: Any = ros_class("builtin_interfaces/Time")
         self._dialect = Dialect(time=lambda sec, nanosec: time(sec=sec, nanosec=nanosec), byte=lambda n: bytes([n]))
@@ -45,14 +43,11 @@ class RclpyPort:
         except RuntimeError as error:  # RCLError, UnknownROSArgsError
             raise ConfigError(f"ROS accepts no node with {' '.join(wanted.arguments)!r}: {error}") from None
         self._wanted = wanted
-        self._report = report
         self.parameters = Parameters()
         self._problem = ""
         self._publishers: dict[Topic, Any] = {}
         self._subscriptions: list[Any] = []
-        self._clients: list[Any] = []
-        self._nav2: Nav2 | None = None
-        self._actions: dict[str, RclpyAction] = {}
+        self._action_clients: list[Any] = []
         self._publishing = threading.Lock()
         self._node: Any = self._make_node()
         try:
@@ -120,7 +115,7 @@ class RclpyPort:
                     self._publish_on(topic)
             for topic in topics.subscribed(wanted.ros_drives):
                 self._subscribe(topic)
-            self._nav2 = self._make_nav2() if wanted.takes_goals else None
+            self._navigation = self._make_nav2() if wanted.takes_goals else None
             self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
         except ConfigError:
             self._clean_up()
@@ -142,11 +137,11 @@ class RclpyPort:
             self._node.destroy_publisher(each)
         for each in self._subscriptions:
             self._node.destroy_subscription(each)
-        for each in self._clients:
+        for each in self._action_clients:
             each.destroy()
         self._subscriptions.clear()
-        self._clients.clear()
-        self._nav2, self._actions = None, {}
+        self._action_clients.clear()
+        self._navigation, self._actions = None, {}
 
     def _dismiss(self) -> None:
         self._deactivate()
@@ -167,37 +162,9 @@ class RclpyPort:
             if self._rclpy.ok() and topic in self._publishers:
                 self._publishers[topic].publish(to_ros(message, self._dialect))
 
-    def go(self, goal: PlaceGoal, now_s: float) -> None:
-        """Give a goal to Nav2."""
-        if self._nav2 is not None:
-            self._nav2.go(goal, now_s, self.stamp_s())
-
-    def cancel(self, number: int) -> None:
-        """Withdraw it."""
-        if self._nav2 is not None:
-            self._nav2.cancel(number)
-
-    def act(self, goal: Act, now_s: float) -> None:
-        """Give a goal to the server of a skill's action; one that its type does not have fails."""
-        try:
-            self._actions[goal.skill].ask(goal.number, partial(fill_message, fields=goal.fields), now_s)
-        except ValueError as error:
-            reason = str(error)
-            self._report(lambda bridge, _: bridge.action_ended(goal.number, reason, {}))
-
-    def leave(self, goal: Leave) -> None:
-        """Withdraw it."""
-        if goal.skill in self._actions:
-            self._actions[goal.skill].cancel(goal.number)
-
     def log(self, text: str) -> None:
         """By rosout, and on the terminal."""
         self._node.get_logger().warning(text)
-
-    def tick(self, now_s: float) -> None:
-        """Time passes."""
-        for client in (*self._actions.values(), *((self._nav2,) if self._nav2 is not None else ())):
-            client.tick(now_s)
 
     def close(self) -> None:
         """End the node."""
@@ -227,11 +194,7 @@ class RclpyPort:
         self._publishers[topic] = self._node.create_publisher(kind, topic.name, self._qos(topic))
 
     def _subscribe(self, topic: Topic) -> None:
-        def taken(message: Any) -> None:
-            plain = from_ros(message, topic.type)
-            self._report(lambda bridge, now_s: bridge.from_ros(topic, plain, now_s))
-
-        kind = class_of(topic.type.ROS_TYPE)
+        kind, taken = class_of(topic.type.ROS_TYPE), partial(self._take, topic)
         self._subscriptions.append(self._node.create_subscription(kind, topic.name, taken, self._qos(topic)))
 
     def _make_nav2(self) -> Nav2:
@@ -253,8 +216,8 @@ class RclpyPort:
                 f"the action {ros_type} is not installed: `sudo apt install ros-$ROS_DISTRO-{known}`"
             ) from None
         action: Any = import_module("rclpy.action")
-        self._clients.append(action.ActionClient(self._node, kind, name))
-        return Server(name, self._clients[-1], kind.Goal, whose)
+        self._action_clients.append(action.ActionClient(self._node, kind, name))
+        return Server(name, self._action_clients[-1], kind.Goal, whose)
 
     def _in_turn(self, happening: Callable[[], None]) -> None:
         self._report(lambda _, __: happening())

@@ -61,14 +61,11 @@ class Inbox:
 class Session:
     """Holds the bridge between a daemon's socket at `path` and the ROS of `port`."""
 
-    def __init__(
-        self, bridge: Bridge, port: RosPort, inbox: Inbox, path: Path, clock: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, bridge: Bridge, port: RosPort, inbox: Inbox, path: Path) -> None:
         self._bridge = bridge
         self._port = port
         self._inbox = inbox
         self._path = path
-        self._clock = clock
         self._link: DaemonLink | None = None
         self._tried_s: float | None = None
 
@@ -77,7 +74,7 @@ class Session:
         try:
             while not is_over():
                 if self._port.fault is not None:
-                    self._bridge.master_lost(self._port.fault, self._clock())
+                    self._bridge.master_lost(self._port.fault, time.monotonic())
                     self._pass_on()
                     return self._port.fault
                 self._step()
@@ -92,7 +89,7 @@ class Session:
         if self._link is not None:
             waits.append(self._link)
         ready, _, _ = select.select(waits, [], [], TICK_S)
-        now_s = self._clock()
+        now_s = time.monotonic()
         if self._link is not None and self._link in ready:
             self._read(self._link, now_s)
         for happening in self._inbox.take():
@@ -102,7 +99,7 @@ class Session:
         self._pass_on()
 
     def _connect(self) -> None:
-        now_s = self._clock()
+        now_s = time.monotonic()
         if self._tried_s is not None and now_s - self._tried_s < RETRY_S:
             return
         self._tried_s = now_s
@@ -125,7 +122,7 @@ class Session:
             self._link.close()
             self._link = None
             self._port.log(f"{error}; trying again")
-            self._bridge.lost(self._clock())
+            self._bridge.lost(time.monotonic())
 
     def _pass_on(self) -> None:
         for output in self._bridge.outputs():
@@ -135,11 +132,11 @@ class Session:
                 case Ask(mark, command, arguments):
                     self._ask(mark, command, arguments)
                 case Go(goal):
-                    self._port.go(goal, self._clock())
+                    self._port.go(goal, time.monotonic())
                 case Cancel(number):
                     self._port.cancel(number)
                 case Act():
-                    self._port.act(output, self._clock())
+                    self._port.act(output, time.monotonic())
                 case Leave():
                     self._port.leave(output)
                 case Log(text):
@@ -155,7 +152,7 @@ class Session:
 
     def _farewell(self) -> None:
         """Whatever ends the bridge, first command the base to stand."""
-        self._bridge.lost(self._clock())
+        self._bridge.lost(time.monotonic())
         self._pass_on()
         select.select([], [], [], FAREWELL_S)
         if self._link is not None:

@@ -10,22 +10,17 @@ The nonce is the speaker's counter, which is not spoken: as with seals, a listen
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from hvcpd.security.seal import COUNTER_BYTES, Sentence, framed
+
+if TYPE_CHECKING:
+    from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 
 TAG_BYTES = 4
 NONCE_BYTES = 13
 """The longest of CCM: messages have up to 64 KiB then, which is plenty for two bytes."""
 _VERSION = b"hvcpd cipher 1"
-
-
-class Aead(Protocol):
-    """The part of `cryptography`'s AESCCM that we use."""
-
-    def encrypt(self, nonce: bytes, data: bytes, associated_data: bytes) -> bytes: ...
-
-    def decrypt(self, nonce: bytes, data: bytes, associated_data: bytes) -> bytes: ...
 
 
 @dataclass(frozen=True)
@@ -71,7 +66,7 @@ def _nonce(counter: int) -> bytes:
     return counter.to_bytes(COUNTER_BYTES, "big").rjust(NONCE_BYTES, b"\0")
 
 
-def _aead(key: bytes) -> Aead:
+def _aead(key: bytes) -> AESCCM:
     """Loaded only when needed: 8 MB that a robot without encryption does not need."""
     from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 

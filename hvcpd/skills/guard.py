@@ -33,7 +33,7 @@ killed process may hold them for a moment longer."""
 AGAIN_S = 0.01
 """Between two tries."""
 REPLY_S = 0.034
-"""Wait for a joint's reply; the SDK's own value, as `hvcpd.hardware.wheels` has it."""
+"""Wait for a joint's reply; the SDK's own value, as `hvcpd.hardware.wheels_bus` has it."""
 
 BEAT_S = 0.1
 """Between two beats of a host, each an empty line."""

@@ -8,14 +8,14 @@ from typing import Any
 
 from hvcpd.hardware.joints import Joint, JointState
 from hvcpd.skills.life import Call
-from hvcpd.skills.runners import FailedError, Tell
+from hvcpd.skills.runners import FailedError, Tell, number_of
 
 LOOK_S = 0.02
 """Between two checks of the bus thread's readings; it reads the motor every 0.05 to 0.1 s."""
 BLOCKED = "something is in the way"
 
 
-class JointMotion:
+class JointRunner:
     """Carries calls out by `joint`; `at_once` has the bus's next exchange come now."""
 
     def __init__(self, joint: Joint, at_once: Callable[[], None]) -> None:
@@ -28,11 +28,8 @@ class JointMotion:
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
         """Turn to the call's angle; a joint that fails, or is stopped, is left as its settings declare."""
         settings = self._joint.settings
-        angle_deg = dict(call.arguments).get(settings.angle)
-        if not isinstance(angle_deg, float):
-            raise FailedError(f"it is not told `{settings.angle}`")
+        self._goal_deg, self._is_held = number_of(call, settings.angle), False
         try:
-            self._goal_deg, self._is_held = angle_deg, False
             self._turn()
             state = await self._until_over()
         except ValueError as error:

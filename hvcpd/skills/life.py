@@ -94,7 +94,7 @@ class Report:
     results: tuple[tuple[str, Value], ...] = ()
 
 
-class Life:
+class OngoingCall:
     """One call under way. `take` reports about it, then read `state`; `is_late` needs the time."""
 
     def __init__(self, call: Call, now: float) -> None:

@@ -28,7 +28,7 @@ from typing import Any, Protocol
 
 from hvcpd.config.skills import Value
 from hvcpd.skills.life import CANCELLED, Call
-from hvcpd.skills.runners import TERM_S, FailedError, Said, Tell, end_group, shielded, start, take_line
+from hvcpd.skills.runners import TERM_S, FailedError, Reported, Tell, end_group, next_report, shielded, start
 
 GROUP = "hvcpd.skills"
 PR_SET_PDEATHSIG = 1
@@ -77,11 +77,11 @@ def unusable(name: str) -> str | None:
     return None if tried.returncode == 0 else told[-1] if told else f"its process ends with {tried.returncode}"
 
 
-class Object:
-    """Carries calls out in the process of the entry point `name`; `words` start it."""
+class PythonRunner:
+    """Carries calls out in the process of the entry point `name`."""
 
-    def __init__(self, name: str, words: tuple[str, ...] | None = None) -> None:
-        self._words = words or (sys.executable, "-m", "hvcpd.skills.objects", name)
+    def __init__(self, name: str) -> None:
+        self._words = (sys.executable, "-m", "hvcpd.skills.objects", name)
         self._process: asyncio.subprocess.Process | None = None
 
     async def open(self) -> None:
@@ -95,7 +95,7 @@ class Object:
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
         """One call; an object that does not confirm that it was cancelled is killed."""
         await self.open()
-        process, said = self._process, Said()
+        process, said = self._process, Reported()
         assert process is not None
         told = {"call": call.number, "skill": call.skill, "task": call.task, "arguments": dict(call.arguments)}
         _send(process, told)
@@ -111,26 +111,18 @@ class Object:
     async def _cancel(self, process: asyncio.subprocess.Process) -> None:
         _send(process, {"cancel": True})
         with suppress(TimeoutError):
-            over = await asyncio.wait_for(self._until_over(process, Said(), lambda _share, _text: None), TERM_S)
+            over = await asyncio.wait_for(self._until_over(process, Reported(), lambda _share, _text: None), TERM_S)
             if over:
                 return
         await end_group(process)
 
-    async def _until_over(self, process: asyncio.subprocess.Process, said: Said, tell: Tell) -> dict[str, Any]:
+    async def _until_over(self, process: asyncio.subprocess.Process, said: Reported, tell: Tell) -> dict[str, Any]:
         """The line that ends a call; nothing if the process ends instead."""
-        assert process.stdout is not None
-        while True:
-            try:
-                line = await process.stdout.readuntil(b"\n")
-            except asyncio.LimitOverrunError as error:
-                await process.stdout.readexactly(max(error.consumed, 1))
-                continue
-            except asyncio.IncompleteReadError:
-                await end_group(process)
-                return {}
-            value = take_line(line, said, tell)
+        while (value := await next_report(process, said, tell)) is not None:
             if "done" in value or "reason" in value:
                 return value
+        await end_group(process)
+        return {}
 
     def hold(self, on: bool) -> None:
         """A Python object is not held: it may be in the middle of an operation, and a stop cancels it soon enough."""

@@ -10,7 +10,7 @@ from typing import Any
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.hardware.gpio import device
 from hvcpd.skills.life import Call
-from hvcpd.skills.runners import FailedError, Tell
+from hvcpd.skills.runners import FailedError, Tell, number_of
 
 REPORT_EVERY_S = 0.5
 """Progress, for people to see."""
@@ -20,7 +20,7 @@ LOOK_S = 0.05
 """Between two checks of the switch that shows that a tank is empty: a small pump runs dry for longer without harm."""
 
 
-class Pin:
+class PinRunner:
     """Owns the pin while it lives; off except during a call. Raises DeviceError if it is missing or in use.
 
     `pins` is the factory of gpiozero's that makes them; None: the one that suits the computer.
@@ -36,9 +36,7 @@ class Pin:
 
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
         """On for the call's time, off at its end, however it ends."""
-        amount = dict(call.arguments).get(self._settings.amount)
-        if not isinstance(amount, float):
-            raise FailedError(f"it is not told `{self._settings.amount}`")
+        amount = number_of(call, self._settings.amount)
         needed_s, on_s, reported_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
         try:
             while needed_s - on_s > SLACK_S:

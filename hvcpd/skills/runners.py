@@ -40,7 +40,7 @@ class FailedError(Exception):
 
 
 @dataclass
-class Said:
+class Reported:
     """The reports of a program or an object about its call."""
 
     results: dict[str, Any] = field(default_factory=dict)
@@ -72,11 +72,19 @@ def places(words: tuple[str, ...]) -> frozenset[str]:
     return frozenset(name for word in words for name in _PLACE.findall(word))
 
 
+def number_of(call: Call, name: str) -> float:
+    """The call's argument of that name. Raises FailedError if it is no number, or missing."""
+    value = dict(call.arguments).get(name)
+    if not isinstance(value, float):
+        raise FailedError(f"it is not told `{name}`")
+    return value
+
+
 def _written(value: Value) -> str:
     return value if isinstance(value, str) else f"{value:.10g}"
 
 
-class Program:
+class ProgramRunner:
     """A program in a process group of its own, never run by a shell. It reports as lines of JSON on its standard
     output: {"progress": 0.5, "text": "…"}, {"results": {…}}, {"reason": "the tank is empty"}. Exit status 0 is done."""
 
@@ -93,7 +101,7 @@ class Program:
         if self._guard is not None:
             self._guard.arm(None, safe)  # before it begins, for this process may be killed in between
         mark = self._guard.mark if self._guard is not None else {}
-        starting, said = asyncio.ensure_future(start(filled(self._run, arguments), mark=mark)), Said()
+        starting, said = asyncio.ensure_future(start(filled(self._run, arguments), mark=mark)), Reported()
         try:
             try:  # a cancel may come when it already runs, and is not yet known to
                 process = self._process = await asyncio.shield(starting)
@@ -101,7 +109,8 @@ class Program:
                 raise FailedError(f"{self._run[0]}: {error.strerror}") from None
             if self._guard is not None:
                 self._guard.arm(process.pid, safe)
-            await listen(process, said, tell)
+            while await next_report(process, said, tell) is not None:
+                pass
             status = await process.wait()
             if status == 0:
                 return said.results
@@ -164,8 +173,8 @@ async def start(
     )
 
 
-async def listen(process: asyncio.subprocess.Process, said: Said, tell: Tell) -> None:
-    """Take a program's reports, line by line, until it ends."""
+async def next_report(process: asyncio.subprocess.Process, said: Reported, tell: Tell) -> dict[str, Any] | None:
+    """Take the report in the next line of a program's output; None if there is none any more."""
     assert process.stdout is not None
     while True:
         try:
@@ -175,12 +184,10 @@ async def listen(process: asyncio.subprocess.Process, said: Said, tell: Tell) ->
             continue
         except asyncio.IncompleteReadError as error:
             line = error.partial
-        if not line:
-            return
-        take_line(line, said, tell)
+        return take_line(line, said, tell) if line else None
 
 
-def take_line(line: bytes, said: Said, tell: Tell) -> dict[str, Any]:
+def take_line(line: bytes, said: Reported, tell: Tell) -> dict[str, Any]:
     """The report in a line of JSON; any other line is ordinary output."""
     try:
         value = json.loads(line)

@@ -15,6 +15,7 @@ from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Viewers
 from hvcpd.coordination.states import State
 from hvcpd.errors import NotDoneError, NotRunningError
+from hvcpd.reporting.events import Skill, as_json
 from tests.daemon.control_bench import ControlBench, control
 from tests.daemon.test_control_service import heard
 
@@ -64,6 +65,19 @@ def test_what_was_said_before_and_what_is_said_now_are_shown_once_each(tmp_path:
                 await bench.live(heard(("bot", "come", "back")))
                 await until(lambda: "Bot, come back" in texts(shown), bench)
                 assert texts(shown).count("Hi Rob, I am Bot, water the green rose") == 1
+
+    run(scene())
+
+
+def test_what_becomes_of_a_skill_is_shown(tmp_path: Path) -> None:
+    failed = Skill(0.0, "Rob", 1, 1, "pour", "failed", text="the tank is empty", arguments={"litres": 0.25})
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench, linked(bench.path) as (shown, _):
+            await until(lambda: is_up(shown), bench)
+            bench.service.publish(as_json(failed))
+            async with asyncio.timeout(5.0):
+                await until(lambda: "pour (litres 0.25): failed, the tank is empty" in texts(shown))
 
     run(scene())
 

@@ -46,7 +46,7 @@ async def starts_stopped(wiring: Wiring) -> None:
 def test_all_that_was_written_is_there_after_closing(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)
-        assert await journal.open() == {}
+        assert (await journal.open()).tasks == {}
         for second in range(100):
             journal.write((GarbledRecord(second, second, second + 1.0),), float(second))
         journal.write((SaveTask(2, "done", "Bot"),), 100.0)
@@ -66,9 +66,9 @@ def test_changes_of_tasks_and_what_they_were_done_for_are_remembered(wiring: Wir
         journal.write((SaveDue(1, 1.7e9), SaveChange(1, 2, True), SaveChange(2, 1, True), SaveChange(2, 2, False)), 1.0)
         await journal.close()
         again = JournalService(wiring)
-        await again.open()
-        assert again.dues == {1: 1.7e9}
-        assert again.changes == {1: (2, True), 2: (2, False)}
+        memory = await again.open()
+        assert memory.dues == {1: 1.7e9}
+        assert memory.changes == {1: (2, True), 2: (2, False)}
         await again.close()
 
     run(scene())
@@ -81,7 +81,7 @@ def test_what_is_remembered_at_the_next_start(wiring: Wiring) -> None:
         journal.write((SaveTask(2, "done", "Bot"),), 1.0)
         await journal.close()
         again = JournalService(wiring)
-        assert await again.open() == {2: ("done", "Bot")}
+        assert (await again.open()).tasks == {2: ("done", "Bot")}
         await again.close()
 
     run(scene())
@@ -212,7 +212,7 @@ def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(wiring
         assert permit(wiring) is Permit.FREE
         await journal.close()
         again = JournalService(wiring)
-        assert await again.open() == {1: ("done", "Rob"), 2: ("done", "Bot")}
+        assert (await again.open()).tasks == {1: ("done", "Rob"), 2: ("done", "Bot")}
         assert again.stopped is False
         await again.close()
 
@@ -291,7 +291,7 @@ def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stoppe
 
     async def scene() -> None:
         journal = JournalService(wiring)
-        assert await journal.open() == {}
+        assert (await journal.open()).tasks == {}
         assert journal.stopped
         assert journal.fault is not None
         assert journal.fault in (journal.loss or "")

@@ -34,12 +34,19 @@ def test_a_missing_port_names_those_there_are(tmp_path: Path) -> None:
     (tmp_path / "ttyUSB7").touch()
     finding = find_port(WheelSettings(port=str(tmp_path / "ttyUSB0")), tmp_path)
     assert finding.exit_status == EX_UNAVAILABLE
-    assert f"set wheels.port to one of {tmp_path / 'ttyUSB7'}, {tmp_path / 'ttyACM0'}" in finding.text
+    assert f"set wheels.port to one of {tmp_path / 'ttyACM0'}, {tmp_path / 'ttyUSB7'}" in finding.text
 
 
 def test_a_missing_port_without_any_other(tmp_path: Path) -> None:
     finding = find_port(WheelSettings(port=str(tmp_path / "ttyUSB0")), tmp_path)
     assert "plug in the motors' adapter" in finding.text
+
+
+def test_each_port_is_named_once_by_the_name_that_lasts(tmp_path: Path) -> None:
+    (tmp_path / "ttyACM0").touch()
+    (tmp_path / "serial" / "by-id").mkdir(parents=True)
+    (tmp_path / "serial" / "by-id" / "usb-OpenCR").symlink_to(tmp_path / "ttyACM0")
+    assert find_port(WheelSettings(), tmp_path).text == f"will look at {tmp_path}/serial/by-id/usb-OpenCR"
 
 
 def test_wheels_that_ros_has_need_no_port(tmp_path: Path) -> None:
@@ -129,7 +136,7 @@ def test_the_plan_follows_the_settings(tmp_path: Path) -> None:
     made = wiring(
         tmp_path, names=("rob", "Bot"), pick="nearest", seed=7, team="garden", teams=("garden",), speech=speech
     )
-    plan = made.plan(MemoryPlan({1: ("done", "Bot")}), Acoustics(latency_s=0.1))
+    plan = made.plan(MemoryPlan({1: ("done", "Bot")}), 0.1)
     assert plan.team.names == ("Rob", "Bot")
     assert plan.seed == 7
     assert plan.role.nearest_first

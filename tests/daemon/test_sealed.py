@@ -96,8 +96,7 @@ def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None
 
     async def scene(*counters: SaveCounter) -> dict[str, int]:
         journal = JournalService(wiring)
-        await journal.open()
-        found = journal.counters
+        found = dict((await journal.open()).counters)
         journal.write(counters, 1.0)
         await journal.close()
         return found
@@ -112,10 +111,10 @@ def counters_after(harm: Callable[[Wiring], None], wiring: Wiring) -> tuple[dict
 
     async def scene(*counters: SaveCounter) -> dict[str, int]:
         journal = JournalService(wiring)
-        await journal.open()
+        found = dict((await journal.open()).counters)
         journal.write(counters, 1.0)
         await journal.close()
-        return journal.counters
+        return found
 
     own = f"{wiring.ring().spoken.fingerprint}/rob"  # type: ignore[union-attr]
     asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter(own, 40)))

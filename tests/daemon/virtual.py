@@ -8,7 +8,8 @@ from contextlib import ExitStack, contextmanager
 from hil_fakes.body import Body
 from hil_fakes.shared_room import SharedRoom, VirtualStream
 from hvcpd.config.settings import AudioSettings, Settings
-from hvcpd.daemon.devices import Button, Devices
+from hvcpd.daemon.devices import Devices
+from hvcpd.hardware.stop_button import StopButton
 from hvcpd.ports import Wheels
 from tests.daemon.two_cards import TwoCards
 
@@ -28,7 +29,7 @@ def shared_room(settings: list[Settings], watch: Callable[[float], None]) -> Ite
         yield room
 
 
-def devices_of(room: SharedRoom, which: int = 0, button: Button | None = None) -> Devices:
+def devices_of(room: SharedRoom, which: int = 0, button: StopButton | None = None) -> Devices:
     """That robot's devices in the room."""
 
     def make_stream(_: AudioSettings) -> VirtualStream:

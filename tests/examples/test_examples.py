@@ -23,7 +23,7 @@ from hvcpd.config.task_doubts import doubts
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Use
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.ports import STANDSTILL
+from hvcpd.ports import STANDSTILL, Pose
 from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
 from hvcpd.robot.performer import Outcome, Performer
@@ -35,7 +35,7 @@ from hvcpd.ros.skills import Act, Skills, fill_message, values_of
 from hvcpd.skills.checks import faults
 from hvcpd.skills.life import Call
 from hvcpd.skills.objects import Result, SkillCall
-from hvcpd.skills.runners import FailedError, Program
+from hvcpd.skills.runners import FailedError, ProgramRunner
 
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted(path.parent for path in FOLDER.glob("*/tasks.yaml"))
@@ -81,7 +81,7 @@ def test_in_the_greenhouse_a_tank_runs_empty_and_the_robot_says_so(units: Path) 
 
 def test_the_camera_takes_a_picture_or_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings, _ = read(FOLDER / "camera")
-    camera = Program(settings.skills["photograph"].run)
+    camera = ProgramRunner(settings.skills["photograph"].run)
     monkeypatch.setenv("PICTURES", str(tmp_path / "pictures"))
     monkeypatch.setenv("CAMERA", "touch --")
     told: list[tuple[float | None, str]] = []
@@ -104,7 +104,7 @@ def test_all_its_tasks_can_be_done_on_the_fakes(example: Path) -> None:
     settings, tasks = read(example)
     robot, performer, host = (
         VirtualRobot(seed=1),
-        Performer(Navigator()),
+        Performer(Navigator(), Pose(0.0, 0.0)),
         FakeHost(usual_devices(tasks, settings.skills)),
     )
     robot.wheels.open()

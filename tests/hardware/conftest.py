@@ -13,11 +13,11 @@ from hil_fakes.dynamixel.virtual import VirtualPort, VirtualTime
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Journey, Navigator
-from hvcpd.hardware.wheels import DynamixelSettings, DynamixelWheels
+from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 
-PATIENT = DynamixelSettings(timeout_s=20.0)
-"""For tests on a pty, in which every reply comes, however busy the machine is."""
+PATIENT_S = 20.0
+"""Wait for a reply: For tests on a pty, in which every reply comes, however busy the machine is."""
 
 
 class MemoryBus:
@@ -94,10 +94,10 @@ def bus() -> Iterator[FakeBus]:
         yield fake
 
 
-def make_robot(bus: FakeBus, settings: DynamixelSettings = PATIENT) -> Robot:
+def make_robot(bus: FakeBus) -> Robot:
     clock = VirtualTime()
     clock.follow(bus.advance)
-    return Robot(bus, clock, DynamixelWheels(bus.path, settings=settings, clock=clock))
+    return Robot(bus, clock, DynamixelWheels(bus.path, timeout_s=PATIENT_S, clock=clock))
 
 
 @pytest.fixture

@@ -10,11 +10,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.hardware.kinematics import BURGER, advance_pose, twist_of, wrap_angle
-from hvcpd.hardware.motion import Forward, Goal, GoTo, MotionController, MotionSettings, MotionState, Turn
+from hvcpd.hardware.motion import (
+    ACCELERATION_M_S2,
+    LEASE_S,
+    PATIENCE_S,
+    SPEED_M_S,
+    TOLERANCE_M,
+    TURN_ACCELERATION_RAD_S2,
+    TURN_RATE_RAD_S,
+    Forward,
+    Goal,
+    GoTo,
+    MotionController,
+    MotionState,
+    Turn,
+)
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand
 
 PERIOD_S = 0.02
-LIMITS = MotionSettings()
 
 
 @dataclass
@@ -56,7 +69,7 @@ def test_go_to_arrives_within_its_tolerance(x_m: float, y_m: float, heading_rad:
     plant = Plant(Pose(0.0, 0.0, heading_rad))
     motion = drive(GoTo(x_m, y_m), plant)
     assert motion.state is MotionState.ARRIVED
-    assert math.hypot(plant.pose.x_m - x_m, plant.pose.y_m - y_m) <= LIMITS.tolerance_m
+    assert math.hypot(plant.pose.x_m - x_m, plant.pose.y_m - y_m) <= TOLERANCE_M
 
 
 @pytest.mark.parametrize("distance_m", [2.0, 0.3, 0.01, -0.5])
@@ -88,11 +101,11 @@ def test_speed_is_a_trapezoid_within_the_limits(goal: Goal) -> None:
     plant = Plant()
     drive(goal, plant)
     twists = [twist_of(command) for command in plant.commands]
-    assert max(abs(t.linear_m_s) for t in twists) <= LIMITS.speed_m_s + 1e-9
-    assert max(abs(t.angular_rad_s) for t in twists) <= LIMITS.turn_rate_rad_s + 1e-9
+    assert max(abs(t.linear_m_s) for t in twists) <= SPEED_M_S + 1e-9
+    assert max(abs(t.angular_rad_s) for t in twists) <= TURN_RATE_RAD_S + 1e-9
     for a, b in pairwise(twists[:-1]):
-        assert abs(b.linear_m_s - a.linear_m_s) <= LIMITS.acceleration_m_s2 * PERIOD_S + 1e-9
-        assert abs(b.angular_rad_s - a.angular_rad_s) <= LIMITS.turn_acceleration_rad_s2 * PERIOD_S + 1e-9
+        assert abs(b.linear_m_s - a.linear_m_s) <= ACCELERATION_M_S2 * PERIOD_S + 1e-9
+        assert abs(b.angular_rad_s - a.angular_rad_s) <= TURN_ACCELERATION_RAD_S2 * PERIOD_S + 1e-9
     wheel = max(max(abs(c.left_rad_s), abs(c.right_rad_s)) for c in plant.commands)
     assert wheel <= BURGER.max_wheel_rad_s + 1e-9
 
@@ -101,7 +114,7 @@ def test_a_place_behind_is_turned_to_before_driving() -> None:
     plant = Plant()
     drive(GoTo(-1.0, 0.0), plant)
     first = next(k for k, c in enumerate(plant.commands) if abs(twist_of(c).linear_m_s) > 1e-9)
-    assert first * PERIOD_S > math.pi / LIMITS.turn_rate_rad_s
+    assert first * PERIOD_S > math.pi / TURN_RATE_RAD_S
 
 
 def test_progress_rises_from_0_to_1() -> None:
@@ -119,11 +132,11 @@ def test_without_renewal_the_wheels_stand_after_half_a_second() -> None:
     for _ in range(60):
         plant.step(motion.step(plant.pose, plant.now_s))
     moving = [k * PERIOD_S for k, command in enumerate(plant.commands) if command != STANDSTILL]
-    assert moving[-1] == pytest.approx(LIMITS.lease_s, abs=1.5 * PERIOD_S)
+    assert moving[-1] == pytest.approx(LEASE_S, abs=1.5 * PERIOD_S)
     assert motion.state is MotionState.MOVING
     motion.renew(plant.now_s)
     plant.step(motion.step(plant.pose, plant.now_s))
-    assert 0.0 < twist_of(plant.commands[-1]).linear_m_s <= LIMITS.acceleration_m_s2 * PERIOD_S + 1e-9
+    assert 0.0 < twist_of(plant.commands[-1]).linear_m_s <= ACCELERATION_M_S2 * PERIOD_S + 1e-9
 
 
 def test_a_goal_never_renewed_never_moves() -> None:
@@ -154,12 +167,13 @@ def test_blocked_wheels_end_in_failure_with_a_reason(goal: Goal) -> None:
         now_s += PERIOD_S
     assert motion.state is MotionState.FAILED
     assert "no progress" in motion.reason
-    assert now_s == pytest.approx(LIMITS.patience_s, abs=0.1)
+    assert now_s == pytest.approx(PATIENCE_S, abs=0.1)
     assert motion.step(Pose(0.0, 0.0), now_s) == STANDSTILL
 
 
-def test_a_new_goal_clears_a_failure() -> None:
-    motion = MotionController(settings=MotionSettings(patience_s=0.0))
+def test_a_new_goal_clears_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hvcpd.hardware.motion.PATIENCE_S", 0.0)
+    motion = MotionController()
     motion.start(Forward(1.0), Pose(0.0, 0.0))
     for k in range(3):
         motion.renew(k * PERIOD_S)

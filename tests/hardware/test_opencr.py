@@ -15,7 +15,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware import opencr
 from hvcpd.hardware.motion import Forward, GoTo, MotionState, Turn
 from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S, Register
-from hvcpd.hardware.wheels_opencr import OpenCRSettings, OpenCRWheels
+from hvcpd.hardware.wheels_opencr import OpenCRWheels
 from hvcpd.ports import STANDSTILL, WheelCommand
 
 AHEAD = WheelCommand(3.0, 3.0)
@@ -43,7 +43,7 @@ def test_both_tables_say_the_same(register: Register) -> None:
 
 def test_it_speaks_the_sdks_bytes_over_a_pty() -> None:
     with FakeBus([FakeOpenCR()]) as bus:
-        wheels = OpenCRWheels(bus.path, settings=OpenCRSettings(timeout_s=20.0), clock=lambda: 0.0)
+        wheels = OpenCRWheels(bus.path, timeout_s=20.0, clock=lambda: 0.0)
         wheels.open()
         for _ in range(40):
             reading = wheels.exchange(AHEAD)

@@ -1,7 +1,6 @@
 """The wheels' driver over the SDK, the pty and the fake motors, while nothing fails."""
 
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -11,7 +10,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.registers import VELOCITY_UNIT_RAD_S
 from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import STANDSTILL, WheelCommand, Wheels
-from tests.hardware.conftest import PATIENT, Robot, make_robot
+from tests.hardware.conftest import Robot, make_robot
 
 LIMIT_RAD_S = 265 * VELOCITY_UNIT_RAD_S
 
@@ -47,16 +46,6 @@ def test_wheels_turn_as_told_and_forward_is_positive(robot: Robot) -> None:
     truth = [robot.bus.motors[motor_id].true_angle_rad for motor_id in (1, 2)]
     reading = robot.cycle(STANDSTILL)
     assert (reading.left_rad, reading.right_rad) == pytest.approx(truth, abs=0.005)
-
-
-def test_a_motor_with_normal_drive_mode_on_the_right_needs_its_sign() -> None:
-    with FakeBus([FakeMotor(1), FakeMotor(2, mounting=-1)]) as bus:
-        robot = make_robot(bus, replace(PATIENT, right_sign=-1))
-        robot.wheels.open()
-        reading = robot.run(WheelCommand(2.0, 2.0), 1.0)
-        assert bus.motors[2].true_angle_rad > 1.0
-        assert reading.right_rad > 1.0
-        robot.wheels.close()
 
 
 @pytest.mark.parametrize(

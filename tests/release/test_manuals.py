@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from hvcpd.config.example import commented_settings
 from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import commented_settings
 from hvcpd.control.cli import main, make_parser
 from release.deb import SHELLS, debian_changelog, put_completions
 from release.manuals import command_page, put_manuals, settings_page

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.skills import Skill
 from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, TaskRepository, Wait
 from hvcpd.coordination.actions import Role, SaveStopped
@@ -16,7 +17,10 @@ from hvcpd.coordination.states import State
 from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
-from hvcpd.recognition.events import Event, Held, Overhears, Released, Urgent
+from hvcpd.ranging.ranging import Ranging
+from hvcpd.recognition.events import Event, Held, Released, Urgent
+from hvcpd.robot.measures import Measures
+from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.records import HoldRecord, PerformedRecord, Record, SaidRecord
 from hvcpd.robot.robot import Robot
@@ -54,24 +58,77 @@ class Mouth:
         return np.zeros(self._n, np.float32)
 
 
+class Overheard:
+    """Reports "stop" in the block in which it is told to."""
+
+    def __init__(self) -> None:
+        self.coming: list[Event] = []
+        self.begun: list[int] = []
+        self.played = 0
+
+    def begin(self, now: int, latency_s: float) -> None:
+        self.begun.append(now)
+        self.played = 0
+
+    def play(self, samples: Samples) -> None:
+        self.played += len(samples)
+
+    def hear(self, samples: Samples, speaking: bool) -> list[Event]:
+        told, self.coming = self.coming, []
+        return told
+
+    def lost(self) -> None:
+        pass
+
+
+class KnownDelay:
+    """Finds that the own voice comes back when it should."""
+
+    def begin(self) -> None:
+        pass
+
+    def play(self, samples: Samples) -> None:
+        pass
+
+    def hear(self, samples: Samples) -> None:
+        pass
+
+    def measure(self) -> float | None:
+        return 0.0
+
+
 class Bench:
     """A robot alone, with wheels that do what they are told."""
 
     def __init__(
         self,
         *actions: Action,
-        overhearing: Overhears | None = None,
         skills: tuple[Skill, ...] = (),
         mouth: Mouth | None = None,
+        places: tuple[SharedPlace, ...] = (),
+        roster: tuple[str, ...] = (),
     ) -> None:
         task = TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions)
-        tasks = TaskRepository((task,), skills=skills)
-        self.ears, self.records = ScriptedEars(), list[Record]()
-        coordination = Coordination(Role("Rob", "plant", volunteer=True), tasks.tasks, random.Random(1))
-        book = make_phrasebook(("Rob", "Bot"), ("plant",), tasks)
-        odometry, performer = Odometry(Pose(0.0, 0.0), BURGER), Performer(Navigator())
+        tasks = TaskRepository((task,), places=places, skills=skills)
+        self.ears, self.overheard, self.records = ScriptedEars(), Overheard(), list[Record]()
+        self.coordination = Coordination(
+            Role("Rob", "plant", roster=roster, volunteer=True), tasks.tasks, random.Random(1), places=tasks.places
+        )
+        mouth, here = mouth or Mouth(), Pose(0.0, 0.0)
         self.robot = Robot(
-            coordination, book, self.ears, mouth or Mouth(), odometry, performer, overhearing=overhearing
+            self.coordination,
+            make_phrasebook(("Rob", "Bot"), ("plant",), tasks),
+            self.ears,
+            mouth,
+            Odometry(here, BURGER),
+            Performer(Navigator(), here),
+            Acoustics(),
+            mouth,
+            self.overheard,
+            None,
+            KnownDelay(),
+            {},
+            Measures(Ranging("Rob"), lambda _: mouth),
         )
         self.angles = [0.0, 0.0]
         self.wheels = STANDSTILL
@@ -188,36 +245,17 @@ def test_a_hold_while_idle_leaves_no_trace() -> None:
     assert not bench.noted(HoldRecord)
 
 
-class Overheard:
-    """Reports "stop" in the block in which it is told to."""
-
-    def __init__(self) -> None:
-        self.coming: list[Event] = []
-        self.begun: list[int] = []
-        self.played = 0
-
-    def begin(self, now: int, latency_s: float) -> None:
-        self.begun.append(now)
-
-    def play(self, samples: Samples) -> None:
-        self.played += len(samples)
-
-    def hear(self, samples: Samples, speaking: bool) -> list[Event]:
-        told, self.coming = self.coming, []
-        return told
-
-    def lost(self) -> None:
-        raise AssertionError("nothing is lost here")
-
-
 def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
-    overheard = Overheard()
-    bench = Bench(Forward(1.0), overhearing=overheard)
+    bench = Bench(Forward(1.0))
+    overheard = bench.overheard
     while not bench.robot.speaking:
+        bench.live()
+    assert not overheard.begun, "before its first sentence came back it does not know when it hears itself"
+    while not overheard.begun:
         bench.live()
     assert overheard.begun == [round(bench.robot.now * SAMPLE_RATE_HZ)]
     bench.live()
-    assert overheard.played >= 2 * BLOCK, "the first block is played over the block after the one that it was begun in"
+    assert overheard.played == 2 * BLOCK, "the first block is played over the block after the one that it was begun in"
     overheard.coming = [Urgent(100, 200)]
     bench.live()
     assert bench.stopped

@@ -13,7 +13,7 @@ from hvcpd.robot.performer import Outcome, Performer
 
 def perform(robot: VirtualRobot, *actions: Action) -> tuple[Outcome, list[str]]:
     """Carry out the actions; the outcome, and what was to be said meanwhile."""
-    performer, remarks = Performer(Navigator()), []
+    performer, remarks = Performer(Navigator(), Pose(0.0, 0.0)), []
     robot.wheels.open()
     performer.begin(actions)
     reading = robot.cycle(STANDSTILL)
@@ -50,7 +50,7 @@ def test_a_blocked_wheel_fails_the_task() -> None:
 @pytest.mark.parametrize("rest_s", [0.05, 2.0, 30.0])
 @pytest.mark.parametrize("action", [GoTo(Place(0.6, 0.2)), Turn(180.0), Forward(0.5), Wait(3.0)])
 def test_a_rest_halts_at_once_and_costs_nothing_but_its_time(action: Action, rest_s: float) -> None:
-    robot, performer = VirtualRobot(seed=1), Performer(Navigator())
+    robot, performer = VirtualRobot(seed=1), Performer(Navigator(), Pose(0.0, 0.0))
     robot.wheels.open()
     performer.begin((action,))
     reading = robot.cycle(STANDSTILL)
@@ -74,7 +74,7 @@ def test_a_rest_halts_at_once_and_costs_nothing_but_its_time(action: Action, res
 
 
 def test_a_plan_begun_in_a_rest_waits_for_its_end() -> None:
-    performer, pose = Performer(Navigator()), Pose(0.0, 0.0)
+    performer, pose = Performer(Navigator(), Pose(0.0, 0.0)), Pose(0.0, 0.0)
     performer.begin((Wait(1.0),))
     performer.rest(50.0)
     assert performer.step(pose, 50.5, None).outcome is Outcome.GOING_ON
@@ -85,7 +85,7 @@ def test_a_plan_begun_in_a_rest_waits_for_its_end() -> None:
 
 def test_where_somebody_else_finds_the_way_a_place_is_a_goal_and_the_rest_goes_on_by_itself() -> None:
     navigator = GoalNavigator()
-    performer, here, reading = Performer(navigator), Pose(0.0, 0.0), WheelReading(0.0, 0.0)
+    performer, here, reading = Performer(navigator, Pose(0.0, 0.0)), Pose(0.0, 0.0), WheelReading(0.0, 0.0)
     performer.begin((GoTo(Place(3.0, 4.0)), Wait(0.5), GoTo(Place(1.0, 1.0))))
     assert performer.step(here, 0.0, reading).wheels == STANDSTILL
     assert navigator.goal == PlaceGoal(1, 3.0, 4.0)

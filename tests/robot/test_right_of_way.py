@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import random
-
-from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.shared_places import LINE_M, SharedPlace
-from hvcpd.config.tasks import Action, Dock, Forward, GoTo, Place, TaskDefinition, TaskRepository, Turn, Wait
-from hvcpd.coordination.actions import Role
-from hvcpd.coordination.coordination import Coordination
-from hvcpd.hardware.kinematics import BURGER, Odometry
+from hvcpd.config.tasks import Action, Dock, Forward, GoTo, Place, Turn, Wait
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language import messages as m
 from hvcpd.ports import STANDSTILL, Pose
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.records import SaidRecord
-from hvcpd.robot.robot import Robot
-from tests.robot.test_hold import Bench, Mouth
+from tests.robot.test_hold import Bench
 
 DOOR = SharedPlace("front door", 2.0, -0.5, 2.5, 0.5)
 
@@ -25,13 +18,7 @@ class DoorBench(Bench):
     """A robot in a team of two, with a door on its way."""
 
     def __init__(self, *actions: Action) -> None:
-        super().__init__(*actions)
-        tasks = TaskRepository((TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions),), places=(DOOR,))
-        role = Role("Rob", "plant", roster=("Bot", "Rob"))
-        self.coordination = Coordination(role, tasks.tasks, random.Random(1), places=tasks.places)
-        book = make_phrasebook(("Rob", "Bot"), ("plant",), tasks)
-        odometry = Odometry(Pose(0.0, 0.0), BURGER)
-        self.robot = Robot(self.coordination, book, self.ears, Mouth(), odometry, Performer(Navigator()))
+        super().__init__(*actions, places=(DOOR,), roster=("Bot", "Rob"))
 
     def hear(self, statement: m.Statement) -> None:
         self.coordination.heard(m.Utterance("Bot", m.ToRobot("Rob"), None, statement), self.robot.now)

@@ -19,7 +19,7 @@ from hvcpd.daemon.control_socket import short_address
 from hvcpd.robot.records import PerformedRecord, SaidRecord
 from hvcpd.skills.host import Host
 from hvcpd.skills.life import Call
-from hvcpd.skills.runners import Program, Runner, Tell, shielded
+from hvcpd.skills.runners import ProgramRunner, Runner, Tell, shielded
 from tests.daemon.control_bench import ControlBench, Talk, control, run
 from tests.robot.test_hold import BLOCK_S
 
@@ -103,7 +103,7 @@ def test_what_nobody_offers_is_left_to_others_and_taken_once_it_is_offered(tmp_p
             assert (call["skill"], call["arguments"]) == ("pour", {"litres": 0.5})
             await real_time(bench, lambda: performed(bench))
 
-        await hosted(bench, watered, pour=Program(("sh", "-c", f"echo {{litres}} > {tmp_path}/poured")))
+        await hosted(bench, watered, pour=ProgramRunner(("sh", "-c", f"echo {{litres}} > {tmp_path}/poured")))
         assert (tmp_path / "poured").read_text() == "0.5\n"
         assert bench.body.skills.under_way is None
 
@@ -118,7 +118,7 @@ def test_a_failed_program_is_told_aloud(tmp_path: Path) -> None:
             await until(bench, lambda: said(bench)[-1].endswith("task one failed, the tank is empty"), 30.0)
 
         text = """echo '{"reason": "the tank is empty"}'; exit 1"""
-        await hosted(bench, failed, pour=Program(("sh", "-c", text)))
+        await hosted(bench, failed, pour=ProgramRunner(("sh", "-c", text)))
         rows = (await (await bench.connect()).ask("transcript"))["result"]["rows"]
         assert any(row["text"] == "pour failed: the tank is empty" for row in rows)
 
@@ -141,7 +141,7 @@ def test_stop_a_dead_daemon_and_a_frozen_robot_end_a_program_within_half_a_secon
             await asyncio.to_thread(wait_until, safe.exists, 5.0, "all is safe")  # nobody lives a block meanwhile
             assert time.monotonic() - began_s < STOP_S + (how == "robot frozen") * 0.1
 
-        program = Program(("sh", "-c", f"touch {begun}; exec sleep 60"), ("touch", str(safe)))
+        program = ProgramRunner(("sh", "-c", f"touch {begun}; exec sleep 60"), ("touch", str(safe)))
         await hosted(bench, stopped, pour=program)
 
     scene(tmp_path, play)

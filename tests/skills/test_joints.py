@@ -15,7 +15,7 @@ from hvcpd.daemon.skill_hosting import JointService
 from hvcpd.hardware.wheels import DynamixelWheels
 from hvcpd.ports import STANDSTILL
 from hvcpd.robot.records import PerformedRecord, SaidRecord
-from hvcpd.skills.joints import JointMotion
+from hvcpd.skills.joints import JointRunner
 from hvcpd.skills.life import Call
 from hvcpd.skills.runners import FailedError
 from tests.daemon.control_bench import ControlBench, run
@@ -33,7 +33,7 @@ class Scene:
 
     def __init__(self, **settings: Any) -> None:
         self.bench: Bench = bench(**settings)
-        self.motion = JointMotion(self.bench.joint, lambda: None)
+        self.motion = JointRunner(self.bench.joint, lambda: None)
         self.told: list[tuple[float | None, str]] = []
 
     async def serve(self) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.skills.life import FOLLOWING, OVER, Call, Life, Report, SkillState
+from hvcpd.skills.life import FOLLOWING, OVER, Call, OngoingCall, Report, SkillState
 
 CALL = Call(7, 3, "pour", (("litres", 0.5),), 20.0)
 
@@ -14,7 +14,7 @@ reports = st.lists(st.builds(Report, st.sampled_from([6, 7]), st.sampled_from(Sk
 
 @given(reports)
 def test_what_is_out_of_turn_or_of_another_call_changes_nothing(told: list[Report]) -> None:
-    life = Life(CALL, 0.0)
+    life = OngoingCall(CALL, 0.0)
     ends = 0
     for report in told:
         before = life.state
@@ -27,6 +27,6 @@ def test_what_is_out_of_turn_or_of_another_call_changes_nothing(told: list[Repor
 
 
 def test_its_time_counts_from_its_beginning() -> None:
-    life = Life(CALL, 100.0)
+    life = OngoingCall(CALL, 100.0)
     assert not life.is_late(119.9)
     assert life.is_late(120.0)

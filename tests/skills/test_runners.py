@@ -21,9 +21,9 @@ from hvcpd.config.skill_settings import PinSettings
 from hvcpd.control.live.skills import until_ended
 from hvcpd.errors import DeviceError
 from hvcpd.skills.life import Call
-from hvcpd.skills.objects import Object
-from hvcpd.skills.pins import Pin
-from hvcpd.skills.runners import FailedError, Program, Runner
+from hvcpd.skills.objects import PythonRunner
+from hvcpd.skills.pins import PinRunner
+from hvcpd.skills.runners import FailedError, ProgramRunner, Runner
 from tests.skills.virtual_loop import pass_time, run_virtually
 
 STOP_S = 0.5
@@ -39,9 +39,9 @@ def call(**arguments: float | str) -> Call:
     return Call(1, 3, "pour", tuple(arguments.items()), 20.0)
 
 
-def shell(text: str, *more: str) -> Program:
+def shell(text: str, *more: str) -> ProgramRunner:
     """A program, which happens to be a shell here; what follows are its arguments."""
-    return Program(("sh", "-c", text, "sh", *more))
+    return ProgramRunner(("sh", "-c", text, "sh", *more))
 
 
 def perform(runner: Runner, what: Call | None = None) -> tuple[dict[str, Any], list[tuple[float | None, str]]]:
@@ -104,8 +104,8 @@ def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
 
 
 def test_arguments_stand_in_its_words_and_no_shell_reads_them() -> None:
-    program = Program((sys.executable, "-c", "import sys, json; print(json.dumps({'results': {'a': sys.argv[1:]}}))",
-                       "{litres}", "to {what}"))  # fmt: skip
+    echo = "import sys, json; print(json.dumps({'results': {'a': sys.argv[1:]}}))"
+    program = ProgramRunner((sys.executable, "-c", echo, "{litres}", "to {what}"))
     found, _ = perform(program, call(litres=0.25, what="$(reboot); 'x' {litres}"))
     assert found == {"a": ["0.25", "to $(reboot); 'x' {litres}"]}
 
@@ -131,7 +131,7 @@ def test_what_is_no_json_or_endless_is_passed_over() -> None:
 
 def test_a_missing_program_is_a_failed_call() -> None:
     with pytest.raises(FailedError, match="/no/such: No such file or directory"):
-        perform(Program(("/no/such",)))
+        perform(ProgramRunner(("/no/such",)))
 
 
 @pytest.mark.parametrize("deaf", [False, True])
@@ -146,7 +146,7 @@ def test_a_program_that_is_cancelled_is_gone_with_all_that_it_started(deaf: bool
 def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_path: Path) -> None:
     """What it had started lived on, and nothing was left safe: a cancel ended the waiting for it to be started."""
     pid, safe = tmp_path / "pid", tmp_path / "safe"
-    program = Program(("sh", "-c", f"sleep 60 & echo $$ > {pid}; wait"), ("touch", str(safe)))
+    program = ProgramRunner(("sh", "-c", f"sleep 60 & echo $$ > {pid}; wait"), ("touch", str(safe)))
 
     async def scene() -> None:
         task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
@@ -166,13 +166,13 @@ def test_a_cancel_that_comes_before_a_program_is_known_to_run_ends_it_too(tmp_pa
 def test_the_program_that_leaves_all_safe_is_run_after_a_bad_end_only(tmp_path: Path) -> None:
     safe = ("touch", f"{tmp_path}/safe")
     with pytest.raises(FailedError):
-        perform(Program(("false",), safe))
+        perform(ProgramRunner(("false",), safe))
     assert (tmp_path / "safe").exists()
     (tmp_path / "safe").unlink()
-    run(cancelled(Program(("sh", "-c", f"touch {tmp_path}/begun; sleep 60"), safe), (tmp_path / "begun").exists))
+    run(cancelled(ProgramRunner(("sh", "-c", f"touch {tmp_path}/begun; sleep 60"), safe), (tmp_path / "begun").exists))
     assert (tmp_path / "safe").exists()
     (tmp_path / "safe").unlink()
-    perform(Program(("true",), safe))
+    perform(ProgramRunner(("true",), safe))
     assert not (tmp_path / "safe").exists()
 
 
@@ -220,7 +220,7 @@ def test_a_pin_is_on_for_as_long_as_it_is_told() -> None:
     pins = Pins()
 
     async def scene() -> None:
-        pin = Pin(PinSettings(17, "litres", per_s=0.05), pins.factory)
+        pin = PinRunner(PinSettings(17, "litres", per_s=0.05), pins.factory)
         assert not pins.is_on()
         told: list[float | None] = []
         task = asyncio.create_task(pin.perform(call(litres=0.1), lambda share, _text: told.append(share)))  # type: ignore[arg-type]
@@ -236,7 +236,7 @@ def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time() 
     pins = Pins()
 
     async def scene() -> None:
-        pin = Pin(PinSettings(17), pins.factory)
+        pin = PinRunner(PinSettings(17), pins.factory)
         assert await cancelled(pin, pins.is_on, call(seconds=60.0)) < STOP_S
         assert not pins.is_on()
         task = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
@@ -257,7 +257,7 @@ def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_
     pins = Pins()
 
     async def scene() -> None:
-        pin = Pin(PinSettings(17, empty_pin=27), pins.factory)
+        pin = PinRunner(PinSettings(17, empty_pin=27), pins.factory)
         task = asyncio.create_task(pin.perform(call(seconds=60.0), lambda _share, _text: None))  # type: ignore[arg-type]
         await pass_time(1.0)
         assert pins.is_on()
@@ -277,16 +277,16 @@ def test_a_pin_that_somebody_else_has_is_told_with_its_remedy(tmp_path: Path) ->
     pins = FilePins(tmp_path)
 
     async def scene() -> None:
-        first = Pin(PinSettings(17), pins)
+        first = PinRunner(PinSettings(17), pins)
         with pytest.raises(DeviceError, match=r"pin 17 cannot be used .*; end what else uses it"):
-            Pin(PinSettings(17), pins)
+            PinRunner(PinSettings(17), pins)
         code = "from gpiozero import LED; import signal; led = LED(4); print(1, flush=True); signal.pause()"
         words = [sys.executable, "-c", code]
         with subprocess.Popen(words, stdout=subprocess.PIPE, env=fake_pins(tmp_path)) as process:
             assert process.stdout is not None
             process.stdout.readline()
             with pytest.raises(DeviceError, match=r"pin 4 cannot be used .*busy"):
-                Pin(PinSettings(4), pins)
+                PinRunner(PinSettings(4), pins)
             process.kill()
         await first.close()
 
@@ -300,7 +300,7 @@ def test_a_pump_process_turns_with_its_pin_until_its_tank_is_empty(tmp_path: Pat
 
         async def scene() -> None:
             await met((tmp_path / "27.level").exists, "the tank's float is there")
-            pin = Pin(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
+            pin = PinRunner(PinSettings(17, "litres", per_s=0.05, empty_pin=27), pins)
             with pytest.raises(FailedError, match="the tank is empty"):
                 await pin.perform(call(litres=1.0), lambda _share, _text: None)
             await pin.close()
@@ -322,14 +322,14 @@ import asyncio, sys
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import Call
-from hvcpd.skills.pins import Pin
-from hvcpd.skills.runners import Program
+from hvcpd.skills.pins import PinRunner
+from hvcpd.skills.runners import ProgramRunner
 guard = GuardLine({17: True})
 async def main():
     if sys.argv[1] == "pin":
-        runner = Pin(PinSettings(17))
+        runner = PinRunner(PinSettings(17))
     else:
-        runner = Program(("sh", "-c", "echo $$ > $0; sleep 60", sys.argv[2]), ("touch", sys.argv[3]), guard)
+        runner = ProgramRunner(("sh", "-c", "echo $$ > $0; sleep 60", sys.argv[2]), ("touch", sys.argv[3]), guard)
     beat = asyncio.create_task(guard.beat())
     await runner.perform(Call(1, 1, "pour", (("seconds", 60.0),), 60.0), lambda share, text: None)
 asyncio.run(main())
@@ -424,7 +424,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("package")
 def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed() -> None:
-    wave = Object("wave")
+    wave = PythonRunner("wave")
 
     async def scene() -> None:
         told: list[float | None] = []

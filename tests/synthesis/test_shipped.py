@@ -10,7 +10,7 @@ import pytest
 
 from hvcpd.ports import Samples
 from hvcpd.synthesis.lexicon import Lexicon
-from hvcpd.synthesis.shipped import INDEX, ShippedUnits, from_steps, in_steps
+from hvcpd.synthesis.shipped import INDEX, STEPS, ShippedUnits, from_steps, in_steps
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES
@@ -92,6 +92,13 @@ def test_steps_are_lossless_for_what_is_in_steps() -> None:
     sound = from_steps(in_steps(np.linspace(-1.5, 1.5, 999, dtype=np.float32)))
     assert np.array_equal(from_steps(in_steps(sound)), sound)
     assert in_steps(np.array([3.0, -3.0], np.float32)).tolist() == [32_767, -32_768]
+
+
+def test_a_sound_in_steps_is_off_by_half_a_step_at_most() -> None:
+    sound = np.asarray(np.random.default_rng(1).uniform(-1.9, 1.9, (3, 500)), np.float32)
+    again = from_steps(in_steps(sound))
+    assert (again.dtype, again.shape) == (np.float32, sound.shape)
+    assert again == pytest.approx(sound, abs=0.5 / float(STEPS) + 1e-7)
 
 
 def test_the_default_words_are_what_two_robots_say() -> None:

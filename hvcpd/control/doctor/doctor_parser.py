@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, whole
+from hvcpd.control.arguments import Commands, add_command, add_config, add_json, add_tasks, between, whole
 from hvcpd.control.drive.drive_parser import add_port
 
 OWN_DISTANCE_M = 0.1
@@ -13,48 +13,42 @@ MOST_TIMES = 50
 """Five loudnesses of fifty calls take half an hour."""
 
 
-def add_doctor(commands: Commands, run: Run) -> None:
-    """Add `doctor`."""
-    doctor = commands.add_parser(
+def add_doctor_commands(commands: Commands) -> None:
+    """Add `doctor`, `calibrate` and `stop-test`."""
+    doctor = add_command(
+        commands,
         "doctor",
-        help="say what is wrong with this robot, and how to fix it",
-        epilog="The robot says 'I am free' aloud, listens to itself, times the recogniser and asks "
-        "the motors; nothing moves. "
-        "Stop hvcpd first: only one program can have the card and the port. Exit status: 0: nothing is wrong, else 1.",
+        "say what is wrong with this robot, and how to fix it",
+        "doctor.doctor",
+        "hvcpctl doctor",
+        epilog="The robot says 'I am free' aloud, listens to itself, times the recogniser and asks the motors; nothing "
+        "moves. Stop hvcpd first: only one program can have the card and the port. Exit status: 0: nothing is wrong, "
+        "else 1.",
     )
     _add_shared(doctor)
     add_port(doctor)
     doctor.add_argument("--only", choices=("machine", "sound", "wheels"), help="check only this part")
     doctor.add_argument("--silent", action="store_true", help="say nothing aloud: no loopback test")
-    doctor.set_defaults(run=run)
-
-
-def add_calibrate(commands: Commands, run: Run) -> None:
-    """Add `calibrate`."""
-    calibrate = commands.add_parser(
+    calibrate = add_command(
+        commands,
         "calibrate",
-        help="set the microphone's gain, and predict how far away a peer will be heard",
+        "set the microphone's gain, and predict how far away a peer will be heard",
+        "doctor.calibrate",
+        "hvcpctl calibrate",
         epilog="The robot says 'I am free' up to five times and listens to itself. Let the room be as loud as it will "
         "be. Exit status: 0 if it understood itself, 1 if not, 2 without sound.",
     )
     _add_shared(calibrate)
     calibrate.add_argument("--keep-gain", action="store_true", help="only measure; leave the mixer alone")
     calibrate.add_argument("--dry-run", action="store_true", help="do not save the result")
-    calibrate.add_argument(
-        "--distance",
-        type=between(0.01, 2.0, "m"),
-        default=OWN_DISTANCE_M,
-        metavar="M",
-        help=f"from loudspeaker to microphone, metres (default {OWN_DISTANCE_M:g})",
-    )
-    calibrate.set_defaults(run=run)
-
-
-def add_stop_test(commands: Commands, run: Run) -> None:
-    """Add `stop-test`."""
-    test = commands.add_parser(
+    far, metres = f"from loudspeaker to microphone, metres (default {OWN_DISTANCE_M:g})", between(0.01, 2.0, "m")
+    calibrate.add_argument("--distance", type=metres, default=OWN_DISTANCE_M, metavar="M", help=far)
+    test = add_command(
+        commands,
         "stop-test",
-        help="test in your own room which calls of stop are heard, and how soon",
+        "test in your own room which calls of stop are heard, and how soon",
+        "doctor.stop_test",
+        "hvcpctl stop-test",
         epilog="Plays calls at several loudnesses through a second loudspeaker that stands where people will "
         "(--output), or asks you to call (--ask), and listens with this robot's microphone. Nothing moves. Stop hvcpd "
         "first: only one program can have the card. It shows what was heard here and now; a voice is not a safety "
@@ -63,16 +57,13 @@ def add_stop_test(commands: Commands, run: Run) -> None:
     _add_shared(test)
     how = test.add_mutually_exclusive_group()
     how.add_argument("--ask", action="store_true", help="ask somebody to call, instead of playing")
-    how.add_argument(
-        "--output", metavar="NAME", help="a part of the second loudspeaker's name (default: the settings')"
-    )
-    test.add_argument(
-        "--times", type=whole(1, MOST_TIMES), default=3, metavar="N", help="calls at each loudness (default 3)"
-    )
-    test.set_defaults(run=run)
+    second = "a part of the second loudspeaker's name (default: the settings')"
+    how.add_argument("--output", metavar="NAME", help=second)
+    times = "calls at each loudness (default 3)"
+    test.add_argument("--times", type=whole(1, MOST_TIMES), default=3, metavar="N", help=times)
 
 
 def _add_shared(parser: argparse.ArgumentParser) -> None:
     add_config(parser)
     add_tasks(parser)
-    parser.add_argument("--json", action="store_true", help="print one JSON object a line")
+    add_json(parser)

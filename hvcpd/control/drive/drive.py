@@ -9,7 +9,6 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from types import FrameType
 from typing import TextIO
 
 from hvcpd.config.settings import Settings
@@ -196,12 +195,8 @@ def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSe
 @contextmanager
 def _interruptible() -> Iterator[None]:
     """SIGTERM ends the command like Ctrl-C: through every `finally`, so that the wheels stand."""
-
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
     # SIGINT too: whoever starts commands in the background may have it ignored, and wheels must still obey it.
-    before = {number: signal.signal(number, interrupt) for number in (signal.SIGTERM, signal.SIGINT)}
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGINT)}
     try:
         yield
     finally:

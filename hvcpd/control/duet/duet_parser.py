@@ -4,22 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import Commands, Run, add_tasks, port, robot_name, robot_names
+from hvcpd.control.arguments import Commands, add_command, add_tasks, port, robot_name, robot_names
 
 
-def add_duet(commands: Commands, run: Run) -> None:
+def add_duet(commands: Commands) -> None:
     """Add `duet`."""
-    c = commands.add_parser(
+    c = add_command(
+        commands,
         "duet",
-        help="let two robots talk through this computer's loudspeaker and microphone; join in",
+        "let two robots talk through this computer's loudspeaker and microphone; join in",
+        "duet.duet",
+        "hvcpctl duet",
+        "hvcpctl duet --as Rob         # and on another computer: hvcpctl duet --as Bot",
         description="Start two whole daemons with simulated wheels. They talk through this computer's loudspeaker and "
         "microphone, or through simulated air where there is none. Speak to them, or type what you would say.",
-        epilog=with_examples(
-            "On two computers within earshot, start one robot on each with --as.",
-            "hvcpctl duet",
-            "hvcpctl duet --as Rob         # and on another computer: hvcpctl duet --as Bot",
-        ),
+        epilog="On two computers within earshot, start one robot on each with --as.",
     )
     c.add_argument("--names", type=robot_names, default=("Rob", "Bot"), metavar="Rob,Bot", help="the robots")
     c.add_argument("--as", dest="as_name", type=robot_name, metavar="NAME", help="run only this robot here")
@@ -30,4 +29,3 @@ def add_duet(commands: Commands, run: Run) -> None:
     add_tasks(c)
     c.add_argument("--port", type=port, default=0, metavar="N", help="port of the console's page (default: any)")
     c.add_argument("--no-console", action="store_true", help="show the conversation in the terminal only")
-    c.set_defaults(run=run)

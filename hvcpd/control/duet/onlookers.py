@@ -7,12 +7,12 @@ import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from pathlib import Path
 from secrets import token_urlsafe
 from threading import Thread
 from typing import Any, TextIO
 
+from hvcpd.control.live.console import live_page, missing_parts
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
@@ -23,7 +23,6 @@ from hvcpd.synthesis.speaker import Speaker
 
 LOOK_S = 0.05
 """Interval of the attempts to reach a daemon's socket at its start."""
-PAGE_NEEDS = ("starlette", "uvicorn")
 ANSWER_S = 4.0
 """Time after a visitor's sentence within which a robot reports it, including the search for its channel."""
 TIMES = 2
@@ -173,23 +172,17 @@ def page(socket: Path, port: int) -> Iterator[str]:
 
     Raises ConfigError if the port cannot be opened.
     """
-    if any(find_spec(name) is None for name in PAGE_NEEDS):
+    if missing_parts():
         yield ""
         return
-    from hvcpd.console.app import live_app
     from hvcpd.console.guard import KEY_BYTES, Door
-    from hvcpd.console.link import Link
-    from hvcpd.console.scene import Scene
     from hvcpd.console.serve import PageServer, open_port
-    from hvcpd.console.viewers import Viewers
 
-    scene = Scene(Viewers())
-    link = Link(socket, scene)
     key = token_urlsafe(KEY_BYTES)
     with open_port("127.0.0.1", port) as listener:
         address = f"127.0.0.1:{listener.getsockname()[1]}"
-        app = live_app(scene, link.ask, link.run, Door(frozenset({address}), key))
-        server = PageServer(app, lambda: None, scene.viewers.end)
+        app, end = live_page(socket, Door(frozenset({address}), key))
+        server = PageServer(app, lambda: None, end)
         thread = Thread(target=server.serve_on, args=(listener,), name="console", daemon=True)
         thread.start()
         try:

@@ -228,7 +228,7 @@ def _from_folder(
 def _sentences_from_folder(
     folder: Path,
     wanted: Mapping[str, tuple[str, ...]],
-    check: CheckOfSentence[SpokenSentence],
+    check: CheckOfSentence,
     report: Report,
 ) -> list[SpokenSentence]:
     """The sentences that `--show` prints, in WAVs numbered as they are printed."""

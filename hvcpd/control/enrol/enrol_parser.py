@@ -4,29 +4,28 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import Commands, Run, add_config, add_tasks
+from hvcpd.control.arguments import Commands, add_command, add_config, add_json, add_tasks
 
 TAKES = 3
 """Takes of each word, because people do not say a word twice in the same way."""
 
 
-def add_enrol(commands: Commands, run: Run) -> None:
+def add_enrol(commands: Commands) -> None:
     """Add `enrol`."""
-    enrol = commands.add_parser(
+    enrol = add_command(
+        commands,
         "enrol",
-        help="teach the robots a person's voice",
-        epilog=with_examples(
-            "It asks for five sentences and listens; stop the daemon first, if it uses the same microphone. With "
-            "--each-word it asks for each word of the phrasebook three times instead: for voices that the robots do "
-            "not understand at all. A running robot takes what is enrolled with hvcpctl reload.",
-            "hvcpctl enrol Anna",
-            "hvcpctl enrol Anna --show              # the five sentences, to be recorded elsewhere",
-            "hvcpctl enrol Anna --from takes/       # takes/sentence_1.wav, …; takes/stop_1.wav, takes/stop_2.wav, …",
-            "hvcpctl enrol --list",
-            "hvcpctl enrol Anna --export anna.npz",
-            "hvcpctl enrol --import anna.npz",
-        ),
+        "teach the robots a person's voice",
+        "enrol.enrol",
+        "hvcpctl enrol Anna",
+        "hvcpctl enrol Anna --show              # the five sentences, to be recorded elsewhere",
+        "hvcpctl enrol Anna --from takes/       # takes/sentence_1.wav, …; takes/stop_1.wav, takes/stop_2.wav, …",
+        "hvcpctl enrol --list",
+        "hvcpctl enrol Anna --export anna.npz",
+        "hvcpctl enrol --import anna.npz",
+        epilog="It asks for five sentences and listens; stop the daemon first, if it uses the same microphone. With "
+        "--each-word it asks for each word of the phrasebook three times instead: for voices that the robots do "
+        "not understand at all. A running robot takes what is enrolled with hvcpctl reload.",
     )
     enrol.add_argument("person", nargs="?", metavar="NAME", help="the person's name, one word, as in 'I am Anna'")
     add_config(enrol)
@@ -35,7 +34,7 @@ def add_enrol(commands: Commands, run: Run) -> None:
     enrol.add_argument("--each-word", action="store_true", help="ask for each word of the phrasebook, not sentences")
     enrol.add_argument("--words", metavar="stop,rob", help="ask for these words, not sentences")
     enrol.add_argument("--takes", type=int, choices=range(1, 7), default=TAKES, help=f"of each word (default {TAKES})")
-    enrol.add_argument("--json", action="store_true", help="print the result as one JSON object")
+    add_json(enrol, "print the result as one JSON object")
     action = enrol.add_mutually_exclusive_group()
     action.add_argument(
         "--from", dest="folder", type=Path, metavar="DIR", help="take WAVs: DIR/sentence_1.wav, DIR/WORD.wav, …"
@@ -47,4 +46,3 @@ def add_enrol(commands: Commands, run: Run) -> None:
     action.add_argument(
         "--import", dest="import_", type=Path, metavar="FILE.npz", help="read a person from such a file"
     )
-    enrol.set_defaults(run=run)

@@ -21,10 +21,8 @@ PAUSE = ""
 """Stands for the silence around a sentence."""
 
 
-def sentences_for(
-    phrasebook: Phrasebook, robot: str, person: str, pronounce: Pronounce, n: int = SENTENCES
-) -> list[tuple[str, ...]]:
-    """`n` sentences for a person to say to a robot, always the same for the same phrasebook."""
+def sentences_for(phrasebook: Phrasebook, robot: str, person: str, pronounce: Pronounce) -> list[tuple[str, ...]]:
+    """What a person is to say to a robot, SENTENCES in number, always the same for the same phrasebook."""
     rng = random.Random(1)
     drawn = (phrasebook.sample(rng) for _ in range(CANDIDATES))
     candidates = [
@@ -36,7 +34,7 @@ def sentences_for(
     joints = {words: _joints(words, pronounce) for words in sorted(texts)}
     chosen: list[tuple[str, ...]] = []
     covered: set[tuple[str, str]] = set()
-    while joints and len(chosen) < n:
+    while joints and len(chosen) < SENTENCES:
         best = max(joints, key=lambda words: len(joints[words] - covered))
         covered |= joints.pop(best)
         chosen.append(best)

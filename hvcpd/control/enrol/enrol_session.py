@@ -6,11 +6,12 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
-from typing import Protocol, TextIO, TypeVar
+from typing import TextIO, TypeVar
 
 import numpy as np
 
 from hvcpd.hardware.audio_exchange import SoundStream
+from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies
@@ -31,18 +32,11 @@ ONSET_DB = 12.0
 TRIES = 4
 """Attempts at one word or sentence; then it is left out."""
 Words = tuple[str, ...]
-Sentence = TypeVar("Sentence")
-SentenceOut = TypeVar("SentenceOut", covariant=True)
-Checked = tuple[Sentence | None, str]
+Good = TypeVar("Good")
+Checked = tuple[Good | None, str]
 """What a recording holds, or None and the reason why it cannot be used."""
-
-
-class CheckOfSentence(Protocol[SentenceOut]):
-    """Checks a recording of a sentence whose words are known."""
-
-    def __call__(self, sound: Samples, words: Words) -> Checked[SentenceOut]:
-        """What it holds, or why it cannot be used."""
-
+CheckOfSentence = Callable[..., Checked[SpokenSentence]]
+"""Checks a recording, shape (n,), of a sentence whose `words` are known."""
 
 _BARS = " ▁▂▃▄▅▆▇█"
 _BAR_DB = 7.0
@@ -60,10 +54,10 @@ def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: Tex
 
 
 def record_sentences(
-    sentences: Mapping[str, Words], check: CheckOfSentence[Sentence], stream: SoundStream, out: TextIO
-) -> list[Sentence]:
+    sentences: Mapping[str, Words], check: CheckOfSentence, stream: SoundStream, out: TextIO
+) -> list[SpokenSentence]:
     """What `check` makes of each sentence. Raises DeviceError. What was said until an interrupt is kept."""
-    found: list[Sentence] = []
+    found: list[SpokenSentence] = []
     try:
         asyncio.run(_Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S).lead_sentences(sentences, check, found))
     except KeyboardInterrupt:
@@ -96,8 +90,8 @@ class _Session:
     async def lead_sentences(
         self,
         sentences: Mapping[str, Words],
-        check: CheckOfSentence[Sentence],
-        found: list[Sentence],
+        check: CheckOfSentence,
+        found: list[SpokenSentence],
     ) -> None:
         """Sentence by sentence, each as it is written, with its words; one is in `found` as soon as it is good."""
         async with self._listening():
@@ -125,7 +119,7 @@ class _Session:
         self._out.flush()
         self._noise_rms = max(_rms(await self._read(NOISE_S)), 1e-5)
 
-    async def _ask(self, prompt: str, check: Callable[[Samples], Checked[Sentence]]) -> Sentence | None:
+    async def _ask(self, prompt: str, check: Callable[[Samples], Checked[Good]]) -> Good | None:
         """What `check` makes of what is said; None after TRIES that were no good."""
         for _ in range(TRIES):
             self._out.write(f"{prompt}  ")

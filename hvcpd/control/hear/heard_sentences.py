@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hvcpd.control.simulate.team import Team
-from hvcpd.language.messages import Cipher, Seal, ToAll, ToRobot, ToTeam, Utterance
+from hvcpd.language.messages import Cipher, Seal
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.robot.sealing import Sealing, written
@@ -61,23 +61,11 @@ def sentence_of(event: Recognised, team: Team, sealing: Sealing | None) -> Heard
         event.end_sample / SAMPLE_RATE_HZ,
         written(utterance, team.phrasebook) if is_cipher else team.phrasebook.write(utterance),
         utterance.speaker,
-        _addressee(utterance),
+        str(utterance.addressee) if utterance.addressee is not None else None,
         event.confidence,
         seal,
         is_cipher,
     )
-
-
-def _addressee(utterance: Utterance) -> str | None:
-    match utterance.addressee:
-        case ToRobot(name):
-            return name
-        case ToTeam(team):
-            return f"team {team}"
-        case ToAll():
-            return "all"
-        case None:
-            return None
 
 
 def as_json(s: HeardSentence) -> str:

@@ -86,7 +86,7 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook) -> Audit:
 
 
 def _count(found: Audit, u: m.Utterance, pending: dict[tuple[str, str], str]) -> None:
-    speaker, to = u.speaker or "somebody", _addressee(u)
+    speaker, to = u.speaker or "somebody", str(u.addressee or m.ToAll())
     found.sentences[speaker] += 1
     answered = pending.get((speaker, to))
     match m.parts(u)[-1].statement:
@@ -109,16 +109,6 @@ def _count(found: Audit, u: m.Utterance, pending: dict[tuple[str, str], str]) ->
         case statement if type(statement) in REASONS and (answered or isinstance(statement, m.Unable | m.Unknown)):
             found.refusals[f"{speaker} to {to}: {REASONS[type(statement)]}"] += 1
             pending.pop((speaker, to), None)
-
-
-def _addressee(u: m.Utterance) -> str:
-    match u.addressee:
-        case m.ToRobot(name):
-            return name
-        case m.ToTeam(team):
-            return f"team {team}"
-        case _:
-            return "all"
 
 
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:

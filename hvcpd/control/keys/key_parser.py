@@ -1,18 +1,19 @@
-"""The part of `hvcpctl`'s parser that is about the team's key."""
+"""The command lines of `hvcpctl key` and `audit`; light, since every command builds the whole parser."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from hvcpd.control.arguments import Commands, Run, add_config, robot_name, whole
+from hvcpd.control.arguments import Commands, add_command, add_config, add_memory, add_tasks, robot_name, whole
 
 MAX_CODES = 500
 """Codes on a sheet; more are never used up."""
 
 
-def add_key(commands: Commands, run: Run) -> None:
-    """`hvcpctl key ACTION`."""
-    key = commands.add_parser("key", help="make, print, change or revoke the team's key for sealed speech")
+def add_key_commands(commands: Commands) -> None:
+    """Add `key` with its actions, and `audit`."""
+    text = "make, print, change or revoke the team's key for sealed speech"
+    key = add_command(commands, "key", text, "keys.key", "hvcpctl key new", "hvcpctl key sheet")
     actions = key.add_subparsers(title="actions", metavar="ACTION", required=True, dest="action")
     helps = {
         "new": "make the team's key",
@@ -22,11 +23,12 @@ def add_key(commands: Commands, run: Run) -> None:
         "revoke": "stop believing one robot",
         "restore": "make the key file again from the words of the sheet",
     }
-    parsers = {name: actions.add_parser(name, help=text) for name, text in helps.items()}
-    for parser in parsers.values():
+    parsers = {}
+    for name, text in helps.items():
+        example = f"hvcpctl key {name}{' Anna' if name == 'revoke' else ''}"
+        parser = parsers[name] = add_command(actions, name, text, "keys.key", example)
         parser.add_argument("--key", type=Path, metavar="FILE", help="the key file (default: the settings')")
         add_config(parser)
-        parser.set_defaults(run=run)
     rotate, sheet = parsers["rotate"], parsers["sheet"]
     days, codes, first = whole(0, 3650, "number of days"), whole(0, MAX_CODES), whole(1, 100_000)
     rotate.add_argument(
@@ -44,3 +46,7 @@ def add_key(commands: Commands, run: Run) -> None:
         "-o", "--output", type=Path, metavar="FILE", help="write it to this file, which only you can read"
     )
     parsers["revoke"].add_argument("name", type=robot_name, metavar="NAME", help="whose voice")
+    text = "count who ordered whom, what was refused, and how the tasks were shared"
+    audit = add_command(commands, "audit", text, "keys.audit", "hvcpctl audit --since 8h")
+    add_memory(audit)
+    add_tasks(audit)

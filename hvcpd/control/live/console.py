@@ -19,13 +19,10 @@ if TYPE_CHECKING:
 
     from hvcpd.console.guard import Door
 
-NEEDED = ("starlette", "uvicorn")
-
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until interrupted."""
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if missing:
+    if missing := missing_parts():
         raise NotDoneError(f"the console needs {' and '.join(missing)}: {how_to_install(' '.join(missing))}")
     from hvcpd.console.guard import KEY_BYTES, Door
     from hvcpd.console.serve import PageServer, is_loopback, open_file, open_port
@@ -33,7 +30,11 @@ def run(options: argparse.Namespace) -> int:
     if options.unix is not None:
         with open_file(options.unix) as listener:
             app, end = _app(options, Door())
-            PageServer(app, _announce_socket(options.unix), end).serve_on(listener)
+            text = (
+                f"The page is in {options.unix}; for a browser elsewhere:  ssh -L 8765:{options.unix.absolute()} "
+                "THIS-COMPUTER\nand then open http://localhost:8765/ there. Ctrl-C ends it.\n"
+            )
+            PageServer(app, _announce(text), end).serve_on(listener)
         return EX_OK
     if not is_loopback(options.listen) and not options.expose:
         raise ConfigError(
@@ -50,45 +51,44 @@ def run(options: argparse.Namespace) -> int:
                 "all that is said, and stop and resume the robot\n"
             )
         app, end = _app(options, Door(frozenset({address}), key))
-        PageServer(app, _announce_address(f"http://{address}/?key={key}"), end).serve_on(listener)
+        PageServer(app, _announce(f"Open  http://{address}/?key={key}\nCtrl-C ends it.\n"), end).serve_on(listener)
     return EX_OK
+
+
+def missing_parts() -> list[str]:
+    """The packages that the page lacks."""
+    return [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
 
 
 def _app(options: argparse.Namespace, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
     """The page, and what lets its viewers go."""
-    from hvcpd.console.app import live_app, replay_app
-
     if options.replay is not None:
+        from hvcpd.console.app import replay_app
         from hvcpd.console.replay import read_recording
 
         recording = read_recording(options.replay)
         sound = str(recording.sound) if recording.sound is not None else None
         return replay_app(recording.messages, sound, recording.title, door), lambda: None
+    with closing(find_daemon(options)) as daemon:  # if there is none, or more than one, that is said at once
+        path = daemon.path.absolute()
+    return live_page(path, door)
+
+
+def live_page(socket: Path, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
+    """The page about the robot with that control socket, and what lets its viewers go."""
+    from hvcpd.console.app import live_app
     from hvcpd.console.link import Link
     from hvcpd.console.scene import Scene
     from hvcpd.console.viewers import Viewers
 
-    with closing(find_daemon(options)) as daemon:  # if there is none, or more than one, that is said at once
-        path = daemon.path.absolute()
     scene = Scene(Viewers())
-    link = Link(path, scene)
+    link = Link(socket, scene)
     return live_app(scene, link.ask, link.run, door), scene.viewers.end
 
 
-def _announce_socket(path: Path) -> Callable[[], None]:
+def _announce(text: str) -> Callable[[], None]:
     def tell() -> None:
-        sys.stdout.write(
-            f"The page is in {path}; for a browser elsewhere:  ssh -L 8765:{path.absolute()} THIS-COMPUTER\n"
-        )
-        sys.stdout.write("and then open http://localhost:8765/ there. Ctrl-C ends it.\n")
-        sys.stdout.flush()
-
-    return tell
-
-
-def _announce_address(url: str) -> Callable[[], None]:
-    def tell() -> None:
-        sys.stdout.write(f"Open  {url}\nCtrl-C ends it.\n")
+        sys.stdout.write(text)
         sys.stdout.flush()
 
     return tell

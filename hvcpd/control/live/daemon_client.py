@@ -208,17 +208,17 @@ def _raise_refusal(reply: Mapping[str, Any]) -> None:
         raise kind(str(refusal.get("text", "the daemon gave no reason")))
 
 
-def find_daemon(options: argparse.Namespace, environment: Mapping[str, str] = os.environ) -> DaemonClient:
+def find_daemon(options: argparse.Namespace) -> DaemonClient:
     """The daemon that the options and settings mean; without a name the only one there is.
 
     Raises NotRunningError, NotAllowedError, and ConfigError where several run and none was named.
     """
     if options.socket is not None:
         return DaemonClient(options.socket)
-    settings, name = _settings(options, environment)
+    settings, name = _settings(options)
     if settings.control.socket is not None:
         return DaemonClient(settings.control.socket)
-    folders = tuple(dict.fromkeys(socket_folders(settings, environment)))
+    folders = tuple(dict.fromkeys(socket_folders(settings)))
     if name is not None:
         return _first([folder / socket_name(name) for folder in folders], name, folders)
     running = _running(folders)
@@ -230,7 +230,7 @@ def find_daemon(options: argparse.Namespace, environment: Mapping[str, str] = os
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
     """The daemon of that robot, if it runs here and may be asked."""
-    settings, _ = _settings(options, os.environ)
+    settings, _ = _settings(options)
     own = settings.control.socket if settings.name.lower() == name.lower() else None
     paths = [own] if own else [folder / socket_name(name) for folder in socket_folders(settings)]
     for path in paths:
@@ -239,16 +239,16 @@ def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | Non
     return None
 
 
-def _settings(options: argparse.Namespace, environment: Mapping[str, str]) -> tuple[Settings, str | None]:
+def _settings(options: argparse.Namespace) -> tuple[Settings, str | None]:
     """The settings, and the robot's name if there is one; errors in them must not keep anybody from stopping a
     robot."""
     name = getattr(options, "name", None)
     try:
-        loaded = load_with_sources(options.config, {"name": name}, name_needed=False, environment=environment)
+        loaded = load_with_sources(options.config, {"name": name}, name_needed=False)
     except ConfigError as error:
         first = str(error).splitlines()[0]
         sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
-        return _guessed(options.config or environment.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
+        return _guessed(options.config or os.environ.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
     source = next(each.source for each in loaded.sources if each.key == "name")
     return loaded.settings, None if source == "default" else loaded.settings.name
 

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
 
-from hvcpd.config.command_line import with_examples
-from hvcpd.control.arguments import Commands, Run, add_config, port, task_number, whole
+from hvcpd.control.arguments import (
+    Commands,
+    add_command,
+    add_config,
+    add_json,
+    add_memory,
+    add_tasks,
+    port,
+    task_number,
+    whole,
+)
 
 EXITS = (
     "Exit status: 0 done, 1 not done (the daemon says why), 2 bad input, 3 no daemon runs, 4 no permission to ask it, "
@@ -16,103 +24,107 @@ EXITS = (
 _WHICH = "Without --name: the robot named in the settings, or the only one that runs on this computer. "
 
 
-def add_daemon_commands(commands: Commands, lazy: Callable[[str], Run]) -> None:
-    """Add `status`, `tasks`, `task`, `follow`, `console`, `stop`, `resume`, `reload` and `config`."""
-    status = _add(
-        commands, "status", "show what a running robot is doing", lazy("live.status"), "hvcpctl status --watch"
-    )
+def add_daemon_commands(commands: Commands) -> None:
+    """Add the commands that ask a running daemon, read its memory, or connect it with other programs."""
+    _add_views(commands)
+    _add_console(commands)
+    _add_orders(commands)
+    _add_task(commands)
+    _add_config(commands)
+    _add_memory_commands(commands)
+    _add_ros(commands)
+    text = "carry out a robot's skills (programs, pins, Python objects), until interrupted"
+    examples = ("hvcpctl skills --config greenhouse.yaml", "hvcpctl skills --check")
+    skills = add_command(commands, "skills", text, "live.skills", *examples, epilog=_WHICH + EXITS)
+    _add_which(skills)
+    skills.add_argument("--check", action="store_true", help="only check that everything needed is there")
+    _add_mqtt(commands)
+    _add_mcap(commands)
+
+
+def _add_views(commands: Commands) -> None:
+    """`status`, `tasks` and `follow`."""
+    text = "show what a running robot is doing"
+    status = _add(commands, "status", text, "live.status", "hvcpctl status --watch")
     _add_watch(status)
-    status.add_argument(
-        "--prometheus", action="store_true", help="print it once as metrics, for the textfile collector"
-    )
-    tasks = _add(commands, "tasks", "list the tasks, and which are open, claimed or done", lazy("live.status"))
+    metrics = "print it once as metrics, for the textfile collector"
+    status.add_argument("--prometheus", action="store_true", help=metrics)
+    text = "list the tasks, and which are open, claimed or done"
+    tasks = _add(commands, "tasks", text, "live.status", "hvcpctl tasks", "hvcpctl tasks --json")
     _add_watch(tasks)
     tasks.set_defaults(prometheus=False)
-    follow = _add(
-        commands,
-        "follow",
-        "show what a robot says, hears and does, as it happens",
-        lazy("live.follow"),
-        "hvcpctl follow",
-        "hvcpctl follow --json --poses > shift.jsonl     # for `hvcpctl mcap`",
-    )
+    examples = ("hvcpctl follow", "hvcpctl follow --json --poses > shift.jsonl     # for `hvcpctl mcap`")
+    text = "show what a robot says, hears and does, as it happens"
+    follow = _add(commands, "follow", text, "live.follow", *examples)
     follow.add_argument("--poses", action="store_true", help="with --json: also where it is, four times a second")
-    _add_console(commands, lazy("live.console"))
-    _add(
-        commands,
-        "stop",
-        "halt a robot at once, until it is told to resume",
-        lazy("live.short_commands"),
-        "hvcpctl stop --name Rob",
-    )
-    measure = _add(
-        commands,
-        "range",
-        "measure the distance from a running robot to another one, by sound",
-        lazy("live.range"),
-        "hvcpctl range Bot --name Rob",
-    )
+
+
+def _add_orders(commands: Commands) -> None:
+    """`stop`, `resume`, `reload` and `range`."""
+    short = "live.short_commands"
+    _add(commands, "stop", "halt a robot at once, until it is told to resume", short, "hvcpctl stop --name Rob")
+    _add(commands, "resume", "let a stopped robot take on tasks again", short, "hvcpctl resume")
+    _add(commands, "reload", "make a robot read its settings and tasks again", short, "hvcpctl reload")
+    text = "measure the distance from a running robot to another one, by sound"
+    measure = _add(commands, "range", text, "live.range", "hvcpctl range Bot --name Rob")
     measure.add_argument("robot", metavar="ROBOT", help="the other robot; both must stand")
-    _add_task(commands, lazy("live.task"))
-    _add(commands, "resume", "let a stopped robot take on tasks again", lazy("live.short_commands"))
-    _add(commands, "reload", "make a robot read its settings and tasks again", lazy("live.short_commands"))
-    config = _add(commands, "config", "show each setting and where it comes from", lazy("live.show_config"))
+
+
+def _add_config(commands: Commands) -> None:
+    text, examples = (
+        "show each setting and where it comes from",
+        ("hvcpctl config", "hvcpctl config --example > hvcpd.yaml"),
+    )
+    config = _add(commands, "config", text, "live.show_config", *examples)
     config.add_argument("--running", action="store_true", help="settings of the running daemon, not of the next one")
     config.add_argument("--example", action="store_true", help="print a commented settings file to start from")
     config.add_argument("--changed", action="store_true", help="only settings that differ from the default")
 
 
-def add_ros(commands: Commands, run: Run) -> None:
-    """Add `ros`."""
-    text = "bridge a running robot to ROS 1 or ROS 2, until interrupted"
-    command = commands.add_parser(
+def _add_memory_commands(commands: Commands) -> None:
+    """`transcript` and `report`."""
+    examples = ("hvcpctl transcript", "hvcpctl transcript --since 1h")
+    transcript = add_command(commands, "transcript", "print what a robot said and heard", "live.transcript", *examples)
+    add_memory(transcript)
+    transcript.add_argument("--follow", action="store_true", help="go on with new sentences, until interrupted")
+    text = "describe a shift: who did what, and what went wrong"
+    report = add_command(commands, "report", text, "live.report", "hvcpctl report --since 8h --html shift.html")
+    add_memory(report)
+    report.set_defaults(since="8h")
+    add_tasks(report)
+    report.add_argument("--html", type=Path, metavar="FILE", help="also write it as a page")
+
+
+def _add_ros(commands: Commands) -> None:
+    command = add_command(
+        commands,
         "ros",
-        help=text,
-        description=text[0].upper() + text[1:] + ".",
-        epilog=with_examples(
-            _WHICH + EXITS,
-            "hvcpctl ros heard:=ears _base_frame:=base_footprint             # ROS 1",
-            "hvcpctl ros --ros-args -r __ns:=/rob -p publish_tf:=false       # ROS 2",
-        ),
+        "bridge a running robot to ROS 1 or ROS 2, until interrupted",
+        "live.ros",
+        "hvcpctl ros heard:=ears _base_frame:=base_footprint             # ROS 1",
+        "hvcpctl ros --ros-args -r __ns:=/rob -p publish_tf:=false       # ROS 2",
+        epilog=_WHICH + EXITS,
     )
-    add_which(command)
+    _add_which(command)
     command.add_argument(
         "--ros", choices=("1", "2"), help="version of ROS (default: ROS_VERSION, or what is installed)"
     )
     command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, as ROS 1 has them")
     command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, as ROS 2 has them")
-    command.set_defaults(run=run)
 
 
-def add_skills(commands: Commands, run: Run) -> None:
-    """Add `skills`."""
-    text = "carry out a robot's skills (programs, pins, Python objects), until interrupted"
-    command = commands.add_parser(
-        "skills",
-        help=text,
-        description=text[0].upper() + text[1:] + ".",
-        epilog=with_examples(_WHICH + EXITS, "hvcpctl skills --config greenhouse.yaml", "hvcpctl skills --check"),
-    )
-    add_which(command)
-    command.add_argument("--check", action="store_true", help="only check that everything needed is there")
-    command.set_defaults(run=run)
-
-
-def add_mqtt(commands: Commands, run: Run) -> None:
-    """Add `mqtt`."""
-    command = commands.add_parser(
+def _add_mqtt(commands: Commands) -> None:
+    command = add_command(
+        commands,
         "mqtt",
-        help="publish what a robot does to MQTT, and so to Home Assistant, until interrupted",
-        description="Publish what a robot does to MQTT, and so to Home Assistant, until interrupted.",
-        epilog=with_examples(
-            "Anybody who may write to PREFIX/NAME/command can stop the robot; with --commands also "
-            "let it go on, and have "
-            "it speak. " + _WHICH + EXITS,
-            "hvcpctl mqtt --host homeassistant.local --user robots --password-file ~/.mqtt",
-            "mosquitto_pub -h homeassistant.local -t hvcpd/rob/command -m stop",
-        ),
+        "publish what a robot does to MQTT, and so to Home Assistant, until interrupted",
+        "live.mqtt",
+        "hvcpctl mqtt --host homeassistant.local --user robots --password-file ~/.mqtt",
+        "mosquitto_pub -h homeassistant.local -t hvcpd/rob/command -m stop",
+        epilog="Anybody who may write to PREFIX/NAME/command can stop the robot; with --commands also let it go on, "
+        "and have it speak. " + _WHICH + EXITS,
     )
-    add_which(command)
+    _add_which(command)
     command.add_argument("--host", required=True, metavar="HOST", help="the broker")
     command.add_argument("--port", type=port, metavar="N", help="its port (default: 1883, with --tls 8883)")
     command.add_argument("--user", metavar="NAME", help="user name at the broker")
@@ -125,34 +137,35 @@ def add_mqtt(commands: Commands, run: Run) -> None:
         "--discovery", default="homeassistant", metavar="TOPIC", help="Home Assistant's prefix (default: %(default)s)"
     )
     command.add_argument("--commands", action="store_true", help="also obey `resume` and `say SENTENCE`")
-    command.set_defaults(run=run)
 
 
-def add_mcap(commands: Commands, run: Run) -> None:
-    """Add `mcap`."""
-    command = commands.add_parser(
+def _add_mcap(commands: Commands) -> None:
+    command = add_command(
+        commands,
         "mcap",
-        help="write a recorded mission or shift as MCAP, for Foxglove",
+        "write a recorded mission or shift as MCAP, for Foxglove",
+        "live.mcap",
+        "hvcpctl mcap out/demo mission.mcap",
+        "hvcpctl mcap shift.jsonl shift.mcap",
         description="Write a recorded mission or shift as MCAP, for Foxglove: sentences, poses, a mission's sound.",
-        epilog=with_examples(
-            "RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed.",
-            "hvcpctl mcap out/demo mission.mcap",
-            "hvcpctl mcap shift.jsonl shift.mcap",
-        ),
+        epilog="RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed.",
     )
     command.add_argument("recording", type=Path, metavar="RECORDING", help="a folder, or a file of JSON lines")
     command.add_argument("output", type=Path, metavar="FILE", help="the MCAP file")
-    command.set_defaults(run=run)
 
 
-def _add_console(commands: Commands, run: Run) -> None:
-    c = commands.add_parser(
+def _add_console(commands: Commands) -> None:
+    c = add_command(
+        commands,
         "console",
-        help="show a robot, or a recorded mission, as a live page in the browser",
+        "show a robot, or a recorded mission, as a live page in the browser",
+        "live.console",
+        "hvcpctl console",
+        "hvcpctl console --replay out/demo",
         description="Serve a page on this computer: the conversation, tasks, map, level, alarms, and a stop button.",
-        epilog=with_examples(_WHICH + EXITS, "hvcpctl console", "hvcpctl console --replay out/demo"),
+        epilog=_WHICH + EXITS,
     )
-    add_which(c)
+    _add_which(c)
     c.add_argument(
         "--port", type=port, default=8765, metavar="N", help="the page's port (default: %(default)s; 0: any)"
     )
@@ -160,38 +173,26 @@ def _add_console(commands: Commands, run: Run) -> None:
     c.add_argument("--listen", default="127.0.0.1", metavar="ADDRESS", help="address (default: only this computer)")
     c.add_argument("--expose", action="store_true", help="allow an address that other computers can reach, unencrypted")
     c.add_argument("--replay", type=Path, metavar="DIR", help="a mission that `simulate --report DIR` has recorded")
-    c.set_defaults(run=run)
 
 
-def add_completion(commands: Commands, run: Run) -> None:
-    """Add `completion`."""
-    completion = commands.add_parser(
-        "completion",
-        help="print what the shell needs to complete this command's words",
-        epilog=with_examples(
-            "Write it to the folder for completions; it works in the next shell.",
-            "hvcpctl completion bash > ~/.local/share/bash-completion/completions/hvcpctl",
-            "hvcpctl completion fish > ~/.config/fish/completions/hvcpctl.fish",
-            'eval "$(hvcpctl completion zsh)"       # in ~/.zshrc, after compinit',
-        ),
-    )
-    completion.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell")
-    completion.set_defaults(run=run)
-
-
-def add_which(command: argparse.ArgumentParser, name: bool = True) -> None:
+def _add_which(command: argparse.ArgumentParser) -> None:
     """The options that say which daemon is meant."""
     add_config(command)
-    if name:
-        command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
+    command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
     command.add_argument("--socket", type=Path, metavar="FILE", help="the robot with this control socket")
 
 
-def _add_task(commands: Commands, run: Run) -> None:
-    text = "repeat or skip a task; add and remove tasks while the robots work"
-    about = "The robot tells the others about `again` and `skip` aloud. Give `add` and `remove` to each robot."
-    epilog = with_examples("", "hvcpctl task again 3", "hvcpctl task remove 11")
-    task = commands.add_parser("task", help=text, description=f"{text[0].upper()}{text[1:]}. {about}", epilog=epilog)
+def _add_task(commands: Commands) -> None:
+    task = add_command(
+        commands,
+        "task",
+        "repeat or skip a task; add and remove tasks while the robots work",
+        "live.task",
+        "hvcpctl task again 3",
+        "hvcpctl task remove 11",
+        description="Repeat or skip a task; add and remove tasks while the robots work. The robot tells the others "
+        "about `again` and `skip` aloud. Give `add` and `remove` to each robot.",
+    )
     actions = task.add_subparsers(title="actions", metavar="ACTION", required=True, dest="do")
     number = "the task's number, as `hvcpctl tasks` shows it"
     for name, what, example in (
@@ -199,13 +200,13 @@ def _add_task(commands: Commands, run: Run) -> None:
         ("skip", "leave a task out this time", "hvcpctl task skip 2"),
         ("remove", "remove a task from a robot", "hvcpctl task remove 11"),
     ):
-        command = _add(actions, name, what, run, example)
+        command = _add(actions, name, what, "live.task", example)
         command.add_argument("number", type=task_number, metavar="NUMBER", help=number)
     add = _add(
         actions,
         "add",
         "give a robot a new task",
-        run,
+        "live.task",
         'hvcpctl task add "water the red tulip" --number 11 --place 1.2,0.5 --action water=5',
         'hvcpctl task add "look at the gate" --number 12 --action dock --action wait=5 --every "6 h" --after 11',
     )
@@ -230,12 +231,10 @@ def _add_task(commands: Commands, run: Run) -> None:
     add.add_argument("--robots", type=whole(1, 99), metavar="N", help="number of robots that carry it out together")
 
 
-def _add(commands: Commands, name: str, text: str, run: Run, *examples: str) -> argparse.ArgumentParser:
-    epilog = with_examples(_WHICH + EXITS, *examples) if examples else _WHICH + EXITS
-    command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".", epilog=epilog)
-    add_which(command)
-    command.add_argument("--json", action="store_true", help="print one JSON object a line")
-    command.set_defaults(run=run)
+def _add(commands: Commands, name: str, text: str, run: str, *examples: str) -> argparse.ArgumentParser:
+    command = add_command(commands, name, text, run, *examples, epilog=_WHICH + EXITS)
+    _add_which(command)
+    add_json(command)
     return command
 
 

@@ -14,7 +14,7 @@ from rich.text import Text
 from hvcpd.console.lines import SURE, is_passing
 from hvcpd.control.live.status_screen import memory_faults, status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
-from hvcpd.reporting.text import clean, over_noise, percent, seal_words, skill_words
+from hvcpd.reporting.text import clean, over_noise, percent, seal_words, skill_words, task_words
 
 Event = dict[str, Any]
 Parts = list[Any]
@@ -74,8 +74,7 @@ class FollowLines:
 
     def task(self, number: int) -> str:
         """The text for a task."""
-        name = self._tasks.get(number)
-        return f"task {number}, {clean(name)}" if name else f"task {number}"
+        return task_words(number, self._tasks.get(number))
 
     def _style(self, name: str) -> str:
         return self._styles.setdefault(name, ROBOT_TERMINAL[len(self._styles) % len(ROBOT_TERMINAL)])
@@ -128,9 +127,8 @@ def _memory(_show: FollowLines, event: Event) -> Parts:
 
 
 def _skill(_show: FollowLines, event: Event) -> Parts:
-    said = (event[key] for key in ("state", "share", "text", "arguments", "results"))
     style = {"failed": "bold red", "finished": "green"}.get(event["state"], "dim")
-    return [(clean(f"{event['robot']} uses {skill_words(event['skill'], *said)}"), style)]
+    return [(clean(f"{event['robot']} uses {skill_words(event)}"), style)]
 
 
 _TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {

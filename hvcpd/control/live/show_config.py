@@ -9,8 +9,7 @@ from collections.abc import Iterable
 from contextlib import closing
 from typing import Any
 
-from hvcpd.config.example import commented_settings
-from hvcpd.config.settings_file import load_with_sources
+from hvcpd.config.settings_file import commented_settings, load_with_sources
 from hvcpd.config.sources import Sourced
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.errors import EX_OK

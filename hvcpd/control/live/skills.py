@@ -20,9 +20,9 @@ from hvcpd.errors import EX_OK, ConfigError, HvcpdError
 from hvcpd.hardware.gpio import missing
 from hvcpd.skills.checks import faults
 from hvcpd.skills.guard import GuardLine
-from hvcpd.skills.objects import Object, installed, unusable
-from hvcpd.skills.pins import Pin
-from hvcpd.skills.runners import Program, Runner
+from hvcpd.skills.objects import PythonRunner, installed, unusable
+from hvcpd.skills.pins import PinRunner
+from hvcpd.skills.runners import ProgramRunner, Runner
 
 
 def run(options: argparse.Namespace) -> int:
@@ -112,7 +112,7 @@ async def serve(
         stack.callback(beat.cancel)
         for runner in runners.values():
             stack.push_async_callback(runner.close)
-            if isinstance(runner, Object):
+            if isinstance(runner, PythonRunner):
                 await runner.open()
         await offer(path, runners)
 
@@ -120,9 +120,9 @@ async def serve(
 def _runner(name: str, settings: Settings, guard: GuardLine, place: str | None) -> Runner:
     skill = settings.skills.get(name)
     if skill is None:
-        return Object(name)
+        return PythonRunner(name)
     try:
-        return Pin(skill.gpio) if skill.gpio is not None else Program(skill.run, skill.safe, guard)
+        return PinRunner(skill.gpio) if skill.gpio is not None else ProgramRunner(skill.run, skill.safe, guard)
     except HvcpdError as error:
         where = f"{place}: " if place is not None else ""
         raise type(error)(f"{where}skills.{name}: {error}") from None

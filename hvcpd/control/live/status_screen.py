@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.ports import WARN_BATTERY_V
-from hvcpd.reporting.text import clean, number, plural, shown_away, skill_words
+from hvcpd.reporting.text import clean, number, plural, shown_away, skill_words, task_words
 
 _STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
 
@@ -38,7 +38,7 @@ def status_screen(status: Mapping[str, Any]) -> RenderableType:
 def _facts(status: Mapping[str, Any]) -> list[tuple[str, RenderableType]]:
     doing = clean(status["doing"])
     if status["task"] is not None:
-        doing += f": task {status['task']['number']}, {clean(status['task']['name'])}"
+        doing += f": {task_words(status['task']['number'], status['task']['name'])}"
     if status["speaking"]:
         doing += " (speaking)"
     if status.get("preparing") is not None:  # a daemon before this field says nothing of it
@@ -124,10 +124,8 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
     if skills["missing"]:
         told = ", ".join(map(clean, skills["missing"]))
         yield "Skills", Text(f"nobody offers {told}: start `hvcpctl skills`, or leave it to others", "yellow")
-    call = skills["call"]
-    if call is not None:
-        said = (call[key] for key in ("state", "share", "text", "arguments", "results"))
-        yield "Uses", clean(skill_words(call["skill"], *said))
+    if skills["call"] is not None:
+        yield "Uses", clean(skill_words(skills["call"]))
 
 
 def _way(place: Mapping[str, Any]) -> str:

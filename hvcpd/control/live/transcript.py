@@ -19,7 +19,7 @@ from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
-from hvcpd.reporting.text import seal_words
+from hvcpd.reporting.text import clean, seal_words
 
 POLL_S = 0.2
 """Interval at which `--follow` looks for new lines: a sentence lasts seconds."""
@@ -110,10 +110,5 @@ def line_of(row: TranscriptRow, as_json: bool) -> str:
         return json.dumps({"number": row.number, "wall_s": row.wall_s, **asdict(record)})
     at = datetime.fromtimestamp(row.wall_s).strftime("%Y-%m-%d %H:%M:%S") if row.wall_s else f"{record.at_s:19.1f}"
     sure = f"  ({record.confidence:.0%})" if record.confidence is not None else ""
-    seal = f"  {seal_words(_plain(record.seal))}" if record.seal else ""
-    return f"{at}  {record.kind:7}  {_plain(record.text) or '…'}{sure}{seal}"
-
-
-def _plain(text: str) -> str:
-    """The text without control characters, because the file may come from elsewhere."""
-    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)
+    seal = f"  {seal_words(clean(record.seal))}" if record.seal else ""
+    return f"{at}  {record.kind:7}  {clean(record.text) or '…'}{sure}{seal}"

@@ -15,8 +15,9 @@ from typing import TypeVar
 
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
+from hvcpd.config.shared_places import MAX_DISTANCE_M
 from hvcpd.config.skills import valid_key
-from hvcpd.config.task_file import MAX_DISTANCE_M, MAX_TASKS
+from hvcpd.config.task_file import MAX_TASKS
 from hvcpd.config.tasks import TENDING
 from hvcpd.control.simulate.team import load_team, refuse_same_sound, vocabulary_cache
 from hvcpd.errors import EX_OK, ConfigError, unwritable

@@ -8,7 +8,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -90,8 +91,8 @@ def run(options: argparse.Namespace) -> int:
         _make_directory(options.report)  # before a long mission, not after it
     for text in doubts(team.tasks):
         sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
-    with _Show(options.json) as show, pacing(options) as pace:
-        bench = Bench(plan, team.sound, show.handle, pace)
+    with _shown(options.json) as show, pacing(options) as pace:
+        bench = Bench(plan, team.sound, show, pace)
         record = bench.run()
     if options.report is not None:
         _write_report(options.report, record, bench, quiet=options.json)
@@ -144,36 +145,29 @@ def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | 
     return chosen or robots[-1]
 
 
-class _Show:
+@contextmanager
+def _shown(json_lines: bool) -> Iterator[Sink]:
     """Events to the terminal or, as JSON, to standard output."""
+    if json_lines:
+        from hvcpd.reporting.jsonlines import JsonLines
 
-    def __init__(self, json_lines: bool) -> None:
-        self._json = json_lines
-        self._view: AbstractContextManager[object] = nullcontext()
-        self._sink: Sink | None = None
+        yield JsonLines(sys.stdout).handle
+        return
+    from rich.console import Console
 
-    def __enter__(self) -> _Show:
-        if self._json:
-            from hvcpd.reporting.jsonlines import JsonLines
+    from hvcpd.reporting.live import LiveView
 
-            self._sink = JsonLines(sys.stdout).handle
-        return self
+    view: LiveView | None = None
 
-    def __exit__(self, *exception: object) -> None:
-        self._view.__exit__(*exception)  # type: ignore[arg-type]
+    def handle(event: Event) -> None:
+        nonlocal view
+        if view is not None:
+            view.handle(event)
+        elif isinstance(event, Started):
+            view = stack.enter_context(LiveView(Console(), event))
 
-    def handle(self, event: Event) -> None:
-        if self._sink is None and isinstance(event, Started):
-            from rich.console import Console
-
-            from hvcpd.reporting.live import LiveView
-
-            view = LiveView(Console(), event)
-            view.__enter__()
-            self._view, self._sink = view, view.handle
-            return
-        if self._sink is not None:
-            self._sink(event)
+    with ExitStack() as stack:
+        yield handle
 
 
 @contextmanager
@@ -185,24 +179,15 @@ def pacing(options: argparse.Namespace, backend: Any | None = None) -> Iterator[
             from hvcpd.hardware.audio_play import Playback
 
             try:
-                pace = stack.enter_context(_Louder(Playback(backend=backend)))
+                pace = partial(_play_louder, stack.enter_context(Playback(backend=backend)))
             except DeviceError as error:
                 sys.stderr.write(f"hvcpctl: note: nothing is played: {error}\n")
         yield pace
 
 
-class _Louder:
-    """Plays the listener's sound through the loudspeaker, at a level for people."""
-
-    def __init__(self, player: AbstractContextManager[Pace]) -> None:
-        self._player = player
-
-    def __enter__(self) -> Pace:
-        play = self._player.__enter__()
-        return lambda now, sound: play(now, np.clip(sound * LISTENER_GAIN, -1.0, 1.0).astype(np.float32))
-
-    def __exit__(self, *exception: object) -> None:
-        self._player.__exit__(*exception)  # type: ignore[arg-type]
+def _play_louder(play: Pace, now: float, sound: Samples) -> None:
+    """Play the listener's sound at a level for people."""
+    play(now, np.clip(sound * LISTENER_GAIN, -1.0, 1.0))
 
 
 class RealTime:

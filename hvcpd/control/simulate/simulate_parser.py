@@ -1,16 +1,42 @@
-"""The command line of `hvcpctl simulate`."""
+"""The command lines of `hvcpctl simulate`, `new-team` and `evaluate`; light, since every command builds the whole
+parser."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
-from hvcpd.control.arguments import Commands, Run, add_config, add_tasks, between, lack, robot_names, seed
+from hvcpd.control.arguments import (
+    Commands,
+    add_command,
+    add_config,
+    add_json,
+    add_key_file,
+    add_tasks,
+    between,
+    lack,
+    robot_names,
+    seed,
+    whole,
+)
 
 
-def add_simulate(commands: Commands, run: Run) -> None:
-    """Add `simulate`."""
-    c = commands.add_parser("simulate", help="run a mission of whole robots in a simulated room, out loud")
+def add_simulate_commands(commands: Commands) -> None:
+    """Add `simulate`, `new-team` and `evaluate`."""
+    _add_simulate(commands)
+    _add_new_team(commands)
+    _add_evaluate(commands)
+
+
+def _add_simulate(commands: Commands) -> None:
+    c = add_command(
+        commands,
+        "simulate",
+        "run a mission of whole robots in a simulated room, out loud",
+        "simulate.simulate",
+        "hvcpctl simulate --seed 2 --robots Rob,Bot,Ada",
+        "hvcpctl simulate --noise-db 60 --report out/noisy",
+    )
     add_config(c)
     add_tasks(c)
     who = "who takes part, up to 12 (default: the settings' `names`)"
@@ -50,8 +76,7 @@ def add_simulate(commands: Commands, run: Run) -> None:
     c.add_argument("--mute", action="store_true", help="let no sound pass: then nothing is coordinated")
     c.add_argument("--allow-confusable", action="store_true", help="also use words that robots may confuse")
     c.add_argument("--report", type=Path, metavar="DIR", help="write report.html, mission.wav, transcript.jsonl")
-    c.add_argument("--json", action="store_true", help="print one JSON object a line, the summary last")
-    c.set_defaults(run=run)
+    add_json(c, "print one JSON object a line, the summary last")
 
 
 def _add_robots_options(c: argparse.ArgumentParser) -> None:
@@ -61,8 +86,7 @@ def _add_robots_options(c: argparse.ArgumentParser) -> None:
     c.add_argument(
         "--repeat", type=int, choices=(1, 2), help="how many times in a row to say each sentence (default 1)"
     )
-    key = "seal what the robots say; without FILE, with a new key"
-    c.add_argument("--key", type=Path, nargs="?", const=Path(), metavar="FILE", help=key)
+    add_key_file(c, "seal what the robots say; without FILE, with a new key")
     c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
     tank = "give each robot a pump and this much water"
     c.add_argument("--tank", type=between(0.0, 1000.0), metavar="LITRES", help=tank)
@@ -74,3 +98,52 @@ def _add_robots_options(c: argparse.ArgumentParser) -> None:
         metavar="ROBOT=SKILL",
         help="take a skill of the task file from a robot; may be repeated",
     )
+
+
+def _add_new_team(commands: Commands) -> None:
+    command = add_command(
+        commands,
+        "new-team",
+        "write the settings and tasks of your own team, and try it",
+        "simulate.new_team",
+        "hvcpctl new-team garden",
+        "hvcpctl new-team garden --robots Rob,Bot --skill 'pour litres' \\\n"
+        "    --task 'water the green rose; -3, -4; pour 0.2' --task 'count the empty chairs' --demo",
+        epilog="Without options it asks, on a terminal. All words are checked before anything is written.",
+    )
+    command.add_argument("folder", type=Path, metavar="FOLDER", help="where hvcpd.yaml and tasks.yaml are written")
+    command.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help="the robots' names")
+    skill = "a skill besides driving, and its number, if any; may be repeated"
+    command.add_argument("--skill", action="append", metavar="'NAME [NUMBER]'", help=skill)
+    task = "a task's name, its place in metres, and what to do there (default: wait 5); may be repeated"
+    command.add_argument("--task", action="append", metavar="'NAME; X, Y; DO'", help=task)
+    demo = command.add_mutually_exclusive_group()
+    demo.add_argument("--demo", dest="demo", action="store_true", default=None, help="simulate the team at once")
+    demo.add_argument("--no-demo", dest="demo", action="store_false", help="do not ask whether to")
+
+
+def _add_evaluate(commands: Commands) -> None:
+    from hvcpd.evaluation.experiments import NAMES
+
+    count = whole(1, 100_000)
+    c = add_command(
+        commands,
+        "evaluate",
+        "run the paper's experiments in a simulated room",
+        "simulate.evaluate",
+        "hvcpctl evaluate wake",
+        epilog="Results are kept in --out: the same command continues where it was interrupted.",
+    )
+    one_of = f"one of {', '.join(NAMES)}, or all"
+    c.add_argument("experiment", choices=(*NAMES, "all"), metavar="EXPERIMENT", help=one_of)
+    c.add_argument("--jobs", type=count, metavar="N", help="processes (default: one for each core)")
+    c.add_argument("--scheduler", metavar="ADDRESS", help="dask cluster to run on, such as tcp://10.0.0.1:8786")
+    c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same results (default 1)")
+    each = "trials at each step (default 20, as in the paper)"
+    c.add_argument("--trials", type=count, default=20, metavar="N", help=each)
+    whole_robots = "missions of whole robots at each step (default: as trials, 1 with --quick)"
+    c.add_argument("--missions", type=count, metavar="N", help=whole_robots)
+    c.add_argument("--out", type=Path, default=Path("out/evaluation"), metavar="DIR", help="(default out/evaluation)")
+    recordings = "with wake: recordings of real robots (docs/experiment.md) instead of a simulation"
+    c.add_argument("--from-recordings", type=Path, metavar="DIR", help=recordings)
+    c.add_argument("--quick", action="store_true", help="fewer steps: rough results within minutes")
