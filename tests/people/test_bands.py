@@ -81,10 +81,11 @@ def test_no_band_falls_further_than_it_may() -> None:
     assert np.isfinite(np.log(without_noise(0.0 * bands, NOBODY) + LEAST)).all()
 
 
-def test_the_noise_is_what_was_heard_before_without_who_spoke_before() -> None:
+@pytest.mark.parametrize("spoken", [7000, 20000])
+def test_the_noise_is_what_was_heard_before_without_who_spoke_before(spoken: int) -> None:
     before = noise(3 * SAMPLE_RATE_HZ, 0.01)
     wanted = bands_of(np.asarray(before, np.float32)).mean(axis=0)
-    before[5000:12000] += 0.3 * np.sin(0.3 * np.arange(7000))
+    before[5000 : 5000 + spoken] += 0.3 * np.sin(0.3 * np.arange(spoken))
     both = np.concatenate([before, noise(8000, 0.3)]).astype(np.float32)
     found = noise_of(both, len(before))
     assert np.abs(np.log(found / wanted)).max() < 0.5

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.fusion import MOST_FARTHER, MOST_LOSS, Fused, Hypotheses, evidence, fuse
 from hvcpd.people.phones import PHONES, CtcSearch
@@ -60,8 +60,17 @@ def test_who_hears_the_same_makes_it_surer_and_who_hears_another_less() -> None:
     alone = fused(hypotheses("turn", "left")).probability
     same, another = ({LEFT: (cost, cost), RIGHT: (210.0 - cost, 210.0 - cost)} for cost in (100.0, 110.0))
     agreed = fused(hypotheses("turn", "left", known=enrolled(LEFT, 0.2, 0.9, LEFT, same))).probability
-    disputed = fused(hypotheses("turn", "left", clear=1.5, known=enrolled(RIGHT, 0.2, 0.9, RIGHT, another))).probability
+    disputed = fused(hypotheses("turn", "left", clear=1.2, known=enrolled(RIGHT, 0.2, 0.9, RIGHT, another))).probability
     assert agreed > alone > disputed
+
+
+def test_a_lead_says_less_of_a_short_sentence() -> None:
+    """A short word that is none of the robots' is like none of the others either."""
+    short, longer = hypotheses("left"), hypotheses("turn", "left")
+    short = replace(short, search=(search := CtcSearch(graph_of(("left",)), SAID.__getitem__)))
+    short = replace(short, by_phones=search.best(short.log_posteriors))
+    assert short.lead(("left",)) == longer.lead(LEFT)
+    assert evidence(short, ("left",))[4] < evidence(longer, LEFT)[4]
 
 
 def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
-from hvcpd.people.phones import PHONES, Logs, centred, phones_of
+from hvcpd.people.phones import PHONES, Logs, centred, phones_of, whole_weights
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -44,6 +44,18 @@ def test_shapes_and_sums() -> None:
         assert log_posteriors.shape == ((n + 1) // 2, len(PHONES) + 1)
         assert np.allclose(np.exp(log_posteriors).sum(axis=1), 1.0, atol=1e-4)
         assert log_posteriors.dtype == np.float32
+
+
+def test_weights_are_bytes_with_a_scale_for_each_output() -> None:
+    file = {
+        "weights0": np.array([[127, -2], [0, 64]], np.int8),
+        "scale0": np.array([0.01, 0.5], np.float32),
+        "bias0": np.array([1.0, -1.0], np.float16),
+    }
+    found = whole_weights(file)
+    assert sorted(found) == ["bias0", "weights0"]
+    assert np.allclose(found["weights0"], [[1.27, -1.0], [0.0, 32.0]])
+    assert all(values.dtype == np.float32 for values in found.values())
 
 
 def test_a_microphone_s_tilt_does_not_count() -> None:

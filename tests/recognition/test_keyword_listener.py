@@ -65,7 +65,7 @@ def test_stop_is_heard_over_talk_within_half_a_second(at_s: float, over_db: floa
 
 
 def test_the_word_alone_is_told_in_a_voice_of_which_no_sentence_is_understood_whatever_the_blocks() -> None:
-    sound = in_noise(said("stop", "wren", -30.0))
+    sound = in_noise(np.pad(said("stop", "wren", -30.0), (0, 8000)))
     per_block = [[event for _, event in hear(ears(), sound, block)] for block in (400, 1111)]
     assert sum(isinstance(event, Urgent) for event in per_block[0]) == 1
     assert not any(isinstance(event, Recognised | Released) for event in per_block[0])
