@@ -143,8 +143,8 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     sure = probabilities >= MIN_STRANGERS_PROBABILITY
     people = ", words of 20 people, people's talk, sounds, digits" if o.data is not None else ""
     return {
-        "data": f"{o.sentences} sentences by each of eight synthetic voices, calls, robots, words and prose that are no "
-        f"sentence, enrolled voices{people}; in rooms and noises; seed {o.seed}",
+        "data": f"{o.sentences} sentences by each of eight synthetic voices, calls, robots, words and prose that are "
+        f"no sentence, enrolled voices{people}; in rooms and noises; seed {o.seed}",
         "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
         f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
         "weights": {

@@ -174,8 +174,8 @@ def errors_of(net: Net, data: Data) -> tuple[float, float]:
 
 
 def weights_of(net: Net) -> dict[str, np.ndarray]:
-    """Of each layer, its norm folded in: `weights0`, shape (size, inputs, outputs), bytes, with a scale for each output,
-    `scale0`, and `bias0`, ...; the last layer's end in "_out"."""
+    """Of each layer, its norm folded in: `weights0`, shape (size, inputs, outputs), bytes, with a scale for each
+    output, `scale0`, and `bias0`, ...; the last layer's end in "_out"."""
     found = {}
     for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()

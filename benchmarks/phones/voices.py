@@ -47,8 +47,8 @@ KOKORO_TRAINING = "jf_alpha"
 KOKORO_CALIBRATION = ("jf_gongitsune",)
 """Those of Kokoro's voices by which the confidence of sentences is fitted; the other three are for tests alone."""
 KOKORO_SPREAD = 0.8
-"""How far a voice that is drawn is from KOKORO_TRAINING at most, in timbre and in manner: voices of the package are 0.7 to
-4 from each other, and of sentences by voices at 1.0 half as many were understood."""
+"""How far a voice that is drawn is from KOKORO_TRAINING at most, in timbre and in manner: voices of the package are 0.7
+to 4 from each other, and of sentences by voices at 1.0 half as many were understood."""
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
 
 NEURAL_RATE_HZ = 24000
@@ -172,7 +172,8 @@ def kokoro(spread: float = 0.0) -> dict[str, Talker]:
     def voice(style: NDArray[np.float32]) -> Talker:
         def say(phrases: Phrases, chooser: random.Random) -> Samples:
             phonemes = english.phonemize(text_of(phrases).capitalize())[0]
-            sound = core._infer(phonemes, style + _drawn(spread, chooser), chooser.uniform(*KOKORO_RATE))
+            mine = style + _drawn(spread, chooser) if spread else style
+            sound = core._infer(phonemes, mine, chooser.uniform(*KOKORO_RATE))
             return resampled(sound, NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
 
         return say

@@ -32,8 +32,8 @@ LEAST = 1e-4
 SURELY_BEFORE_FRAMES = 20
 """Longest time (0.2 s) that speech may have begun before it was noticed."""
 QUIETER = 0.5
-"""Share of the frames before the speech, the quieter ones, that gives the noise: somebody may have spoken before. Of 171
-sentences 0.7 s after another one 147 are understood, with a share of 0.7 140; alone 143 and 142."""
+"""Share of the frames before the speech, the quieter ones, that gives the noise: somebody may have spoken before. Of
+171 sentences 0.7 s after another one 147 are understood, with a share of 0.7 140; alone 143 and 142."""
 LEAST_FRAMES, QUIETEST = 10, 0.1
 """With fewer frames before it, the noise is estimated from the quietest part of the speech."""
 SMOOTH = 0.5

@@ -177,9 +177,9 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
 
     Its loss against the best phone sequence, for each of its phones: a strange voice loses a little in each, a wrong
     sentence much in a few. The worst word's loss per frame; the net's certainty of any phones; the extra loss of the
-    best other sentence, times the logarithm of the number of phones, since a short word that is no sentence is like none
-    of the others either; whether it is nearest to enrolled people's words by cepstra, and how certainly, and by tandem
-    features; the phones a second.
+    best other sentence, times the logarithm of the number of phones, since a short word that is no sentence is like
+    none of the others either; whether it is nearest to enrolled people's words by cepstra, and how certainly, and by
+    tandem features; the phones a second.
     """
     n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]

@@ -1,7 +1,7 @@
 """A small speaker-independent phone net for English: convolutions in time over mel bands.
 
 Trained by connectionist temporal classification (A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on
-synthetic speech alone (`benchmarks/phones`): between two sounds it emits a blank.
+synthetic speech and people's words (`benchmarks/phones`): between two sounds it emits a blank.
 
 The sentence of a network whose phones fit best is found by Viterbi's search over the topology of that classification:
 each phone lasts for a frame or more, and between two phones there may be frames of none. Pauses between words are such

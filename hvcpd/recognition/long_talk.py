@@ -12,8 +12,8 @@ from hvcpd.recognition.stream import cleaned
 
 FRAME_SAMPLES = 320
 """20 ms, on the grid of the sample clock, so that the size of blocks changes nothing."""
-ENDED_FRAMES = 25
-"""0.5 s in which nobody speaks end the talk: then its speech is reported as a whole."""
+ENDED_FRAMES = 40
+"""0.8 s in which nobody speaks end the talk, as `activity.WAIT_FRAMES`: then its speech is reported as a whole."""
 PAUSE_FRAMES = 12
 """0.24 s: the closures of stop consonants are shorter, the pauses between two sentences longer."""
 PAUSE_SHARE = 0.35

@@ -41,8 +41,8 @@ def test_whoever_goes_on_after_it_is_noticed() -> None:
 
 
 def test_a_comma_s_pause_does_not_cut_a_sentence_in_two() -> None:
-    """People and neural voices pause for up to 0.64 s after a greeting; a sentence was heard in two, the first part told
-    as a whole."""
+    """Neural voices pause for up to 0.64 s after a greeting; a sentence was heard in two, the first part reported as a
+    whole."""
     tracker, found = SegmentTracker(), []
     syllables = _frames(60, 1.0) * np.tile([20.0, 200.0], 30)[:, None].astype(np.float32)
     for frame in range(0, 360, 4):
