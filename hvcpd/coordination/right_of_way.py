@@ -262,8 +262,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         else:
             _give(me, p, name, now, sure)
         return
-    if comes_first or not p.silences:
-        _wait(me, p, now + (YIELD_S if p.silences else ASK_NEXT_S))  # an answer takes precedence
+    yield_s = YIELD_S if p.silences else ASK_NEXT_S
+    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
     if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but the new keeper may not know
