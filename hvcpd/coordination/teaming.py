@@ -15,7 +15,7 @@ from functools import partial
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone, objection_slot
 from hvcpd.coordination.entry import Entry
-from hvcpd.coordination.floor import Intent, Urgency, nothing
+from hvcpd.coordination.floor import LEFT_ALONE, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -227,5 +227,5 @@ def leave(me: Knowledge, number: int, now: float) -> None:
     way."""
     if me.state in AT_WORK:
         failed = composing.to_all(me, m.Failed(m.TaskByNumber(number)))
-        me.floor.want(Intent(Urgency.TURN, f"left {number}", lambda: failed), now)
+        me.floor.want(Intent(Urgency.AGAIN, LEFT_ALONE, lambda: failed), now)
     fire(me, Trigger.LEFT_ALONE, now)

@@ -14,9 +14,10 @@ from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hil_fakes.word_plans import random_plan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import Action, Place, TaskDefinition, Wait
-from hvcpd.coordination import choosing
+from hvcpd.coordination import choosing, composing, effects, teaming
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -213,6 +214,18 @@ def test_a_task_for_more_robots_than_are_free_keeps_nobody_from_taking_over_anot
     kim.board.claim(2, "Max", 250.0)
     assert choosing.tasks_to_claim(kim.knowledge, 240.0) == ()
     assert choosing.tasks_to_claim(kim.knowledge, 260.0) == (2,)
+
+
+def test_who_leaves_a_task_for_several_says_so_before_it_claims_another() -> None:
+    """To the others it had done its part when it claimed another one; a minute later it said that it had not (seed
+    3359 of the random teams)."""
+    kim = Coordination(Role("Kim", "plant", roster=("Kim", "Max")), shared(2), random.Random(1))
+    kim.knowledge.state, kim.knowledge.current.task = State.ANNOUNCING, 1
+    teaming.leave(kim.knowledge, 1, 10.0)
+    kim.knowledge.state = State.CLAIMING
+    effects.want_claim(kim.knowledge, 10.0)
+    assert kim.knowledge.floor.wants(OWN_TURN)
+    assert composing.joinable(kim.knowledge) is None
 
 
 def test_the_place_of_the_first_is_kept_for_who_is_at_work() -> None:
