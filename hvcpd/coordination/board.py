@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry, new_entry, spoken_name
@@ -118,8 +118,8 @@ class Board:
 
     def next_lapse(self, now: float) -> float | None:
         """When the next claim lapses, if nobody renews it."""
-        ends = [e.lease_end_s for e in self._entries.values() if e.state == CLAIMED and e.lease_end_s > now]
-        return min(ends, default=None)
+        claimed = [e for e in self._entries.values() if e.state == CLAIMED]
+        return min((s for e in claimed for s in (e.lease_end_s, *e.helpers.values()) if s > now), default=None)
 
     def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:
         """A robot (None: an unknown one) has the task, or shares it with its owner. A task known to be done stays done,
@@ -129,8 +129,7 @@ class Board:
             return
         if entry.is_shared and owner is not None and entry.team and owner != entry.owner:
             if entry.has_room or owner in entry.helpers:
-                entry.helpers |= {owner}
-                entry.lease_end_s = max(lease_end_s, entry.lease_end_s)
+                entry.helpers[owner] = max(lease_end_s, entry.helpers.get(owner, lease_end_s))
             return
         if entry.state == CLAIMED and entry.owner == owner and entry.firm and not firm:
             lease_end_s, firm = max(lease_end_s, entry.lease_end_s), True
@@ -165,14 +164,29 @@ class Board:
         entry = self._entries[number]
         if entry.owner == name:
             self.release(number)
-        entry.helpers -= {name}
+        entry.helpers.pop(name, None)
 
-    def expire(self, now: float, own: Iterable[int]) -> None:
-        """Release shared tasks whose robots were not heard until the lease ended, except this robot's `own` tasks."""
+    def expire(self, now: float, own: Collection[int]) -> None:
+        """Of shared tasks, except this robot's `own`: drop the robots that nobody has named until their claims lapsed.
+        One of those that are left counts as the owner; without any the task is open."""
         for number, entry in self._entries.items():
-            if entry.is_shared and entry.state == CLAIMED and now >= entry.lease_end_s and number not in own:
+            if not entry.is_shared or entry.state != CLAIMED or number in own:
+                continue
+            team = entry.helpers | {entry.owner: entry.lease_end_s}
+            left = {name: end_s for name, end_s in team.items() if name is not None and now < end_s}
+            if not left and now >= entry.lease_end_s:
                 entry.parts_before |= entry.parts
                 self.release(number)
+            elif left and len(left) < len(team):
+                self._share(number, left, entry.lease_end_s)
+
+    def _share(self, number: int, leases: Mapping[str, float], lease_end_s: float) -> None:
+        """These robots, or one that is not known until `lease_end_s`, have a task for several robots from now on."""
+        entry = self._entries[number]
+        owner = entry.owner if entry.owner in leases else min(leases, default=None)
+        self._set(number, CLAIMED, owner)
+        entry.helpers = {name: end_s for name, end_s in leases.items() if name != owner}
+        entry.lease_end_s, entry.firm = lease_end_s if owner is None else leases[owner], True
 
     def complete_part(self, number: int, name: str, lease_end_s: float) -> bool:
         """A robot has done its part of the task. Returns whether that was the last part; until then the others keep
@@ -182,10 +196,8 @@ class Board:
         if len(parts) >= entry.definition.robots:
             self.complete(number, name)
             return True
-        others = sorted(entry.team - parts)
-        self._set(number, CLAIMED, others[0] if others else None)
-        entry.helpers, entry.parts = frozenset(others[1:]), parts
-        entry.lease_end_s, entry.firm = lease_end_s, True
+        self._share(number, dict.fromkeys(entry.team - parts, lease_end_s), lease_end_s)
+        entry.parts = parts
         return False
 
     def complete(self, number: int, owner: str | None, hearsay: bool = False, said_by: str | None = None) -> None:
@@ -226,7 +238,7 @@ class Board:
         entry = self._entries[number]
         self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
-            entry.times_heard, entry.helpers = 0, frozenset()
+            entry.times_heard, entry.helpers = 0, {}
         if state != CLAIMED:
             entry.parts = frozenset()
         if state == DONE:

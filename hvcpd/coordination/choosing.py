@@ -56,16 +56,11 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
     """The tasks that this robot may claim. A task for several robots counts only if another robot has claimed it, or if
     enough robots are idle, and not soon after an unanswered call for helpers."""
-    me.board.expire(now, me.my_tasks())
-    free = me.board.free_for(me.role.name, now, me.role.unable)
-    if all(t.robots == 1 for t in free):
-        return free
-    idle = 1 + _free_others(me, now)
-    return tuple(t for t in free if t.robots == 1 or (me.board[t.number].call_s <= now and _can_be_shared(me, t, idle)))
-
-
-def _can_be_shared(me: Knowledge, task: TaskDefinition, idle: int) -> bool:
-    return task.robots <= idle or me.board[task.number].has_room
+    me.expire(now)
+    shared = [entry for entry in me.board.entries() if entry.is_shared]
+    idle = 1 + _free_others(me, now) if shared else 0
+    later = (e.definition.number for e in shared if e.call_s > now or (e.definition.robots > idle and not e.has_room))
+    return me.board.free_for(me.role.name, now, me.role.unable.union(later))
 
 
 def next_call_s(me: Knowledge, now: float) -> float | None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.entry import Entry, spoken_name
-from hvcpd.coordination.floor import AHEAD, OWN_TURN, Intent, Urgency, nothing
+from hvcpd.coordination.floor import AHEAD, LEFT_ALONE, OWN_TURN, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -132,7 +132,7 @@ def _may_join(me: Knowledge) -> bool:
     to_many = me.current.partner is None and me.state in (State.CLAIMING, State.REPORTING)
     report = me.board[me.report.task] if me.report.task is not None else None
     plain = report is None or not (me.report.failed or report.is_changed)
-    return to_many and plain and not me.role.speech.encrypted
+    return to_many and plain and not me.floor.wants(LEFT_ALONE) and not me.role.speech.encrypted
 
 
 def joined(confirmation: m.Utterance, own: m.Utterance) -> m.Utterance:

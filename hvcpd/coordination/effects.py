@@ -254,11 +254,17 @@ def go_back(me: Knowledge, now: float) -> None:
 
 
 def make_room(me: Knowledge, _now: float) -> None:
-    """Go back out to where the robot came in; there it again claims a task that it has claimed and not begun."""
+    """Go back out to where the robot came in; there it again claims a task that it has not begun, or reports."""
     let_go(me)
     me.current.clear()
     outside = (each.came_from for each in me.passes if each.inside)
     me.do(Perform(0, tuple(GoTo(place) for place in outside if place is not None)))
+
+
+def make_room_and_ask(me: Knowledge, now: float) -> None:
+    """The same; outside it asks what is left."""
+    me.missed.heard_work = True
+    make_room(me, now)
 
 
 def drop_task(me: Knowledge, now: float) -> None:

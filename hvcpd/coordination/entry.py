@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hvcpd.config.tasks import TaskDefinition
 
@@ -64,8 +64,8 @@ class Entry:
     """The robot that did it then."""
     acted_s: float = -math.inf
     """When this robot itself last did it."""
-    helpers: frozenset[str] = frozenset()
-    """Of a task for several robots: the robots that do it with its owner."""
+    helpers: dict[str, float] = field(default_factory=dict)
+    """Of a task for several robots: those that do it with its owner, and when the claim of each lapses."""
     parts: frozenset[str] = frozenset()
     """Those of them that have done their part."""
     parts_before: frozenset[str] = frozenset()
@@ -87,7 +87,7 @@ class Entry:
     @property
     def team(self) -> frozenset[str]:
         """The robots that have it: its owner, and those that do it with the owner."""
-        return self.helpers | {self.owner} if self.owner is not None and self.state == CLAIMED else frozenset()
+        return frozenset() if self.owner is None or self.state != CLAIMED else frozenset((self.owner, *self.helpers))
 
     @property
     def has_room(self) -> bool:

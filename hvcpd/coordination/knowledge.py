@@ -28,7 +28,7 @@ from hvcpd.coordination.conversation import (
 from hvcpd.coordination.floor import RANK_MAX, Floor
 from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Peers, lot
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 
 
@@ -174,6 +174,15 @@ class Knowledge:
         task, ahead = self.current.task, self.current.ahead
         is_mine = ahead is not None and self.board.owner_of_claim(ahead) == self.role.name
         return tuple(number for number in (task, ahead if is_mine else None) if number is not None)
+
+    def expire(self, now: float) -> None:
+        """Forget who has tasks for several robots where that was not said again in time: never this robot's own claim,
+        nor the robots that it is at work with."""
+        own, at_work = self.my_tasks(), self.state in AT_WORK
+        for number in own:
+            if self.board[number].is_shared and not at_work:
+                self.board.claim(number, self.role.name, self.lease_end_s(now))
+        self.board.expire(now, own if at_work else ())
 
     def do(self, action: Action) -> None:
         """Add an action to the next ones handed out."""

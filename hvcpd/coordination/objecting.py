@@ -13,10 +13,9 @@ from hvcpd.language import messages as m
 
 
 def is_of_third(me: Knowledge, entry: Entry, other: str, now: float) -> bool:
-    """Whether neither this robot nor `other` has the task, but one that is still there."""
-    third = entry.owner if entry.state == CLAIMED else None
-    live = third is not None and now < entry.lease_end_s and me.peers.is_present(third, now)
-    return live and third not in (other, me.role.name)
+    """Whether neither this robot nor `other` has the task, but a third one, which this robot may never have heard."""
+    third = entry.owner if entry.state == CLAIMED and now < entry.lease_end_s else None
+    return third is not None and third not in (other, me.role.name)
 
 
 def deny_for_third(me: Knowledge, other: str, entry: Entry, now: float) -> None:

@@ -44,6 +44,8 @@ class Pass:
     """When this robot last finished a request."""
     answer_s: float = math.inf
     """Until then an answer to that request may begin."""
+    answered_s: float = -math.inf
+    """When a voice last followed a request of this robot that it did not understand: perhaps the keeper's."""
     silences: int = 0
     """Number of requests in a row that nobody answered."""
     again_s: float = -math.inf

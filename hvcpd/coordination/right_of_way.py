@@ -67,7 +67,7 @@ ASKS_ALONE = 2
 LEASE_S = 45.0
 """A robot that was given the place and does not mention it has left it by then: 4 m of it take 20 s. Each request that
 it hears renews the lease, because it answers."""
-REPEATED_S = 25.0
+REPEATED_S = 35.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
 is then repeated, and also when another robot asks and gets no answer."""
 REST_S = 40.0
@@ -213,6 +213,8 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         p.answer_s = settled_s
         return
     p.answer_s = math.inf
+    if somebody_spoke:
+        p.answered_s = now
     p.silences += not somebody_spoke
     chatter.raise_voice(me, now)
     if not somebody_spoke and _is_mine(me, p, now):
@@ -234,11 +236,11 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be."""
     listened_s, own = now - p.since_s, me.role.name.lower()
-    if p.keeper is None and me.roster and me.peers.all() and listened_s >= LISTENED_S:
-        absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
-        if own == min(absent.union(me.peers.present(now), (own,))):
-            p.keep(me.role.name, now)
-    return p.keeper == me.role.name
+    heard_s = min(listened_s, now - p.answered_s)
+    if p.keeper is not None or not me.roster or not me.peers.all() or heard_s < LISTENED_S:
+        return p.keeper == me.role.name
+    absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
+    return own == min(absent.union(me.peers.present(now), (own,)))
 
 
 def find(me: Knowledge, name: str) -> Pass | None:
@@ -260,7 +262,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         else:
             _give(me, p, name, now, sure)
         return
-    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ASK_NEXT_S))  # an answer takes precedence
+    yield_s = YIELD_S if p.silences else ASK_NEXT_S
+    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
     if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but the new keeper may not know

@@ -101,9 +101,6 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.PROPOSED, T.UNHEARD): (S.RETURNING, effects.go_back),
     (S.REPORTED, T.UNHEARD): (S.RETURNING, effects.go_back),
     (S.ORDERED, T.UNHEARD): (S.RETURNING, effects.go_back),
-    (S.READY, T.IN_THE_WAY): (S.RETURNING, effects.make_room),
-    (S.CLAIMING, T.IN_THE_WAY): (S.RETURNING, effects.make_room),
-    (S.PROPOSED, T.IN_THE_WAY): (S.RETURNING, effects.make_room),
     (S.RETURNING, T.PERFORMED): (S.READY, effects.rest),
     (S.RETURNING, T.FAILED): (S.READY, effects.rest),
     (S.RETURNING, T.CONFIRMED): (S.READY, effects.drop_task),
@@ -120,6 +117,11 @@ TRANSITIONS |= {
     for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.READING_BACK, S.READ_BACK)
     for trigger in (T.LOST, T.DONE_BEFORE)
 }
+TRANSITIONS |= {
+    (state, T.IN_THE_WAY): (S.RETURNING, effects.make_room)
+    for state in (S.READY, S.CLAIMING, S.PROPOSED, S.REPORTING, S.REPORTED)
+}
+TRANSITIONS |= {(state, T.IN_THE_WAY): (S.RETURNING, effects.make_room_and_ask) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {
     (state, T.LEFT_ALONE): (S.READY, effects.leave_for_later)
     for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING, S.READING_BACK, S.READ_BACK)

@@ -15,7 +15,7 @@ from functools import partial
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone, objection_slot
 from hvcpd.coordination.entry import Entry
-from hvcpd.coordination.floor import Intent, Urgency, nothing
+from hvcpd.coordination.floor import LEFT_ALONE, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -31,7 +31,7 @@ SLOTS = 2
 def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> None:
     """Another robot claims a task for several robots, or is at its place."""
     number, now = entry.definition.number, heard.now
-    me.board.expire(now, me.my_tasks())
+    me.expire(now)
     if me.role.name in entry.parts_before and not _is_in(me, number):
         # perhaps the others have done their parts, and no robot has heard that from all
         composing.answer(me, None, f"done {number}", composing.done(me, number), now, call=other)
@@ -227,5 +227,5 @@ def leave(me: Knowledge, number: int, now: float) -> None:
     way."""
     if me.state in AT_WORK:
         failed = composing.to_all(me, m.Failed(m.TaskByNumber(number)))
-        me.floor.want(Intent(Urgency.TURN, f"left {number}", lambda: failed), now)
+        me.floor.want(Intent(Urgency.AGAIN, LEFT_ALONE, lambda: failed), now)
     fire(me, Trigger.LEFT_ALONE, now)

@@ -168,6 +168,17 @@ def test_who_hears_a_claim_confirmed_of_a_task_that_another_robot_has_objects() 
     assert bot.knowledge.floor.wants("deny 1")
 
 
+def test_who_knows_whose_a_task_is_by_a_confirmation_objects_for_a_robot_that_it_never_heard() -> None:
+    """Three robots knew so whose the task was, and it was done twice (seed 32042)."""
+    bot = claiming("Bot")
+    bot.knowledge.state, bot.knowledge.current.task = State.READY, None
+    bot.board.release(1)
+    hear(bot, "Zoe", "Kim", m.Confirmed(ONE))
+    bot.heard(m.Utterance("Ada", m.ToTeam("plant"), None, m.Claim(ONE)), 15.0)
+    assert bot.board[1].owner == "Kim"
+    assert bot.knowledge.floor.wants("deny 1")
+
+
 def test_a_robot_on_its_way_that_hears_another_one_at_work_says_so_once_more_at_the_place() -> None:
     """Zoe was at work already, and Max kept the task, as the first name (seed 1125271 of the missions over days)."""
     kim = claiming("Kim")
