@@ -8,6 +8,7 @@ Written while the package is built and never kept in the repository; the form is
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections.abc import Iterable, Sequence
@@ -54,10 +55,9 @@ def write_words(words: Iterable[str], folder: Path) -> int:
 
 def main(arguments: Sequence[str]) -> int:
     """Write them; returns the exit status."""
-    if len(arguments) != 1:
-        sys.stderr.write("usage: python -m release.words FOLDER\n")
-        return 2
-    sys.stdout.write(f"{write_words(default_words(), Path(arguments[0])) / 1e6:.1f} MB\n")
+    parser = argparse.ArgumentParser(prog="release.words", description="Render the words that come with the package.")
+    parser.add_argument("folder", type=Path)
+    sys.stdout.write(f"{write_words(default_words(), parser.parse_args(arguments).folder) / 1e6:.1f} MB\n")
     return 0
 
 
