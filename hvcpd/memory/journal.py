@@ -94,9 +94,14 @@ class Journal:
         self._store.check()
 
     def write_together(self, timed: Iterable[tuple[Record, float]], now: float) -> None:
-        """Keep the records of those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
+        """Keep the records of those times, all or nothing but for the counters of seals. Raises StoreError."""
+        timed = tuple(timed)
+        self.write([record for record, _ in timed if isinstance(record, SaveCounter)], now)
+        others = [(record, at_s) for record, at_s in timed if not isinstance(record, SaveCounter)]
+        if not others:
+            return
         with self._store.together():
-            for record, at_s in timed:
+            for record, at_s in others:
                 self.write((record,), at_s, now - at_s)
 
     def write(self, records: Iterable[Record], now: float, ago_s: float = 0.0) -> None:

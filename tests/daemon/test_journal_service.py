@@ -107,16 +107,20 @@ def test_another_process_at_the_memory_costs_records_but_not_the_mission(wiring:
     assert "another process uses it" in logs[0]["reason"]
 
 
-def test_what_is_said_waits_and_what_a_restart_needs_does_not(wiring: Wiring) -> None:
+def test_what_is_said_waits_until_a_restart_needs_something(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)
         await journal.open()
-        journal.write((GarbledRecord(1.0, 1.0, 2.0), SavePeer("Bot", "plant", 1.0)), 1.0)
-        journal.write((SaveTask(2, "claimed", "Bot"), SavePeer("Bot", "plant", 2.0)), 2.0)
-        while kept(wiring) != (0, [1.0], ["claimed"]):
+        for at_s in (1.0, 2.0):
+            journal.write((GarbledRecord(at_s, at_s, at_s + 1.0), SavePeer("Bot", "plant", at_s)), at_s)
+            while kept(wiring) != (1, [1.0], []):  # a new name does not wait
+                await asyncio.sleep(0)
+        journal.write((SaveTask(2, "claimed", "Bot"),), 3.0)
+        while kept(wiring) != (2, [2.0], ["claimed"]):
             await asyncio.sleep(0)
-        journal.write((), 1.0 + LATER_S)
-        while kept(wiring) != (1, [2.0], ["claimed"]):
+        journal.write((SavePeer("Bot", "plant", 4.0),), 4.0)
+        journal.write((), 4.0 + LATER_S)
+        while kept(wiring) != (2, [4.0], ["claimed"]):
             await asyncio.sleep(0)
         await journal.close()
 
