@@ -24,6 +24,7 @@ from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Permit, StopLatch, spare_places
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
+from hvcpd.memory.recent import OfTask, Recent
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
 from hvcpd.memory.store_file import make_directory
 from hvcpd.robot.records import Record, SaveCounter
@@ -140,6 +141,9 @@ class JournalService:
             if key is not None:
                 self._unwritten.pop(key, None)
                 self._unwritten[key] = record
+        news = tuple(record for record in records if isinstance(record, OfTask))
+        if news and self._journal is not None:
+            self._have_done(partial(self._journal.hold, news, now))
         at_once = False
         if self.fault is not None and not self._is_only_in_memory:
             self._send([(record, now) for record in self._again(records)])
@@ -158,16 +162,29 @@ class JournalService:
             self._have_done(self._journal.check)
 
     def _must_not_wait(self, record: Record) -> bool:
-        """All but the transcript, and when a peer that is known was heard."""
-        if isinstance(record, SavePeer):
-            return record.name.casefold() not in self._peers
-        return _key(record) is not None
+        """What nobody else could tell the robot after a loss of power: a new name, the change of a task by a person,
+        and its own tasks, but not other robots', which those know."""
+        match record:
+            case SavePeer(name):
+                return name.casefold() not in self._peers
+            case SaveTask(owner=owner):
+                return owner is None or owner.casefold() == self._wiring.settings.name.casefold()
+            case SaveChange():
+                return True
+            case _:
+                return False
 
     def _send_later(self) -> None:
         """Have all that waits written. What must not wait takes the rest along: the file system's own pages, most of
         what reaches a card, are written once for all."""
-        timed, self._later = self._later, []
-        self._send(timed)
+        newest = [(record, at_s) for record, at_s in self._later if self._is_newest(record)]
+        self._later = []
+        self._send(newest)
+
+    def _is_newest(self, record: Record) -> bool:
+        """What it says was not replaced by a later record."""
+        key = _key(record)
+        return key is None or self._unwritten.get(key) is record
 
     def _send(self, timed: Sequence[TimedRecord]) -> None:
         """Have the thread write the records, if there are any."""
@@ -241,8 +258,13 @@ class JournalService:
         with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
             self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
         memory = self._memory = open_memory(files, self._latch, wiring.keys is not None)
-        self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals)
+        recent = Recent(socket_path(wiring.settings).with_suffix(".recent"), memory.latched.memory)
+        self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
+        try:
+            self._journal.recall()
+        except StoreError as error:
+            self.fault = self.fault or str(error)
         ring = wiring.ring()
         if ring is not None and (memory.seals_lost or memory.seals_stale):
             try:
