@@ -162,13 +162,13 @@ class JournalService:
             self._have_done(self._journal.check)
 
     def _must_not_wait(self, record: Record) -> bool:
-        """What nobody else could tell the robot after a loss of power: a new name, the change of a task by a person,
-        and its own tasks, but not other robots', which those know."""
+        """What nobody else could tell the robot after a loss of power: a new name, a person's change of a task, and the
+        tasks that it has done, or given up, itself."""
         match record:
             case SavePeer(name):
                 return name.casefold() not in self._peers
-            case SaveTask(owner=owner):
-                return owner is None or owner.casefold() == self._wiring.settings.name.casefold()
+            case SaveTask(state="done" | "failed", owner=str(owner)):
+                return owner.casefold() == self._wiring.settings.name.casefold()
             case SaveChange():
                 return True
             case _:
