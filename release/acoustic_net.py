@@ -8,6 +8,7 @@ is `hibari/assets/hibari.onnx`. The 8-bit weights stay as they are, all else is 
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import sys
 from collections.abc import Sequence
@@ -62,13 +63,13 @@ def converted(graph: Any, to_array: Any) -> dict[str, np.ndarray[Any, Any]]:
 
 def main(arguments: Sequence[str]) -> int:
     """Convert the file; returns the exit status."""
-    if len(arguments) not in (1, 2):
-        sys.stderr.write("usage: python -m release.acoustic_net HIBARI.ONNX [FILE.npz]\n")
-        return 2
+    parser = argparse.ArgumentParser(prog="release.acoustic_net", description="Convert the natural voice's network.")
+    parser.add_argument("network", metavar="HIBARI.ONNX")
+    parser.add_argument("file", metavar="FILE.npz", nargs="?", type=Path, default=WEIGHTS)
+    options = parser.parse_args(arguments)
     onnx = importlib.import_module("onnx")
-    target = Path(arguments[1]) if len(arguments) == 2 else WEIGHTS
-    np.savez(target, **converted(onnx.load(arguments[0]).graph, onnx.numpy_helper.to_array))  # type: ignore[arg-type]  # names as keywords
-    sys.stdout.write(f"{target}: {target.stat().st_size / 1e6:.1f} MB\n")
+    np.savez(options.file, **converted(onnx.load(options.network).graph, onnx.numpy_helper.to_array))  # type: ignore[arg-type]  # names as keywords
+    sys.stdout.write(f"{options.file}: {options.file.stat().st_size / 1e6:.1f} MB\n")
     return 0
 
 

@@ -6,6 +6,7 @@ that the captions can be read and nobody waits. For people who ask for less moti
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -277,8 +278,11 @@ _STILL = "@media(prefers-reduced-motion:reduce){*{animation:none!important}}"
 
 def main(arguments: Sequence[str]) -> int:
     """Draw the mission of a folder that `hvcpctl simulate --report` has written."""
-    folder, file = map(Path, arguments)
-    file.write_text(draw(read_mission(folder)) + "\n", encoding="utf-8")
+    parser = argparse.ArgumentParser(prog="release.animation", description="Draw a mission as a moving picture.")
+    parser.add_argument("folder", type=Path, help="what `hvcpctl simulate --report` has written")
+    parser.add_argument("file", metavar="FILE.svg", type=Path)
+    options = parser.parse_args(arguments)
+    options.file.write_text(draw(read_mission(options.folder)) + "\n", encoding="utf-8")
     return 0
 
 

@@ -30,6 +30,7 @@ from hvcpd.control.cli import make_parser as make_hvcpctl
 from hvcpd.control.completion import completion_of
 from release.lock import GLIBC, MACHINES, Locked, LockError, Target, needed, read_lock
 from release.manuals import put_manuals
+from release.symbols import without_symbols
 from release.words import default_words, write_words
 
 REPOSITORY = Path(__file__).parents[1]
@@ -40,28 +41,57 @@ WEIGHTS = Path("hvcpd/synthesis/acoustic_net.npz")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
-LEFT_OUT = frozenset({"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography"})
+LEFT_OUT = frozenset(
+    {"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography", "idna"}
+)
 """In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
-and cffi to read C, which nobody asks of them; and what Debian has itself, with its security updates."""
+anyio for domain names beyond ASCII, and cffi to read C, which nobody asks of them; and what Debian has itself, with its
+security updates."""
 UNUSED = (
+    "anyio/_backends/_trio.py",
+    "anyio/pytest_plugin.py",
     "cffi",
+    "click/shell_completion.py",
+    "click/testing.py",
     "dynamixel_easy_sdk",
+    "numpy/char",
+    "numpy/ctypeslib",
     "numpy/distutils",
     "numpy/f2py",
+    "numpy/lib/recfunctions.py",
+    "numpy/ma/mrecords.py",
+    "numpy/matlib.py",
     "numpy/polynomial",
     "numpy/random/_examples",
     "numpy/random/lib",
+    "numpy/strings",
     "numpy/testing",
     "numpy/_core/include",
+    "numpy/_core/defchararray.py",
     "numpy/_core/lib",
+    "numpy/_core/strings.py",
     "numpy/_core/_simd.*.so",
     "numpy/_core/*_tests.*.so",
+    "numpy/linalg/lapack_lite.*.so",
+    "rich/_win*.py",
+    "rich/markdown.py",
+    "rich/syntax.py",
+    "rich/traceback.py",
+    "serial/rfc2217.py",
+    "serial/*win32.py",
+    "serial/tools/*_osx.py",
+    "serial/tools/*_windows.py",
+    "serial/tools/miniterm.py",
+    "serial/urlhandler",
+    "starlette/testclient.py",
+    "uvicorn/protocols/http/*tt*_impl.py",
+    "uvicorn/protocols/websockets/*_impl.py",
     "**/*.pyi",
     "**/*.pxd",
     "*.dist-info/RECORD",
 )
-"""Parts of wheels that only compilers, type checkers, tests and pip need, of which soundfile and sounddevice load only
-`_cffi_backend`, and a second way to the motors."""
+"""Parts of wheels that only compilers, type checkers, tests, pip and other systems need, or that need what is left out;
+of cffi soundfile and sounddevice load only `_cffi_backend`; and a second way to the motors."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"
@@ -239,13 +269,11 @@ def put_completions(root: Path) -> None:
 
 
 def _strip(folder: Path, target: Target) -> None:
-    """Leave out what only a debugger reads of compiled modules. Raises FileNotFoundError without the tool.
-
-    But not of libraries that auditwheel put into a wheel: after patchelf, which it uses, strip moves their segments off
-    the page boundaries, and no loader takes them.
-    """
+    """Leave out what only a debugger reads of compiled modules. Raises FileNotFoundError without the tool."""
     modules = [str(path) for path in sorted(folder.rglob("*.so*")) if path.parent.suffix != ".libs"]
     _run(STRIP[target.architecture], "--strip-unneeded", *modules)
+    for library in folder.glob("*.libs/*"):  # of auditwheel
+        library.write_bytes(without_symbols(library.read_bytes()))
 
 
 def _fields(target: Target, version: str) -> dict[str, str]:

@@ -116,10 +116,9 @@ def _quoted(text: str) -> str:
 
 def main(arguments: Sequence[str]) -> int:
     """Write the pages; returns the exit status."""
-    if len(arguments) != 1:
-        sys.stderr.write("usage: python -m release.manuals FOLDER\n")
-        return 2
-    put_manuals(Path(arguments[0]))
+    parser = argparse.ArgumentParser(prog="release.manuals", description="Write the manual pages.")
+    parser.add_argument("folder", type=Path)
+    put_manuals(parser.parse_args(arguments).folder)
     return 0
 
 

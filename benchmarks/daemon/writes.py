@@ -21,20 +21,24 @@ from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
 
-from hvcpd.config.settings import Settings
+from hvcpd.config.settings import ControlSettings, Settings
 from hvcpd.coordination.actions import SavePeer, SaveTask
 from hvcpd.daemon.journal_service import LATER_S, JournalService
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.language.messages import Claim, TaskByNumber, ToAll, Utterance
 from hvcpd.robot.records import HeardRecord, Record
 
-IMAGE_BYTES = 64 << 20
+IMAGE_BYTES = 256 << 20
+LIKE_A_CARD = ("-b", "4096", "-I", "256", "-E", "lazy_itable_init=0,lazy_journal_init=0")
+"""mkfs gives so small a file system pages of 1,024 bytes, a card's 4,096; what it would do later is done at once."""
 SECTOR_BYTES = 512
 """Of /sys/block/*/stat, whatever the device's own (Linux, Documentation/block/stat.rst)."""
 WRITTEN_BACK_S = 35.0
 """The kernel writes pages back when they are 30 s old (vm.dirty_expire_centisecs)."""
 STEP_S = 0.5
 TASKS = 5
+TEAM = ("Rob", "Bot", "Mia")
+"""Who claims and does them in turn; the first is this robot."""
 CLAIM = Utterance("Bot", ToAll(), statement=Claim(TaskByNumber(4)))
 TEXT = "Hi all, I am Bot, I will complete task four"
 
@@ -47,7 +51,7 @@ def card() -> Iterator[tuple[Path, Path]]:
         mounted.mkdir()
         image.touch()
         os.truncate(image, IMAGE_BYTES)
-        subprocess.run(["mkfs.ext4", "-q", "-F", image], check=True)
+        subprocess.run(["mkfs.ext4", "-q", "-F", *LIKE_A_CARD, image], check=True)
         told = subprocess.run(["losetup", "--find", "--show", image], check=True, capture_output=True, text=True)
         device = Path(told.stdout.strip())
         try:
@@ -73,13 +77,15 @@ def records_at(number: int, now: float, options: argparse.Namespace) -> list[Rec
     ]
     changes, before = (int(n * options.sentence_every / options.task_every) for n in (number, number - 1))
     if changes > before:
-        records.append(SaveTask(1 + changes % TASKS, "claimed", "Bot"))
+        task, done = divmod(changes, 2)
+        records.append(SaveTask(1 + task % TASKS, "done" if done else "claimed", TEAM[task % len(TEAM)]))
     return records
 
 
 async def live(folder: Path, stat: Path, options: argparse.Namespace) -> float:
     """Bytes an hour that reach the device, once the memory is there."""
-    journal = JournalService(wire_up(Settings(name="Rob", state_dir=folder / "state")))
+    runtime = ControlSettings(socket=folder.parent / "rob.sock")  # systemd's folder for it is not on the card
+    journal = JournalService(wire_up(Settings(TEAM[0], state_dir=folder / "state", control=runtime)))
     await journal.open()
     await journal.settled()
     os.sync()

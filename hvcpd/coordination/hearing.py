@@ -147,6 +147,7 @@ _REACTIONS: Reactions = {
     type(None): _greeting,
     m.Spelled: _spelled,
     m.WhoHere: _who_here,
+    m.Hail: _who_here,
     m.PlaceTaken: _place_taken,
     m.Stopped: _let_go,
     m.Leaving: _let_go,

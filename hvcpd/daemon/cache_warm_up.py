@@ -16,6 +16,7 @@ import structlog
 from hvcpd.assembly.make import SLOW, phrasebook_of, robot_voice, word_bank
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.sound import Sound
+from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
@@ -140,6 +141,7 @@ class CacheWarmUp:
         self._run([Chore(f"letters in the voice {each.name}", letters, self._in_voice(each)) for each in voices], go_on)
         robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))
         self._preparation.ended()
+        give_back_memory()  # 15 MB, of making the templates of spelled names; what follows may take minutes
         self.at_the_other_rate(go_on)
         if self._sound.cache is not None and go_on():
             self._sound.cache.tidy(time.time())

@@ -25,6 +25,7 @@ from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.latch import Permit, StopLatch, spare_places
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
+from hvcpd.memory.recent import OfTask, Recent
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
 from hvcpd.memory.store_file import make_directory
 from hvcpd.robot.records import Record, SaveCounter
@@ -36,8 +37,8 @@ RETRY_S = 1.0
 """Pause after a failure (sample clock): each try may wait 1 s for another process."""
 LATER_S = 300.0
 """Interval (sample clock) at which what may be lost with the process is written, the transcript above all. A card
-writes whole pages of 4 KB, and the file system its own beside them: 720 sentences an hour were 15.6 MB an hour on an
-ext4 when each was written at once, 2.1 with 60 s, and 0.5 with this (`python -m benchmarks.daemon.writes`)."""
+writes whole pages of 4 KB, and the file system its own beside them: with every change of a task
+written at once, a busy hour is 3.0 MB, and 1.4 with this (`python -m benchmarks.daemon.writes`)."""
 MAX_LATER = 200
 """Records that wait for it; robots that talk without a pause make 150."""
 CHECK_S = 5.0
@@ -134,48 +135,65 @@ class JournalService:
             if key is not None:
                 self._unwritten.pop(key, None)
                 self._unwritten[key] = record
+        news = tuple(record for record in records if isinstance(record, OfTask))
+        if news and self._journal is not None:
+            self._have_done(partial(self._journal.hold, news, now))
+        at_once = False
         if self.fault is not None and not self._is_only_in_memory:
-            at_once = self._again(records)
+            self._send([(record, now) for record in self._again(records)])
         else:
-            at_once = self._put_off(records, now)
+            self._send([(record, now) for record in records if isinstance(record, SaveCounter)])  # a file of their own
+            records = [record for record in records if not isinstance(record, SaveCounter)]
+            at_once = any(map(self._must_not_wait, records))
+            self._later += [(record, now) for record in records]
+            self._peers.update(record.name.casefold() for record in records if isinstance(record, SavePeer))
         if self.unkept is not None and now >= self._retry_s:
             self._set_latch()
-        if at_once:
-            self._send(at_once, partial(self._write, tuple(at_once), now))
-        if self._later and (now - self._later[0][1] >= LATER_S or len(self._later) >= MAX_LATER):
+        if at_once or (self._later and (now - self._later[0][1] >= LATER_S or len(self._later) >= MAX_LATER)):
             self._send_later()
         elif self.fault is None and self._journal is not None and now - self._checked_s >= CHECK_S:
             self._checked_s = now
-            self._send((), self._journal.check)
+            self._have_done(self._journal.check)
 
-    def _put_off(self, records: Sequence[Record], now: float) -> list[Record]:
-        """Those that must not wait for LATER_S: not the transcript, nor when a peer that is known was heard."""
-        at_once: list[Record] = []
-        for record in records:
-            peer = record.name.casefold() if isinstance(record, SavePeer) else None
-            if peer in self._peers or _key(record) is None:
-                self._later.append((record, now))
-            else:
-                at_once.append(record)
-            if peer is not None:
-                self._peers.add(peer)
-        return at_once
+    def _must_not_wait(self, record: Record) -> bool:
+        """What nobody else could tell the robot after a loss of power: a new name, a person's change of a task, and its
+        own tasks, but not other robots', which those know."""
+        match record:
+            case SavePeer(name):
+                return name.casefold() not in self._peers
+            case SaveTask(owner=owner):
+                return owner is None or owner.casefold() == self._wiring.settings.name.casefold()
+            case SaveChange():
+                return True
+            case _:
+                return False
 
     def _send_later(self) -> None:
-        """Have all that waits for LATER_S written."""
-        timed, self._later = tuple(self._later), []
-        if timed:
-            self._send([record for record, _ in timed], partial(self._write_together, timed, self._now))
+        """Have all that waits written. What must not wait takes the rest along: the file system's own pages, most of
+        what reaches a card, are written once for all."""
+        newest = [(record, at_s) for record, at_s in self._later if self._is_newest(record)]
+        self._later = []
+        self._send(newest)
 
-    def _send(self, records: Sequence[Record], write: Callable[[], None]) -> None:
-        """Have the thread write the records."""
+    def _is_newest(self, record: Record) -> bool:
+        """What it says was not replaced by a later record."""
+        key = _key(record)
+        return key is None or self._unwritten.get(key) is record
+
+    def _send(self, timed: Sequence[TimedRecord]) -> None:
+        """Have the thread write the records, if there are any."""
+        records = tuple(record for record, _ in timed)
         if self._waiting + len(records) > MAX_WAITING:
             self._lose(records, "the disk is too slow")
-            return
+        elif records:
+            self._have_done(partial(self._write, tuple(timed), self._now), records)
+
+    def _have_done(self, work: Callable[[], None], records: Sequence[Record] = ()) -> None:
+        """Have the thread do it; it writes these records."""
         self._waiting += len(records)
-        flight = asyncio.get_running_loop().run_in_executor(self._thread, write)
+        flight = asyncio.get_running_loop().run_in_executor(self._thread, work)
         self._flights.add(flight)
-        flight.add_done_callback(lambda done: self._landed(done, tuple(records)))
+        flight.add_done_callback(lambda done: self._landed(done, records))
 
     def stop(self, stopped: bool = True) -> None:
         """Have it kept at once that the robot is stopped, or no longer."""
@@ -234,8 +252,13 @@ class JournalService:
         with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
             self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
         memory = self._memory = open_memory(files, self._latch, wiring.keys is not None)
-        self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals)
+        recent = Recent(socket_path(wiring.settings).with_suffix(".recent"), memory.latched.memory)
+        self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
+        try:
+            self._journal.recall()
+        except StoreError as error:
+            self.fault = self.fault or str(error)
         ring = wiring.ring()
         if ring is not None and (memory.seals_lost or memory.seals_stale):
             try:
@@ -253,12 +276,7 @@ class JournalService:
         with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:
             return reader.rows(after, since_wall_s, limit)
 
-    def _write(self, records: Sequence[Record], now: float) -> None:
-        if self._journal is None:
-            raise RuntimeError("the memory is not open")
-        self._journal.write(records, now)
-
-    def _write_together(self, timed: Sequence[TimedRecord], now: float) -> None:
+    def _write(self, timed: Sequence[TimedRecord], now: float) -> None:
         if self._journal is None:
             raise RuntimeError("the memory is not open")
         self._journal.write_together(timed, now)

@@ -19,8 +19,8 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, unwritable
+from hvcpd.hardware.files import write_whole
 from hvcpd.people.enrolled import Person
-from hvcpd.reporting.files import write_whole
 
 LIVE = ("mode", "pick", "talk", "quiet", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the

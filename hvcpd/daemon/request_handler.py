@@ -17,6 +17,7 @@ from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
 from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
+from hvcpd.language.messages import for_robots
 from hvcpd.robot.robot import Robot
 
 MAX_ROWS = 100
@@ -82,7 +83,7 @@ class RequestHandler:
             raise RefusalError("bad_argument", f"text: give a sentence of 1 to {MAX_TEXT_LENGTH} characters")
         robot = self._robot()
         try:
-            utterance = robot.phrasebook.parse_text(text)
+            utterance = for_robots(robot.phrasebook.parse_text(text))
             written = robot.phrasebook.write(utterance)
         except PhraseError as error:
             raise RefusalError("not_in_phrasebook", str(error)) from None

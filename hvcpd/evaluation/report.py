@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.trials import Findings, Table
-from hvcpd.reporting.files import write_whole
+from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.markup import document, tag
 from hvcpd.reporting.palette import own_file
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.evaluation.trials import Row, Trial
+from hvcpd.hardware.files import write_whole
 
 LOST = "the workers were lost; what is finished is kept, and the same command goes on from there once they are back"
 Run = Callable[[Trial], Row]
@@ -43,7 +44,7 @@ def _read(path: Path) -> Iterator[tuple[str, Row]]:
     text = path.read_text(encoding="utf-8", errors="replace")
     whole = text[: text.rfind("\n") + 1]
     if whole != text:
-        path.write_text(whole, encoding="utf-8")
+        write_whole(path, whole.encode())
     for line in whole.splitlines():
         try:
             key, row = json.loads(line)

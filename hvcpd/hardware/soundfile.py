@@ -19,6 +19,7 @@ import numpy as np
 
 from hvcpd.errors import AudioFileError, unreadable, unwritable
 from hvcpd.hardware.audio_resample import resample
+from hvcpd.hardware.files import write_whole
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 MIN_RATE_HZ = 8_000
@@ -75,7 +76,7 @@ def read_wav(path: Path) -> Samples:
 def write_wav(path: Path, samples: Samples) -> None:
     """Write sound, shape (n,), 1.0 = full scale, as 16 kHz mono 16-bit WAV; what is over full scale is clipped.
 
-    Raises AudioFileError if the file cannot be written.
+    Raises AudioFileError if the file cannot be written; then it is as it was.
     """
     scaled = np.rint(np.nan_to_num(samples.astype(np.float64)) * 2.0**15)
     data = io.BytesIO()
@@ -83,7 +84,7 @@ def write_wav(path: Path, samples: Samples) -> None:
         file.setparams((1, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
         file.writeframes(np.clip(scaled, -(2**15), 2**15 - 1).astype("<i2").tobytes())
     try:
-        path.write_bytes(data.getvalue())
+        write_whole(path, data.getvalue())
     except BrokenPipeError:
         raise  # the reader of a pipe has gone
     except (OSError, ValueError) as error:

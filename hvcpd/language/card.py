@@ -57,7 +57,7 @@ class Topic(Enum):
 _TOPICS: dict[type[m.Statement], Topic] = {
     m.Stop: Topic.STOP,
     m.Resume: Topic.STOP,
-    **dict.fromkeys((m.WhatDoing, m.WhoHere, m.WhatLeft, m.ReportWanted), Topic.ASK),
+    **dict.fromkeys((m.WhatDoing, m.WhoHere, m.Hail, m.WhatLeft, m.ReportWanted), Topic.ASK),
     **dict.fromkeys((m.ComeBack, m.MoveBy, m.TurnBy), Topic.MOVE),
     m.Order: Topic.WORK,
     **dict.fromkeys((m.Confirmed, m.Negative, m.SayAgain, m.NotUnderstood), Topic.ANSWER),

@@ -320,7 +320,7 @@ SMALL_STEP_M = 0.5
 """Distance of a motion without a stated one: the least that can be said."""
 
 _CASUAL: tuple[Form, ...] = (
-    Form("(hi|hello) <addressee>", m.WhoHere, "Everybody who hears it says its name.", Kind.PEOPLE, casual=True),
+    Form("(hi|hello) <addressee>", m.Hail, "Everybody who hears it says its name.", Kind.PEOPLE, casual=True),
     *(
         Form(
             f"{CALL} {PLEASE} move {words} {PLEASE}",

@@ -70,6 +70,11 @@ class WhoHere:
 
 
 @dataclass(frozen=True)
+class Hail(WhoHere):
+    """The same, asked by no more than a greeting: "Hi Rob"."""
+
+
+@dataclass(frozen=True)
 class WhatLeft:
     """A question for the unfinished tasks."""
 
@@ -212,6 +217,7 @@ Statement = (
     | Resume
     | WhatDoing
     | WhoHere
+    | Hail
     | WhatLeft
     | ReportWanted
     | Report
@@ -261,3 +267,9 @@ class Utterance:
     team: str | None = None
     statement: Statement | None = None
     mark: Mark | None = field(default=None, compare=False)
+
+
+def for_robots(utterance: Utterance) -> Utterance:
+    """The utterance as one of our voices says it: a hail as the whole question, since robots hear no hail in each
+    other's voices."""
+    return replace(utterance, statement=WhoHere()) if isinstance(utterance.statement, Hail) else utterance

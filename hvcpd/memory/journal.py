@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveTask
+from hvcpd.memory.recent import OfTask, Recent
 from hvcpd.memory.store import PeerRecord, Store, TaskRecord, TaskState, TranscriptRecord
 from hvcpd.robot.records import (
     DoubtRecord,
@@ -34,11 +35,19 @@ class Journal:
     """One robot's store, fed with its records.
 
     `seals` keeps the counters of seals and codes: apart, because deleting the tasks for a fresh start must not make old
-    recordings valid again.
+    recordings valid again. `recent` holds what is new about tasks until it is written.
     """
 
-    def __init__(self, store: Store, tasks: TaskRepository, own_name: str, seals: Store | None = None) -> None:
+    def __init__(
+        self,
+        store: Store,
+        tasks: TaskRepository,
+        own_name: str,
+        seals: Store | None = None,
+        recent: Recent | None = None,
+    ) -> None:
         self._store = store
+        self._recent = recent
         self._seals = seals
         self._names = {task.number: task.name for task in tasks.tasks}
         self._own_name = own_name
@@ -46,6 +55,19 @@ class Journal:
     def know(self, tasks: TaskRepository) -> None:
         """Use these tasks from now on; records of others that are still to be written are kept, too."""
         self._names = {**self._names, **{task.number: task.name for task in tasks.tasks}}
+
+    def recall(self) -> None:
+        """Keep what a daemon that was killed had not written yet. Raises StoreError."""
+        left = self._recent.left() if self._recent is not None else []
+        self.write([record for record in left if record.number in self._names], 0.0)
+
+    def hold(self, records: Sequence[OfTask], now: float) -> None:
+        """Have these outlive the daemon, though not a loss of power, until they are written. Raises StoreError."""
+        try:
+            if self._recent is not None:
+                self._recent.keep(records)
+        except OSError:
+            self.write(records, now)
 
     def remembered(self) -> dict[int, tuple[str, str | None]]:
         """The tasks' states as the robot last knew them: number → (state, owner)."""
@@ -94,9 +116,14 @@ class Journal:
         self._store.check()
 
     def write_together(self, timed: Iterable[tuple[Record, float]], now: float) -> None:
-        """Keep the records of those times, all or nothing: of the transcript, and of peers. Raises StoreError."""
+        """Keep the records of those times, all or nothing but for the counters of seals. Raises StoreError."""
+        timed = tuple(timed)
+        self.write([record for record, _ in timed if isinstance(record, SaveCounter)], now)
+        others = [(record, at_s) for record, at_s in timed if not isinstance(record, SaveCounter)]
+        if not others:
+            return
         with self._store.together():
-            for record, at_s in timed:
+            for record, at_s in others:
                 self.write((record,), at_s, now - at_s)
 
     def write(self, records: Iterable[Record], now: float, ago_s: float = 0.0) -> None:

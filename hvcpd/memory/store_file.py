@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast
@@ -25,6 +26,10 @@ _UPGRADES = {
 PAGE_BYTES = 1024
 """Of a file: each write puts whole pages into the journal and later into the file. SQLite's usual 4,096 make a fifth
 more on the card."""
+
+JOURNAL_BYTES = 1 << 20
+"""Kept for SQLite's own journal, which has 1,000 pages before it begins anew: where it need not grow, the file system
+writes less beside it."""
 
 MAX_SET_ASIDE = 100
 """Number of damaged files kept beside the store; with more, the cause is one that a new file does not remove."""
@@ -120,14 +125,25 @@ def open_store(path: Path, connect: Connect) -> Opened:
         make_directory(path.parent)
     with failures(path):
         try:
-            return _checked(connect(path), path)
+            return _with_room(_checked(connect(path), path), path)
         except sqlite3.DatabaseError as error:
             # ERROR: our statements are right, so a schema or a format that SQLite cannot read is the file's fault.
             damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR
             if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
                 raise
             _set_aside(path, str(error))
-            return replace(_checked(connect(path), path), damage=str(error))
+            return replace(_with_room(_checked(connect(path), path), path), damage=str(error))
+
+
+def _with_room(opened: Opened, path: Path) -> Opened:
+    """The store, once its journal has its room on the disk; without it nothing is lost but writes to the card."""
+    with suppress(OSError):
+        descriptor = os.open(path.with_name(f"{path.name}-wal"), os.O_WRONLY | os.O_CLOEXEC)
+        try:
+            os.posix_fallocate(descriptor, 0, JOURNAL_BYTES)
+        finally:
+            os.close(descriptor)
+    return opened
 
 
 def make_directory(directory: Path) -> None:

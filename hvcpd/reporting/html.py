@@ -10,11 +10,11 @@ from string import Template
 
 from markupsafe import Markup
 
+from hvcpd.hardware.files import write_whole
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import Clip, make_clip
 from hvcpd.reporting.conversation import draw_conversation, utterance_options
 from hvcpd.reporting.events import MissionRecord, Trail
-from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
 from hvcpd.reporting.markup import escaped, joined, security_policy, tag

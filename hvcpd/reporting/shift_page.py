@@ -9,8 +9,8 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from hvcpd.hardware.files import write_whole
 from hvcpd.language import messages as m
-from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import document, escaped, joined, tag
 from hvcpd.reporting.occurrences import Occurrence

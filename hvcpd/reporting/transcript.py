@@ -12,6 +12,7 @@ import cattrs
 import numpy as np
 
 from hvcpd.errors import ConfigError, unreadable
+from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.events import (
     Event,
     Garbled,
@@ -27,7 +28,6 @@ from hvcpd.reporting.events import (
     TaskChanged,
     Trail,
 )
-from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.errors import unwritable
-from hvcpd.reporting.files import write_whole
+from hvcpd.hardware.files import write_whole
 
 HVCPCTL = (sys.executable, "-m", "hvcpd.control.cli")
 HVCPD = (sys.executable, "-m", "hvcpd.cli")
@@ -45,6 +45,24 @@ def test_a_full_disk_is_told_of_a_file(arguments: str) -> None:
     done = shell(f"{' '.join(HVCPCTL)} {arguments}")
     assert done.returncode == 2
     assert "hvcpctl: /dev/full: cannot be written: No space left on device; make room" in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", ["say stop --local -o", "pronounce rose --track", "key sheet --key {key} -o"])
+def test_a_disk_that_fills_up_leaves_no_part_of_a_file(arguments: str, tmp_path: Path) -> None:
+    key, folder = tmp_path / "key", tmp_path / "folder"
+    folder.mkdir()
+    assert shell(f"{' '.join(HVCPCTL)} key new --key {key}").returncode == 0
+    done = shell(f"ulimit -f 1; {' '.join(HVCPCTL)} {arguments.format(key=key)} {folder / 'x.wav'}")
+    assert "cannot be written: File too large; make room" in done.stderr
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_sound_is_added_to_a_file_that_the_shell_adds_to(tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    assert shell(f"printf before > {path}; {' '.join(HVCPCTL)} say stop --local -o - >> {path}").returncode == 0
+    assert path.read_bytes().startswith(b"beforeRIFF")
 
 
 @needs_full

@@ -132,6 +132,15 @@ def test_speech_that_robots_do_not_understand_is_noted(
     assert capsys.readouterr().err == note * noted
 
 
+def test_a_greeting_that_robots_do_not_hear_is_said_as_a_question(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["say", "Hi Rob", "--json", "-o", str(tmp_path / "x.wav")]) == 0
+    out, err = capsys.readouterr()
+    assert err == "hvcpctl: note: said as 'Rob, who is here', which robots hear\n"
+    assert json.loads(out)["text"] == "Rob, who is here"
+
+
 @pytest.mark.parametrize("options", [("--rate", "3"), ("--rate", "x"), ("--rate", "nan"), ("--gain-db", "inf")])
 def test_a_setting_out_of_range_is_refused(options: tuple[str, str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:

@@ -44,6 +44,10 @@ def test_who_is_here_is_answered_by_each_once() -> None:
     assert sorted(said) == [f"Hi Anna, I am {name}, member of team plant" for name in ("Bot", "Max", "Rob")]
 
 
+def test_a_mere_greeting_asks_the_same() -> None:
+    assert _answers(_waiting("Rob"), "Hi Rob") == ["Hi all, I am Rob, member of team plant"]
+
+
 def test_a_report_is_given_by_each_in_turn_with_all_that_a_shift_needs() -> None:
     mission = _waiting("Rob", "Bot", "Max")
     mission.robots["Rob"].sensed(battery_v=11.94)

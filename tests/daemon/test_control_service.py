@@ -175,6 +175,8 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
             said = await talk.line()
             assert said is not None
             assert said["text"] == "Hi Bot, I am Rob, what are you doing"
+            asked = await talk.ask("say", text="hi bot")
+            assert asked["result"] == {"text": "Bot, who is here"}
             for text, code in (
                 ("hi rob, i am bot, water the green rose", "refused"),
                 ("hi all, i am rob, task one complete", "refused"),
@@ -184,7 +186,7 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
                 ("x" * 300, "bad_argument"),
             ):
                 assert (await talk.ask("say", text=text))["error"]["code"] == code
-            for _ in range(MAX_SENTENCES):
+            for _ in range(MAX_SENTENCES - 1):
                 assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
             assert "wait to be said" in (await talk.ask("say", text="stop"))["error"]["text"]
             await talk.hang_up()

@@ -18,10 +18,12 @@ from structlog.testing import capture_logs
 
 from hvcpd.config.settings import Settings
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
+from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.journal_service import CHECK_S, LATER_S, MAX_LATER, MAX_WAITING, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
+from hvcpd.memory.recent import Recent
 from hvcpd.memory.store import Store
 from hvcpd.robot.records import GarbledRecord
 
@@ -107,16 +109,67 @@ def test_another_process_at_the_memory_costs_records_but_not_the_mission(wiring:
     assert "another process uses it" in logs[0]["reason"]
 
 
-def test_what_is_said_waits_and_what_a_restart_needs_does_not(wiring: Wiring) -> None:
+def test_what_only_this_robot_knows_is_written_at_once_and_takes_the_rest_along(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)
         await journal.open()
-        journal.write((GarbledRecord(1.0, 1.0, 2.0), SavePeer("Bot", "plant", 1.0)), 1.0)
-        journal.write((SaveTask(2, "claimed", "Bot"), SavePeer("Bot", "plant", 2.0)), 2.0)
-        while kept(wiring) != (0, [1.0], ["claimed"]):
+        for at_s in (1.0, 2.0):
+            journal.write((GarbledRecord(at_s, at_s, at_s + 1.0), SavePeer("Bot", "plant", at_s)), at_s)
+            while kept(wiring) != (1, [1.0], []):  # a new name does not wait
+                await asyncio.sleep(0)
+        journal.write((SaveTask(1, "claimed", "Bot"),), 2.5)
+        journal.write((SaveTask(2, "claimed", "Rob"),), 3.0)
+        while kept(wiring) != (2, [2.0], ["claimed", "claimed"]):
             await asyncio.sleep(0)
-        journal.write((), 1.0 + LATER_S)
-        while kept(wiring) != (1, [2.0], ["claimed"]):
+        journal.write((SavePeer("Bot", "plant", 4.0), SaveTask(1, "done", "Bot")), 4.0)
+        journal.write((), 4.0 + LATER_S)
+        while kept(wiring) != (2, [4.0], ["done", "claimed"]):
+            await asyncio.sleep(0)
+        await journal.close()
+
+    run(scene())
+
+
+def test_what_others_do_outlives_a_robot_that_is_killed(wiring: Wiring) -> None:
+    async def scene() -> None:
+        killed = JournalService(wiring)
+        await killed.open()
+        killed.write((SaveTask(1, "claimed", "Bot"), SaveTask(2, "claimed", "Bot")), 1.0)
+        killed.write((SaveTask(2, "done", "Bot"), SaveDue(2, 1.7e9)), 2.0)
+        while killed._flights:
+            await asyncio.sleep(0)
+        assert kept(wiring) == (0, [], [])
+        lock, killed._lock = killed._lock, None
+        assert lock is not None
+        os.close(lock)  # as the kernel would
+        again = JournalService(wiring)
+        assert await again.open() == {1: ("claimed", "Bot"), 2: ("done", "Bot")}
+        assert again.dues == {2: 1.7e9}
+        await again.close()
+        await killed.close()
+
+    run(scene())
+
+
+def test_what_is_recent_belongs_to_one_memory(tmp_path: Path) -> None:
+    path = tmp_path / "rob.recent"
+    Recent(path, 1).keep([SaveTask(1, "claimed", "Bot")])
+    assert Recent(path, 2).left() == []
+    again = Recent(path, 1)
+    assert again.left() == [SaveTask(1, "claimed", "Bot")]
+    again.keep([SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)])
+    assert Recent(path, 1).left() == [SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)]
+    path.write_bytes(b"[")
+    assert Recent(path, 1).left() == []
+
+
+def test_without_a_runtime_folder_all_is_written_at_once(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        socket_path(wiring.settings).with_suffix(".recent.new").mkdir()
+        journal.write((SaveTask(1, "claimed", "Bot"),), 1.0)
+        while kept(wiring) != (0, [], ["claimed"]):
             await asyncio.sleep(0)
         await journal.close()
 

@@ -68,6 +68,7 @@ YELLOW = m.TaskByName("water the yellow rose")
         ("Hi all, I am Bot, nothing left", m.Utterance("Bot", m.ToAll(), None, m.Left())),
         ("Hi Rob, what are you doing?", m.Utterance(None, m.ToRobot("Rob"), None, m.WhatDoing())),
         ("Who is here?", m.Utterance(None, None, None, m.WhoHere())),
+        ("Hi Rob", m.Utterance(None, m.ToRobot("Rob"), None, m.Hail())),
         ("What is left", m.Utterance(None, None, None, m.WhatLeft())),
         ("Rob, come back", m.Utterance(None, m.ToRobot("Rob"), None, m.ComeBack())),
         ("Move forward two metres", m.Utterance(None, None, None, m.MoveBy(2.0))),
@@ -110,6 +111,12 @@ def test_an_utterance_is_written_as_a_person_would() -> None:
     )
     assert BOOK.write(m.Utterance("R2D2", m.ToAll(), "plant")) == "Hi all, I am R2D2, member of team plant"
     assert BOOK.write(m.Utterance(None, m.ToRobot("Bot"), None, m.Stop())) == "Bot stop"
+
+
+def test_our_voices_say_a_mere_greeting_as_the_question_that_robots_hear() -> None:
+    hail = BOOK.parse_text("Hello Rob")
+    assert BOOK.write(hail) == "Hi Rob"
+    assert BOOK.write(m.for_robots(hail)) == "Rob, who is here"
 
 
 def test_robots_never_say_please() -> None:

@@ -7,12 +7,14 @@ import shutil
 import subprocess
 from dataclasses import fields
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import commented_settings
 from hvcpd.control.cli import main, make_parser
+from release import acoustic_net, animation, manuals, words
 from release.deb import SHELLS, debian_changelog, put_completions
 from release.manuals import command_page, put_manuals, settings_page
 
@@ -31,6 +33,14 @@ def test_the_page_of_the_settings_has_every_setting_under_its_text() -> None:
     page = settings_page(commented_settings())
     heads = {key for line in page.splitlines() if line.startswith(".SS ") for key in line[4:].split(", ")}
     assert {field.name for field in fields(Settings)} <= heads
+
+
+@pytest.mark.parametrize("tool", [acoustic_net, animation, manuals, words])
+def test_help_is_no_folder(tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        tool.main(["--help"])
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.skipif(shutil.which("man") is None, reason="man is not here: apt install man-db")

@@ -20,6 +20,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, unwritable
 from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_range_m
 from hvcpd.hardware.audio import find_device
+from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.text import over_noise
 
 PEAK_DBFS = -6.0
@@ -141,7 +142,7 @@ def _keep(path: Path, result: dict[str, object]) -> None:
     """Raises StoreError."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+        write_whole(path, (json.dumps(result, indent=2) + "\n").encode())
     except OSError as error:
         raise StoreError(unwritable(path, error, "run this as the daemon's user, or with --dry-run")) from error
 

@@ -17,6 +17,7 @@ from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.language.addressees import ToRobot
+from hvcpd.language.messages import for_robots
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clock
 from hvcpd.synthesis.speaker import Speaker
@@ -48,7 +49,7 @@ class Visitor:
     def say(self, text: str) -> Visit:
         """Say it in the robots' next pause."""
         phrasebook = self.wiring.phrasebook()
-        utterance = phrasebook.parse_text(text)
+        utterance = for_robots(phrasebook.parse_text(text))
         sound = self._speaker.render(phrasebook.phrases(utterance))
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
         return Visit(f"{self._name}: {text.strip()}", lambda: self._play(sound), one)

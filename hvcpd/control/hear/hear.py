@@ -69,7 +69,7 @@ def _check_folder(path: Path) -> None:
 
 
 def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
-    from hvcpd.reporting.files import write_whole
+    from hvcpd.hardware.files import write_whole
     from hvcpd.reporting.hearing_plot import hearing_png
 
     png = hearing_png(samples, events, title)

@@ -113,8 +113,12 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
         return
     try:
         handle = os.open(options.output, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+        except OSError:
+            options.output.unlink()  # a cut sheet could be printed
+            raise
     except OSError as error:
         raise KeyFileError(unwritable(options.output, error, "name another with -o")) from None
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.errors import EX_OK, ConfigError, unwritable
+from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.reporting.files import write_whole
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
 from hvcpd.reporting.transcript import objects, read_trails
 

@@ -7,7 +7,7 @@ import sys
 
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, AudioFileError, ConfigError, unwritable
-from hvcpd.reporting.files import write_whole
+from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.playground import make_scenes, page
 
 MOST_ROBOTS = 4

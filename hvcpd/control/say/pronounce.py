@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import io
 import json
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from pathlib import Path
 from hvcpd.config.names import unsayable, valid_robot_name
 from hvcpd.config.settings_file import load_settings
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
+from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.synthesis.articulation import controls_for
@@ -108,10 +110,11 @@ def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexic
         return
     ((word,),) = phrases
     columns, table = frame_table(controls_for(lexicon.pronounce(word), voice_for(name), final=True))
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(columns)
+    writer.writerows([f"{value:.4g}" for value in row] for row in table)
     try:
-        with options.track.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(columns)
-            writer.writerows([f"{value:.4g}" for value in row] for row in table)
+        write_whole(options.track, text.getvalue().encode())
     except (OSError, ValueError) as error:
         raise AudioFileError(unwritable(options.track, error)) from error

@@ -11,6 +11,7 @@ from hvcpd.config.names import valid_robot_name
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.hardware.soundfile import write_wav
+from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
 from hvcpd.synthesis.speaker import Speaker
@@ -31,7 +32,9 @@ def speak(options: argparse.Namespace) -> int:
     if options.voice is not None and options.rate != 1.0:
         raise PhraseError("--rate changes the synthesizer's voice, not recordings; leave it out")
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
-    utterance = team.phrasebook.parse_text(options.text)
+    typed = team.phrasebook.parse_text(options.text)
+    if (utterance := for_robots(typed)) != typed:
+        sys.stderr.write(f"hvcpctl: note: said as '{team.phrasebook.write(utterance)}', which robots hear\n")
     if voice_of and options.voice is None and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
         sys.stderr.write(f"hvcpctl: note: {utterance.speaker}'s words in {voice_of}'s voice\n")
     if not HEARD_RATES[0] <= options.rate <= HEARD_RATES[1]:

@@ -21,7 +21,7 @@ from hvcpd.config.task_file import MAX_TASKS
 from hvcpd.config.tasks import TENDING
 from hvcpd.control.simulate.team import load_team, refuse_same_sound, vocabulary_cache
 from hvcpd.errors import EX_OK, ConfigError, unwritable
-from hvcpd.reporting.files import write_whole
+from hvcpd.hardware.files import write_whole
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_fault
 

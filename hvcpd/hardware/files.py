@@ -1,0 +1,32 @@
+"""Files that are whole or not there."""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+from pathlib import Path
+
+STANDARD_OUTPUT = Path("/dev/stdout")
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write `path` in one step: who reads it sees the old content or the new, never a part. Raises OSError.
+
+    A device, a pipe or the like is written to, not replaced; of a link, what it leads to is replaced. A file that is
+    the standard output grows, as the shell's >> wants it.
+    """
+    if path == STANDARD_OUTPUT or (path.exists() and not path.is_file() and not path.is_dir()):
+        with path.open("ab") as stream:
+            stream.write(data)
+        return
+    path = path.resolve()
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    partial = path.with_name(f".{secrets.token_hex(8)}.part")
+    try:
+        with partial.open("xb") as file:
+            file.write(data)
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

@@ -1,0 +1,47 @@
+"""What a robot has learned of its tasks since its memory was last written, in a file of the runtime folder.
+
+That folder is not on the card, and outlives the daemon: who is killed forgets nothing. It ends with the power.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from dataclasses import astuple
+from pathlib import Path
+
+from hvcpd.coordination.actions import SaveChange, SaveDue, SaveTask
+
+OfTask = SaveTask | SaveDue | SaveChange
+_KINDS = {kind.__name__: kind for kind in (SaveTask, SaveDue, SaveChange)}
+
+
+class Recent:
+    """The newest record of each kind about each task, in the file `path`; it belongs to the memory of that number."""
+
+    def __init__(self, path: Path, memory: int | None) -> None:
+        self._path = path
+        self._memory = memory
+        self._records: dict[tuple[type, int], OfTask] = {}
+
+    def left(self) -> list[OfTask]:
+        """What an earlier daemon has left there."""
+        try:
+            found = json.loads(self._path.read_bytes())
+            left = found["records"] if found["memory"] == self._memory else []
+            records = [_KINDS[kind](*values) for kind, *values in left]
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            return []  # other robots can tell most of it
+        self._records = {(type(record), record.number): record for record in records}
+        return records
+
+    def keep(self, records: Iterable[OfTask]) -> None:
+        """Keep these in place of earlier ones. Raises OSError."""
+        self._records |= {(type(record), record.number): record for record in records}
+        lines = [[type(record).__name__, *astuple(record)] for record in self._records.values()]
+        partial = self._path.with_name(f"{self._path.name}.new")
+        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            json.dump({"memory": self._memory, "records": lines}, file)
+        partial.replace(self._path)
