@@ -83,6 +83,6 @@ def test_a_daemon_lives_and_hears_strangers_under_it(tmp_path: Path, units: Path
     heard = [(line["text"], line["voice"]) for line in lines if line["event"] == "heard"]
     # The keyword is heard before the sentence that it ends, which may be told as well.
     texts = [text for text, _ in heard if text not in ("Stop", "Rob stop")]
-    assert texts == ["Rob, what is left", "Rob resume"]
+    assert texts == ["Rob, what is left", "Rob, turn left"]
     assert any(text in ("Stop", "Rob stop") for text, _ in heard)
     assert [line for line in lines if line.get("level") in ("warning", "error")] == []

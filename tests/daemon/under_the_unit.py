@@ -36,7 +36,7 @@ from tests.daemon.virtual import VirtualStream, devices_of, shared_room
 
 STRANGER = Voice("child", 240.0, 1.35, 0.92, -32.0, 0.6, 3000.0)
 """Unlike all robots' voices."""
-SENTENCES = (("rob", "what", "is", "left"), ("rob", "stop"), ("rob", "resume"))
+SENTENCES = (("rob", "what", "is", "left"), ("rob", "stop"), ("rob", "turn", "left"))
 BETWEEN_S = 20.0
 """Before the first sentence, for the greeting, and after each."""
 PAUSE_S = 2.0
