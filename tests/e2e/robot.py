@@ -163,7 +163,12 @@ class RobotProcess:
     # --- what is seen from outside ----------------------------------------------------------------------------------
 
     def tasks(self) -> dict[int, tuple[str, str | None]]:
-        """Its store's tasks: number to state and owner."""
+        """Its tasks, number to state and owner: as its daemon has them, or else its file."""
+        try:
+            with closing(DaemonClient(self.control_socket)) as client:
+                return {task["number"]: (task["state"], task["owner"]) for task in client.ask("tasks")["tasks"]}
+        except NotRunningError:
+            pass
         if not self.memory.exists():
             return {}
         with closing(sqlite3.connect(f"file:{self.memory}?mode=ro", uri=True)) as db:
