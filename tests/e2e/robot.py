@@ -18,7 +18,7 @@ from hil_fakes.sound_server import DIE_WITH_PARENT, LOUDSPEAKER, MICROPHONE, wai
 from hvcpd.control.live.daemon_client import DaemonClient
 from hvcpd.control.live.transcript import AskedRows
 from hvcpd.coordination.states import State
-from hvcpd.errors import EX_UNAVAILABLE, NotRunningError
+from hvcpd.errors import EX_UNAVAILABLE, NotDoneError, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord
 from hvcpd.ports import Pose
 from tests.e2e.parts import PRIORITY, own_network
@@ -167,8 +167,8 @@ class RobotProcess:
         try:
             with closing(DaemonClient(self.control_socket)) as client:
                 return {task["number"]: (task["state"], task["owner"]) for task in client.ask("tasks")["tasks"]}
-        except NotRunningError:
-            pass
+        except (NotRunningError, NotDoneError):
+            pass  # it does not run, or is still starting
         if not self.memory.exists():
             return {}
         with closing(sqlite3.connect(f"file:{self.memory}?mode=ro", uri=True)) as db:

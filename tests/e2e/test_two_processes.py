@@ -24,8 +24,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(parts.missing()), reason
 
 NEAR_M = 0.03
 """So near to a plant counts as being there: the fakes' and the navigator's errors together stay below 15 mm."""
-WATERING_S = 0.9
-"""Of the second that watering takes; the trail has a point every 50 ms."""
+WATERING_S = 0.7
+"""Of the second that watering takes; the trail has a point every 50 ms, or every 150 ms on a busy machine."""
 TROUBLE_S = 60.0
 """Until a trouble is noticed, or over: seconds, on a machine with other work to do."""
 NUMBERS = ("one", "two", "three", "four", "five")
