@@ -93,13 +93,15 @@ def save(path: Path, pairs: Pairs, lines: Sequence[tuple[float, float]], notes: 
     slopes, intercepts = np.array(lines, np.float32).T
     arrays: dict[str, Any] = {"slopes": slopes, "intercepts": intercepts, "notes": notes}
     for number, (matrix, offsets) in enumerate(pairs):
-        scale = np.maximum(np.abs(matrix).max(axis=0), 1e-9) / 127.0
-        arrays |= {
-            f"weights{number}": np.round(matrix / scale).astype(np.int8),
-            f"scale{number}": scale.astype(np.float32),
-            f"offsets{number}": offsets.astype(np.float32),
-        }
+        arrays[f"weights{number}"], arrays[f"scale{number}"] = in_bytes(matrix)
+        arrays[f"offsets{number}"] = offsets.astype(np.float32)
     np.savez_compressed(path, **arrays)
+
+
+def in_bytes(weights: NDArray[np.floating]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Weights, shape (..., outputs), as bytes, and the scale of each output, shape (outputs,)."""
+    scale = np.maximum(np.abs(weights).reshape(-1, weights.shape[-1]).max(axis=0), 1e-9) / 127.0
+    return np.round(weights / scale).astype(np.int8), scale.astype(np.float32)
 
 
 def started(path: Path, sound: Tensor) -> Net:

@@ -21,6 +21,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from benchmarks.keyword.model import in_bytes
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
 from hvcpd.people.phones import APART, HALVES, PHONES, whole_weights
@@ -181,13 +182,12 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
         weights = (layer.weight.detach() * gain[:, None, None]).permute(2, 1, 0).numpy()
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
-        found |= _in_bytes(f"{number}", weights, bias)
-    return found | _in_bytes("_out", net.out.weight.detach()[:, :, 0].T.numpy(), net.out.bias.detach().numpy())
+        found |= _stored(f"{number}", weights, bias)
+    return found | _stored("_out", net.out.weight.detach()[:, :, 0].T.numpy(), net.out.bias.detach().numpy())
 
 
-def _in_bytes(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
-    scale = np.abs(weights).max(axis=tuple(range(weights.ndim - 1))).astype(np.float32) / 127.0
-    whole = np.round(weights / np.maximum(scale, 1e-12)).astype(np.int8)
+def _stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
+    whole, scale = in_bytes(weights)
     return {f"weights{name}": whole, f"scale{name}": scale, f"bias{name}": bias.astype(np.float32)}
 
 

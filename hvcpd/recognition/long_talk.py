@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.activity import WAIT_FRAMES
+from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.stream import cleaned
 
 FRAME_SAMPLES = 320
 """20 ms, on the grid of the sample clock, so that the size of blocks changes nothing."""
-ENDED_FRAMES = 40
-"""0.8 s in which nobody speaks end the talk, as `activity.WAIT_FRAMES`: then its speech is reported as a whole."""
+ENDED_FRAMES = WAIT_FRAMES * HOP_SAMPLES // FRAME_SAMPLES
+"""In which nobody speaks: they end the talk, whose speech is reported as a whole then."""
 PAUSE_FRAMES = 12
 """0.24 s: the closures of stop consonants are shorter, the pauses between two sentences longer."""
 PAUSE_SHARE = 0.35
