@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.people_material import Said
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_books, make_ears
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -20,8 +21,8 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.second_pass import AtOnce, SecondEars
+from hvcpd.recognition.events import Ears, Event, Recognised, Urgent
+from hvcpd.recognition.second_pass import AtOnce
 
 NAMES = ("Rob", "Bot", "Anna")
 SNR_DB = 20.0
@@ -36,12 +37,14 @@ class Stage:
         self.wrong = wrong
         self.sound = make_sound(None, user_cache_folder())
         self.book = make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+        self._books = make_books(self.book, NAMES[:2], self.sound)
         self._peers: dict[int, Any] = {}
 
-    def ears(self, people: Sequence[Person] = ()) -> SecondEars:
-        """As a robot has them that has heard nothing."""
-        opinion = self.opinion(self.book.people_graph, people)
-        return SecondEars(make_recogniser(self.book, NAMES[:2], self.sound), opinion, AtOnce())
+    def ears(self, people: Sequence[Person] = ()) -> Ears:
+        """As a robot has them that knows the robots' words and has heard nothing."""
+        known = {person.name.lower(): person for person in people}
+        hearing = HearingPlan(people=known, channel=AtOnce(), second=AtOnce())
+        return make_ears(self.book, NAMES[:2], self.sound, hearing, books=self._books)
 
     def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
         """Of enrolled people, and of strangers."""
@@ -61,7 +64,7 @@ class Stage:
         return heard(self.peer(graph), sound[max(said.start - pad, 0) : said.end + pad])
 
 
-def listen(ears: SecondEars, sound: Samples) -> list[Event]:
+def listen(ears: Ears, sound: Samples) -> list[Event]:
     """All that the ears tell."""
     quiet = np.tile(sound[:SAMPLE_RATE_HZ], 3)
     sound = np.concatenate([sound, quiet])

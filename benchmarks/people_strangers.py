@@ -261,6 +261,10 @@ class TimedLooks:
         """As the look's own."""
         self._opinion.prepare(go_on)
 
+    def may_go_on(self, words: Sequence[str]) -> bool:
+        """As the look's own."""
+        return self._opinion.may_go_on(words)
+
     def search(self, segment: Segment) -> Recognised | None:
         """As the look's own; the first time, twice, since the net is loaded then."""
         begin = time.thread_time()

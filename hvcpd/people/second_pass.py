@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 
-from hvcpd.language.graph import WordGraph
+from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import EnrolledListener
@@ -34,6 +34,9 @@ LAYERS_KEPT = 64
 MOST_SURE = 0.94
 """Highest confidence of a stranger's sentence, below what coordination needs to move wheels without a confirmed
 read-back: clearly spoken words that form no sentence have fitted as well as some right sentences."""
+
+COURTESY = "please"
+"""Said after an order, it changes nothing."""
 
 
 class SecondPassRecogniser:
@@ -64,6 +67,11 @@ class SecondPassRecogniser:
     def search(self, segment: Segment) -> Recognised | None:
         """The sentence in a segment, with its confidence; None if none is sure enough."""
         return next((found for each in segment.beginnings if (found := self._sentence(each)) is not None), None)
+
+    def may_go_on(self, words: Sequence[str]) -> bool:
+        """Whether more words than COURTESY would make another sentence of these."""
+        ends = ends_of(self._graph, self._graph.start, words)
+        return any(word != COURTESY for end in ends for word, _ in self._graph.following[end])
 
     def _sentence(self, segment: Segment) -> Recognised | None:
         if not self._strangers:

@@ -20,7 +20,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.frontend import snr_db
-from hvcpd.recognition.long_talk import LongTalk, Stretch
+from hvcpd.recognition.long_talk import MOST_PAUSES, LongTalk, Stretch
 from hvcpd.recognition.stream import History, cleaned
 
 LEAD_S = 3.0
@@ -43,6 +43,8 @@ PAUSES_S = 0.2
 """Margin around the speech between two pauses of talk."""
 MOST_WAIT_S = 3.0
 """Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
+PATIENCE_S = 1.0
+"""Quiet after speech before it counts as ended where the sentence might go on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,21 +211,33 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         """Start again: the robot itself speaks."""
 
 
-class SecondEars(LaterEars[Segment, Recognised | None]):
-    """Ears with a second pass for people's speech."""
+class PeopleListener(SegmentListener[Segment, Recognised | None], Protocol):
+    """A listener for sentences of people."""
 
-    def __init__(
-        self,
-        ears: Ears,
-        listener: SegmentListener[Segment, Recognised | None],
-        worker: Worker[Segment, Recognised | None],
-    ) -> None:
+    def may_go_on(self, words: Sequence[str]) -> bool:
+        """Whether more words would make another sentence of these."""
+
+
+class SecondEars(LaterEars[Segment, Recognised | None]):
+    """Ears with a second pass for people's speech.
+
+    A sentence that cannot go on is reported at once. What may be the first part of one is kept until nobody has spoken
+    for PATIENCE_S; if somebody goes on before, both parts are searched as one.
+    """
+
+    def __init__(self, ears: Ears, listener: PeopleListener, worker: Worker[Segment, Recognised | None]) -> None:
         super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
+        self._people = listener
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
         """Speech that begins before this sample may lack its beginning."""
         self._waiting: list[Segment] = []
+        self._last: Segment | None = None
+        """The last speech that was searched, if it was not surely a whole sentence."""
+        self._kept: list[Event] = []
+        """What was found in it, until nobody goes on: until the sample `_kept_until`."""
+        self._kept_until = 0
         self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
         self._stretches: list[Stretch] = []
         """Parts of talk for the second pass."""
@@ -233,12 +247,14 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
-        return self._ears.busy or bool(self._waiting)
+        return self._ears.busy or bool(self._waiting or self._kept)
 
     def succeed(self, predecessor: Self) -> None:
         """As `LaterEars.succeed`."""
         super().succeed(predecessor)
         self._waiting = predecessor._waiting
+        self._last = predecessor._last
+        self._kept, self._kept_until = predecessor._kept, predecessor._kept_until
         self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
         self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
 
@@ -246,6 +262,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         busy = self._ears.busy
         if busy:
             self._spoke_until = self._now
+            self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
         self._stretches += self._talk.push(self._began, block, busy)
 
     def _mask(self) -> None:
@@ -262,11 +279,8 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
-            segment = self._segment(event) if isinstance(event, Garbled) and not event.robot else None
-            if segment is not None and self._worker.submit(segment, self._listener):
-                self._waiting.append(segment)
-            else:
-                out.append(event)
+            if not (isinstance(event, Garbled) and not event.robot and self._submitted(event)):
+                out += [*self._let_go(), event]
         ends = [event.end_sample for event in out if isinstance(event, Recognised)]
         self._understood_until = max([self._understood_until, *ends])
         while self._stretches:
@@ -274,11 +288,54 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         for segment, found in self._worker.findings():
             if segment in self._waiting:
                 self._waiting.remove(segment)
-                if found is not None:
-                    out.append(found)
-                elif not segment.within_talk:
-                    out.append(Garbled(segment.start, segment.end))
+                out += self._taken(segment, found)
+        if self._now >= self._kept_until:
+            out += self._let_go()
         return out + self._given_up()
+
+    def flush(self) -> list[Event]:
+        """As `LaterEars.flush`: what was kept, too."""
+        return super().flush() + self._let_go()
+
+    def _submitted(self, event: Garbled) -> bool:
+        """Submit speech, with the speech kept before it, to the second pass; whether that was possible."""
+        segment = self._segment(event)
+        if segment is None:
+            return False
+        joined = self._joined(segment)
+        if not self._worker.submit(joined or segment, self._listener):
+            return False
+        if joined is not None:
+            self._kept.clear()
+        self._waiting.append(joined or segment)
+        return True
+
+    def _joined(self, segment: Segment) -> Segment | None:
+        """The last speech and the segment after it, as one; None if it was not soon after, or both are too long."""
+        last = self._last
+        if last is None or segment.start - last.end > PATIENCE_S * SAMPLE_RATE_HZ:
+            return None
+        whole = self._segment(Garbled(last.start, segment.end))
+        later = (*last.later, segment.start)[-MOST_PAUSES:]
+        return replace(whole, later=later) if whole is not None else None
+
+    def _taken(self, segment: Segment, found: Recognised | None) -> list[Event]:
+        """The events of a finished second pass."""
+        if segment.within_talk:
+            return [found] if found is not None else []
+        events = self._let_go()
+        if found is not None and not self._people.may_go_on(found.words):
+            self._last = None
+            return [*events, found]
+        self._last = segment
+        self._kept = [found if found is not None else Garbled(segment.start, segment.end)]
+        self._kept_until = segment.end + round(PATIENCE_S * SAMPLE_RATE_HZ)
+        return events
+
+    def _let_go(self) -> list[Event]:
+        """The event for the last speech: nobody goes on."""
+        events, self._kept = self._kept, []
+        return events
 
     def _given_up(self) -> list[Event]:
         late = [segment for segment in self._waiting if self._now - segment.end > MOST_WAIT_S * SAMPLE_RATE_HZ]

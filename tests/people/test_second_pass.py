@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_books, make_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -23,6 +23,7 @@ from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
 from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.listener import ChannelListener, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment
@@ -100,6 +101,32 @@ def test_who_is_not_enrolled_is_heard(book: Phrasebook, sound: Sound) -> None:
     assert [" ".join(e.words) for e in understood] == list(texts)
     assert STRANGER in {e.voice for e in understood}  # the robots' own listener may understand one first
     assert all(book.parse(e.words) for e in understood)
+
+
+@pytest.mark.slow
+def test_a_long_pause_does_not_cut_a_sentence_in_two(book: Phrasebook, sound: Sound) -> None:
+    halves = [Speaker(CHILD, sound.lexicon).render(phrases(text)) for text in ("hi rob, i am anna", "what is left")]
+    said = np.concatenate([halves[0], np.zeros(round(1.05 * SAMPLE_RATE_HZ), np.float32), halves[1]])
+    events = heard(book, sound, [], True, in_room([said], 0.5))
+    assert [" ".join(e.words) for e in events if isinstance(e, Recognised)] == ["hi rob i am anna what is left"]
+
+
+@pytest.mark.parametrize(
+    ("text", "may_go_on"),
+    [("turn left", False), ("stop", False), ("hi rob", True), ("move forward", True), ("hi rob, say again", False)],
+)
+def test_what_may_go_on_is_known_by_the_phrasebook(book: Phrasebook, sound: Sound, text: str, may_go_on: bool) -> None:
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
+    assert opinion.may_go_on(text.replace(",", "").split()) is may_go_on
+
+
+def test_a_word_that_fits_by_chance_makes_no_robot_of_a_stranger(book: Phrasebook, sound: Sound) -> None:
+    """In one stranger's sentence of six a word counted as a robot's, so nobody looked for the sentence."""
+    listener = ChannelListener(book.robots_graph, make_books(book, ("Rob", "Bot"), sound))
+    wren = next(voice for voice in VOICES if voice.name == "wren")
+    segment = alone(Speaker(wren, sound.lexicon, sound.cache), "turn left")
+    stretch = Stretch(segment.sound, 0, segment.lead, (segment.lead + 1000,))
+    assert not listener.search(stretch).robot
 
 
 @pytest.mark.slow

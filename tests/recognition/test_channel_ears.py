@@ -375,3 +375,6 @@ class Deaf:
 
     def search(self, _: Segment) -> None:
         return None
+
+    def may_go_on(self, _: Sequence[str]) -> bool:
+        return False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -46,8 +46,9 @@ class Script:
 class Looker:
     """Finds what it is told to find, and keeps what it was shown."""
 
-    def __init__(self, found: Recognised | None) -> None:
+    def __init__(self, found: Recognised | None, goes_on: bool = False) -> None:
         self.found = found
+        self.goes_on = goes_on
         self.segments: list[Segment] = []
         self.prepared = 0
 
@@ -57,6 +58,9 @@ class Looker:
     def search(self, segment: Segment) -> Recognised | None:
         self.segments.append(segment)
         return self.found
+
+    def may_go_on(self, words: Sequence[str]) -> bool:
+        return self.goes_on
 
 
 class Slow:
@@ -148,6 +152,35 @@ def test_too_much_to_do_is_garbled_at_once() -> None:
     events: dict[int, list[Event]] = {29: [Garbled(32000, 40000)], 32: [Garbled(44000, 50000)]}
     ears = SecondEars(Script(events), Looker(None), worker)
     assert run(ears, 33) == [Garbled(44000, 50000)]
+
+
+def test_what_may_go_on_is_told_when_nobody_goes_on() -> None:
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), AtOnce())
+    assert run(ears, 34) == []
+    assert ears.busy  # nobody answers half a sentence
+    assert run(ears, 1, 34) == [SENTENCE]
+    assert not ears.busy
+
+
+@pytest.mark.parametrize("half", [None, replace(SENTENCE, words=("hi", "rob"))])
+def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | None) -> None:
+    looker = Looker(half, goes_on=True)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, AtOnce())
+    assert run(ears, 30) == []
+    ears._ears.busy = True  # type: ignore[misc]
+    assert run(ears, 10, 30) == []
+    ears._ears.busy = False  # type: ignore[misc]
+    looker.found, looker.goes_on = SENTENCE, False
+    assert run(ears, 10, 40) == [SENTENCE]
+    [_, whole] = looker.segments
+    assert (whole.start, whole.end, whole.later) == (32000, 64000, (52000,))
+
+
+def test_what_is_said_long_after_is_looked_at_alone() -> None:
+    looker = Looker(None)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(57000, 64000)]}), looker, AtOnce())
+    assert run(ears, 60) == [Garbled(32000, 40000), Garbled(57000, 64000)]
+    assert [segment.start for segment in looker.segments] == [32000, 57000]
 
 
 def test_endless_talk_is_not_looked_at() -> None:
