@@ -262,7 +262,9 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         busy = self._ears.busy
         if busy:
             self._spoke_until = self._now
-            self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
+            if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
+                self._kept = [Garbled(self._last.start, self._last.end)]
+                self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
         self._stretches += self._talk.push(self._began, block, busy)
 
     def _mask(self) -> None:

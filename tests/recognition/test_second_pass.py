@@ -176,6 +176,19 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
     assert (whole.start, whole.end, whole.later) == (32000, 64000, (52000,))
 
 
+def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late() -> None:
+    """The channel search may hold the second half for two seconds."""
+    looker = Looker(replace(SENTENCE, words=("hi", "rob")), goes_on=True)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, AtOnce())
+    assert run(ears, 30) == []
+    ears._ears.busy = True  # type: ignore[misc]
+    assert run(ears, 10, 30) == []
+    ears._ears.busy = False  # type: ignore[misc]
+    assert run(ears, 20, 40) == [Garbled(32000, 40000)]
+    looker.found, looker.goes_on = SENTENCE, False
+    assert run(ears, 10, 60) == [SENTENCE]
+
+
 def test_what_is_said_long_after_is_looked_at_alone() -> None:
     looker = Looker(None)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(57000, 64000)]}), looker, AtOnce())
