@@ -117,7 +117,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     def _let_go(self, stretch: OpenStretch, everything: bool = True) -> list[Event]:
         """The events to report for what a stretch held: `everything`, or what the search agrees with, since what goes
-        on may be another sentence, or nothing."""
+        on may be another sentence, or nothing. Of garbled speech in which no robot was heard there is no more to learn:
+        by chance some path seems to go on in anybody's talk."""
         result = stretch.result or SearchResult()
         freed = [event for event in stretch.held if everything or self._agrees(event, result)]
         stretch.held = [event for event in stretch.held if event not in freed]
@@ -283,9 +284,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
     def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
-        """Whether it is the likeliest sentence, or one that the listener cannot know."""
+        """Whether it is the likeliest sentence, or one that the listener cannot know; or garbled, and no robot spoke."""
         if isinstance(event, Garbled):
-            return False
+            return not result.robot
         return event.words == result.likeliest or not self._varied.isdisjoint(event.words)
 
     def _is_over(self, stretch: OpenStretch) -> bool:
