@@ -204,6 +204,29 @@ def test_a_sentence_that_seemed_to_go_on_and_did_not_is_garbled_in_time() -> Non
     assert told == [Garbled(AT, end, True)]
 
 
+class Told(AtOnce[Stretch, SearchResult]):
+    """A worker that finds the same in every stretch."""
+
+    def __init__(self, result: SearchResult) -> None:
+        super().__init__()
+        self.result = result
+
+    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
+        self._found.append((job, self.result))
+        return True
+
+
+@pytest.mark.parametrize("robot", [False, True])
+def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: bool) -> None:
+    """A person's sentences were reported up to 40 s late, all at once when everybody was silent."""
+    whole = through_a_room(spoken("all, who is here"), 1)
+    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
+    going_on = LISTENER.search(Stretch(half, 0, AT, (AT,), cut=True)).in_progress
+    assert going_on
+    listening = ears(Script([(END + 800, GARBLED)]), Told(SearchResult(robot=robot, in_progress=going_on)))
+    assert run(listening, 0, END + 10_000) == ([] if robot else [GARBLED])
+
+
 def test_where_a_recording_ends_nothing_is_held_any_more() -> None:
     whole = through_a_room(spoken("all, who is here"), 1)
     end = AT + len(whole) // 2

@@ -284,7 +284,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
     def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
-        """Whether it is the likeliest sentence, or one that the listener cannot know; or garbled, and no robot spoke."""
+        """Whether it is the likeliest sentence, or one that the listener cannot know; or garbled,
+        where no robot spoke."""
         if isinstance(event, Garbled):
             return not result.robot
         return event.words == result.likeliest or not self._varied.isdisjoint(event.words)
