@@ -105,12 +105,12 @@ RULES = (
     Mechanism(
         "keyword-belief",
         "the word counts at once, whatever is said around it",
-        defaults(f"{HEARING}.keyword.belief:BeliefSettings", certain=0.0),
+        instead(f"{HEARING}.keyword.belief:CERTAIN", 0.0),
     ),
     Mechanism(
         "keyword-remainder",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.remainder:Remainder.probabilities", None),
+        answering(f"{HEARING}.keyword.listener:Remainder.probabilities", None),
     ),
     Mechanism(
         "look-surer",

@@ -26,9 +26,8 @@ from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.decoder_session import SessionSettings
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.keyword.listener import KeywordEars
+from hvcpd.recognition.keyword.listener import KeywordEars, Remainder
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
-from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing, OwnDelay
 from hvcpd.recognition.pruning import Beam

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, power_ratio
-from hvcpd.recognition.keyword.net import KeywordNet
-from hvcpd.recognition.keyword.words import LENGTH_FRAMES, KeywordSpotter, Word
+from hvcpd.recognition.keyword.net import LENGTH_FRAMES, KeywordNet, KeywordSpotter, Word
 from hvcpd.recognition.stream import FrameStream
 
 BLOCK = 320

@@ -10,14 +10,28 @@ from scipy.special import expit, logit
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
+from hvcpd.recognition.keyword.belief import (
+    AGAIN,
+    BEGUN,
+    BOTH,
+    CERTAIN,
+    DOUBT,
+    FAIR,
+    GONE,
+    LATE,
+    LEFT,
+    MOST_DEFICIT,
+    MOST_OWN_DEFICIT,
+    SENTENCE,
+    SURE_SENTENCE,
+    Belief,
+    Verdict,
+)
 from hvcpd.recognition.keyword.net import Probabilities
 
-SETTINGS = BeliefSettings()
 SURE = 0.999
 WORDS = ("hi", "rob", "i", "am", "bot")
-DOUBTFUL = SETTINGS.certain - 0.01
-FAIR, BOTH = SETTINGS.fair, SETTINGS.both
+DOUBTFUL = CERTAIN - 0.01
 
 
 def samples(s: float) -> int:
@@ -26,14 +40,14 @@ def samples(s: float) -> int:
 
 def sentence(begin_s: float, words: Sequence[str] = WORDS, unsure: int | None = None) -> Recognised:
     """Half a second a word, the one numbered `unsure` a little too far from what was heard."""
-    deficits = [SETTINGS.most_deficit + (0.01 if k == unsure else -0.01) for k in range(len(words))]
+    deficits = [MOST_DEFICIT + (0.01 if k == unsure else -0.01) for k in range(len(words))]
     ends = [samples(begin_s + 0.5 * k) for k in range(len(words) + 1)]
     spans = tuple(map(WordSpan, words, ends, ends[1:], [SURE] * len(words), deficits))
     return Recognised(tuple(words), "oak", spans[0].start_sample, spans[-1].end_sample, SURE, 20.0, spans)
 
 
 def hold() -> Belief:
-    return Belief(frozenset({"stop", "stopped"}))
+    return Belief(lambda *_: None)
 
 
 def word(hold: Belief, begin_s: float, probability: float = DOUBTFUL, ends: bool = False) -> Verdict:
@@ -43,9 +57,9 @@ def word(hold: Belief, begin_s: float, probability: float = DOUBTFUL, ends: bool
 
 def test_a_certain_word_counts_at_once_and_another_one_is_held_for() -> None:
     held = hold()
-    assert word(held, 1.2, SETTINGS.certain) is Verdict.SAID
+    assert word(held, 1.2, CERTAIN) is Verdict.SAID
     assert not held.held
-    assert word(held, 3.2, SETTINGS.certain - 0.01) is Verdict.HELD
+    assert word(held, 3.2, CERTAIN - 0.01) is Verdict.HELD
     assert held.held
 
 
@@ -53,7 +67,7 @@ def test_a_word_that_grows_certain_is_one_word() -> None:
     held = hold()
     assert word(held, 1.2, FAIR) is Verdict.HELD
     assert word(held, 1.2, DOUBTFUL) is Verdict.UNCHANGED
-    assert word(held, 1.2, SETTINGS.certain) is Verdict.SAID
+    assert word(held, 1.2, CERTAIN) is Verdict.SAID
 
 
 def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
@@ -61,7 +75,7 @@ def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
     for held in (told, silent):
         assert word(held, 3.0, SURE, ends=True) is Verdict.HELD
     assert told.sentence(sentence(2.5, ("rob", "stop"))) is Verdict.RELEASED
-    at = samples(3.6 + SETTINGS.sentence_s)
+    at = samples(3.6) + SENTENCE
     assert silent.at(at - 1) is Verdict.UNCHANGED
     assert silent.at(at) is Verdict.SAID
 
@@ -91,7 +105,7 @@ def test_an_unsure_word_at_another_time_is_none(unsure: int) -> None:
 def test_an_unsure_sentence_is_the_stop() -> None:
     held = hold()
     word(held, 1.2)
-    doubtful = replace(sentence(1.0), confidence=SETTINGS.sentence_confidence - 0.01)
+    doubtful = replace(sentence(1.0), confidence=SURE_SENTENCE - 0.01)
     assert held.sentence(doubtful) is Verdict.SAID
 
 
@@ -119,7 +133,7 @@ def test_a_doubtful_word_is_let_go_after_a_while_whatever_is_said_meanwhile() ->
     for other_s in (None, 1.5):
         held = hold()
         assert word(held, 1.2, DOUBTFUL) is Verdict.HELD
-        over = samples(1.8 + SETTINGS.doubt_s)
+        over = samples(1.8) + DOUBT
         assert held.at(over - 1) is Verdict.UNCHANGED
         if other_s is not None:
             assert held.unclear() is Verdict.UNCHANGED
@@ -150,7 +164,7 @@ def test_words_soon_after_one_another_count_once_their_log_odds_add_up(probabili
     held, odds = hold(), 1.0
     for k, chance in enumerate(probabilities):
         odds *= chance / (1.0 - chance) if chance >= FAIR else 1.0
-        count = k > 0 and chance >= FAIR and odds >= SETTINGS.certain / (1.0 - SETTINGS.certain)
+        count = k > 0 and chance >= FAIR and odds >= CERTAIN / (1.0 - CERTAIN)
         assume(abs(odds - 4.0) > 1e-6)
         verdict = word(held, 1.2 + k, chance)
         assert (verdict is Verdict.SAID) == count
@@ -171,7 +185,7 @@ def test_the_word_once_more_long_after_is_another_one() -> None:
     held = hold()
     word(held, 1.2, DOUBTFUL)
     held.at(samples(10.0))
-    assert word(held, 1.3 + SETTINGS.again_s, DOUBTFUL) is Verdict.HELD
+    assert word(held, 1.3 + AGAIN / SAMPLE_RATE_HZ, DOUBTFUL) is Verdict.HELD
 
 
 def test_a_word_that_a_sentence_explained_does_not_count_for_the_next_one() -> None:
@@ -199,17 +213,14 @@ def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
 @pytest.mark.parametrize(("excess", "verdict"), [(-0.01, Verdict.RELEASED), (0.01, Verdict.SAID)])
 def test_stopped_does_not_hide_a_call_that_covers_it(excess: float, verdict: Verdict) -> None:
     held, told = hold(), sentence(1.0, ("i", "have", "stopped"))
-    covered = replace(told.spans[2], deficit=SETTINGS.most_own_deficit + excess)
+    covered = replace(told.spans[2], deficit=MOST_OWN_DEFICIT + excess)
     assert word(held, 2.1) is Verdict.HELD
     assert held.sentence(replace(told, spans=(*told.spans[:2], covered))) is verdict
 
 
-GONE, LEFT = SETTINGS.gone, SETTINGS.left
-
-
-def asked(left: float, call: float = SETTINGS.certain) -> Belief:
+def asked(left: float, call: float = CERTAIN) -> Belief:
     """In every sentence, these probabilities of the word and of a call are left without it."""
-    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: Probabilities(left, call if left >= LEFT else 0.0))
+    return Belief(lambda *_: Probabilities(left, call if left >= LEFT else 0.0))
 
 
 @pytest.mark.parametrize("left", [0.5, 0.6, 0.77, 0.95])
@@ -217,7 +228,7 @@ def test_a_faint_word_counts_over_a_sentence_with_what_is_left_of_it_or_as_a_cer
     """In a kitchen as loud, a sentence's own "Rob" had 0.63, and 0.51 once it was subtracted."""
     least = expit(logit(BOTH) - logit(left))
     for excess, verdict in ((-0.01, Verdict.UNCHANGED), (0.01, Verdict.SAID)):
-        held = asked(left, call=SETTINGS.certain - 0.01)
+        held = asked(left, call=CERTAIN - 0.01)
         word(held, 1.2, least + excess)
         assert held.sentence(sentence(1.0, unsure=0)) is verdict
         held = asked(left)
@@ -245,7 +256,7 @@ def test_where_little_is_left_the_words_of_the_sentence_tell(unsure: int | None)
 def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood(left: float, verdict: Verdict) -> None:
     held = asked(left)
     word(held, 1.2, FAIR)
-    assert held.at(samples(1.8 + SETTINGS.doubt_s)) is Verdict.RELEASED
+    assert held.at(samples(1.8) + DOUBT) is Verdict.RELEASED
     assert held.sentence(sentence(1.0, unsure=0)) is verdict
 
 
@@ -256,14 +267,12 @@ def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_he
     held = asked(left)
     held.sentence(sentence(1.0))
     assert word(held, 2.6, FAIR) is Verdict.HELD
-    asked_at = samples(3.2 + SETTINGS.late_s)
+    asked_at = samples(3.2) + LATE
     assert held.at(asked_at - 1) is Verdict.UNCHANGED
     assert held.at(asked_at) is verdict
 
 
-@pytest.mark.parametrize(
-    ("call", "verdict"), [(SETTINGS.begun - 0.01, Verdict.RELEASED), (SETTINGS.begun, Verdict.SAID)]
-)
+@pytest.mark.parametrize(("call", "verdict"), [(BEGUN - 0.01, Verdict.RELEASED), (BEGUN, Verdict.SAID)])
 def test_a_sentence_begins_with_what_is_like_the_word_unless_a_call_is_surely_left(
     call: float, verdict: Verdict
 ) -> None:

@@ -7,9 +7,9 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Received, Recognised
-from hvcpd.recognition.keyword.belief import BeliefSettings
+from hvcpd.recognition.keyword.belief import GONE, LEFT
+from hvcpd.recognition.keyword.listener import KEPT_CHUNKS, Remainder
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
-from hvcpd.recognition.keyword.remainder import KEPT_CHUNKS, Remainder
 from hvcpd.recognition.stream import FrameStream
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -18,7 +18,6 @@ from tests.recognition.signals import in_noise
 
 GAIN = 0.5
 BEGIN = SAMPLE_RATE_HZ
-GONE, LEFT = BeliefSettings().gone, BeliefSettings().left
 
 
 def said(text: str, voice: str) -> Samples:
