@@ -24,7 +24,6 @@ from hvcpd.ports import Samples
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.decoder_session import SessionSettings
 from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.listener import KeywordEars, Remainder
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
@@ -59,7 +58,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) 
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
-    settings = RecogniserSettings(session=SessionSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
+    settings = RecogniserSettings(beam=Beam(max_pairs=SEALED_PAIRS)) if sealed else None
     return Recogniser(phrasebook.marked_graph, bank, settings)
 
 

@@ -37,6 +37,9 @@ class StepCosts:
     """For going on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
 
 
+STEPS = StepCosts()
+
+
 def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) -> tuple[NDArray[np.bool_], ...]:
     """One column of asymmetric DTW along the last axis, for states 2 and up; states 0 and 1 are left unchanged.
 
@@ -76,10 +79,9 @@ class Decoder:
     result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
-    def __init__(self, network: Network, n_hypotheses: int, steps: StepCosts, beam: Beam) -> None:
+    def __init__(self, network: Network, n_hypotheses: int, beam: Beam) -> None:
         self._net = network
         self._n_hypotheses = n_hypotheses
-        self._steps = steps
         self._beam = beam
         shape = (n_hypotheses, network.n_nodes)
         self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
@@ -155,7 +157,7 @@ class Decoder:
         frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
         """
         if len(distances):
-            advanced, skipped = dtw_column(self._cost, distances, self._steps, self._cost_next)
+            advanced, skipped = dtw_column(self._cost, distances, STEPS, self._cost_next)
             token = self._token_next
             token[2:] = self._token[2:]
             np.copyto(token[2:], self._token[1:-1], where=advanced)
@@ -228,7 +230,7 @@ class Decoder:
     def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
         """The cost of going on at each hypothesis, and the token to go on with."""
         entering, chosen = leaving.copy(), token.copy()
-        dearer = leaving + np.float32(self._steps.hypothesis)
+        dearer = leaving + np.float32(STEPS.hypothesis)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             cheaper = dearer[other] < entering[to]
             np.copyto(entering[to], dearer[other], where=cheaper)
