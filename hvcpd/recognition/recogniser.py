@@ -7,7 +7,7 @@ from the first sample, so the size of the pushed blocks never changes a result.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.language.graph import WordGraph
@@ -137,6 +137,9 @@ class Recogniser:
         self.watch, self._segments = predecessor.watch, predecessor._segments
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Ears.prepare`: there is nothing to prepare."""
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""

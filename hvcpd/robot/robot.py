@@ -17,7 +17,8 @@ from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
-from hvcpd.recognition.events import Ears, Held, Overhears, Recognised, Released, Urgent
+from hvcpd.recognition.events import Ears, Held, Recognised, Released, Urgent
+from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, MeasuresDelay, OwnVoice
@@ -52,7 +53,7 @@ class Robot:
         performer: Performer,
         acoustics: Acoustics,
         slow_mouth: Mouth,
-        overhearing: Overhears,
+        overhearing: Overhearing,
         sealing: Sealing | None,
         own_delay: MeasuresDelay,
         voices: Mapping[str, str],
