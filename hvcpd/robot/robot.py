@@ -18,8 +18,8 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.recognition.events import Ears, Held, Recognised, Released, Urgent
-from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.events import Event as HearingEvent
+from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, MeasuresDelay, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer
