@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw
 from hvcpd.recognition.frontend import Features
-from hvcpd.recognition.network import Index, Network
+from hvcpd.recognition.network import Network
 from hvcpd.recognition.scorer import norms_of, squared_distances
 from hvcpd.recognition.templates import Template
 
@@ -50,21 +50,6 @@ class Match:
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
-    """Features of a segment and of all template frames, and the distance of each frame of the segment to the noise."""
-
-    features: Features
-    rows: Features
-    to_noise: Costs
-
-    def to(self, rows: Index) -> Callable[[int, int], Costs]:
-        """Distances of some frames to some template frames."""
-        some = self.rows if len(rows) == len(self.rows) else self.rows[rows]
-        norms = norms_of(some)
-        return lambda begin, end: distances(self.features[begin:end], some, norms)
-
-
-@dataclass(frozen=True, eq=False)
 class _Fit:
     """The cost of one sentence over the voices that have its words: that of the best voice, less if more voices fit."""
 
@@ -75,7 +60,7 @@ class _Fit:
 
 
 class TemplateDecoder:
-    """Knows a network of sentences, and where the takes of its words are among the rows of what is heard."""
+    """Knows a network of sentences, and where the takes of its words are among the template frames."""
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template]) -> None:
         """A voice need not have all words. Raises ValueError without templates of the graph's words."""
@@ -83,31 +68,34 @@ class TemplateDecoder:
         self._words: dict[str, set[str]] = {}
         for template in templates:
             self._words.setdefault(template.voice, set()).add(template.word)
-        self._dtw = self._compiled(graph)
+        self.sentences = self._compiled(graph)
 
     def _compiled(self, graph: WordGraph) -> OnePassDtw:
         return OnePassDtw(Network(graph, self._templates, partial=frozenset(self._words)))
 
-    def _alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
+    def alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
         """One sentence; None if nobody has its words."""
         known = any(said.issuperset(words) for said in self._words.values())
         return self._compiled(graph_of(words)) if known else None
-
-    def hear(self, heard: Heard) -> Hearing:
-        """A segment of sound, to be compared with sentences."""
-        return Hearing(heard, self._dtw, self._alone)
 
 
 class Hearing:
     """A segment of sound beside a decoder's sentences."""
 
-    def __init__(self, heard: Heard, dtw: OnePassDtw, alone: Callable[[tuple[str, ...]], OnePassDtw | None]) -> None:
-        self._heard = heard
-        self._alone = alone
+    def __init__(self, decoder: TemplateDecoder, features: Features, rows: Features, to_noise: Costs) -> None:
+        """`features` of the segment and of all template frames, `rows`; the distance of each frame of the segment to
+        the room's noise."""
+        self._decoder = decoder
+        self._features, self._rows, self._to_noise = features, rows, to_noise
         self._fits: dict[tuple[str, ...], _Fit | None] = {}
-        ends = dtw.forward(heard.to(dtw.rows), heard.to_noise)
+        ends = self._forward(decoder.sentences)
         self._nearest = ends.nearest
-        self._best = self._best_of(dtw, ends)
+        self._best = self._best_of(decoder.sentences, ends)
+
+    def _forward(self, dtw: OnePassDtw) -> Ends:
+        rows = self._rows if len(dtw.rows) == len(self._rows) else self._rows[dtw.rows]
+        norms = norms_of(rows)
+        return dtw.forward(lambda begin, end: distances(self._features[begin:end], rows, norms), self._to_noise)
 
     def _best_of(self, dtw: OnePassDtw, ends: Ends) -> _Fit | None:
         """The sentence that fits best in all voices, among the best ones of each voice."""
@@ -137,14 +125,13 @@ class Hearing:
 
     def _fit(self, words: tuple[str, ...]) -> _Fit | None:
         if words not in self._fits:
-            self._fits[words] = self._fitted(words)
+            dtw = self._decoder.alone(words)
+            self._fits[words] = self._fitted(dtw) if dtw is not None else None
         return self._fits[words]
 
-    def _fitted(self, words: tuple[str, ...]) -> _Fit | None:
-        dtw = self._alone(words)
-        if dtw is None:
-            return None
-        ends = dtw.forward(self._heard.to(dtw.rows), self._heard.to_noise)
+    def _fitted(self, dtw: OnePassDtw) -> _Fit | None:
+        """The fit of the only sentence of a network."""
+        ends = self._forward(dtw)
         voices = _best_of_voices(dtw, ends).values()
         if not voices:
             return None
@@ -153,18 +140,18 @@ class Hearing:
         return _Fit(float(vote), dtw, ends, min(voices)[2])
 
     def _match(self, dtw: OnePassDtw, ends: Ends, node: int) -> Match:
-        heard, words = self._heard, []
-        inside = np.zeros(len(heard.to_noise), np.bool_)
-        least = np.minimum(self._nearest, heard.to_noise)
+        words, to_noise = [], self._to_noise
+        inside = np.zeros(len(to_noise), np.bool_)
+        least = np.minimum(self._nearest, to_noise)
         path = dtw.trace(ends, node)
         for word in path:
             excess = word.cost - float(least[word.start : word.end].sum())
             deficit = excess / (word.end - word.start)
             words.append(MatchedWord(dtw.net.word[word.instance], word.start, word.end, deficit, word.margin))
             inside[word.start : word.end] = True
-        beyond = (heard.to_noise - least)[~inside]
+        beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
-        inside_noise = float(heard.to_noise[inside].sum()) - sum(word.cost for word in path)
+        inside_noise = float(to_noise[inside].sum()) - sum(word.cost for word in path)
         return Match(dtw.net.voice_of_node(node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1))
 
 
