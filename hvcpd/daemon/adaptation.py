@@ -20,7 +20,7 @@ from hvcpd.people.enrolled import (
     voice_of,
     write_person,
 )
-from hvcpd.people.known_sentences import ConfirmedSentences
+from hvcpd.people.speaker_adaptation import ConfirmedSentences
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord

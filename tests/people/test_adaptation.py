@@ -21,7 +21,7 @@ from hvcpd.people.enrolled import (
     remove_person,
     write_person,
 )
-from hvcpd.people.known_sentences import CONFIRMED_S, ConfirmedSentences
+from hvcpd.people.speaker_adaptation import CONFIRMED_S, ConfirmedSentences
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import N_BANDS

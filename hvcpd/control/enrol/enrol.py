@@ -29,7 +29,7 @@ from hvcpd.people.enrolled import (
     remove_person,
     write_person,
 )
-from hvcpd.people.known_sentences import check_sentence
+from hvcpd.people.speaker_adaptation import check_sentence
 from hvcpd.people.takes import check_take, confusable, odd_takes
 from hvcpd.recognition.frontend import Energies
 
