@@ -77,18 +77,12 @@ class Person:
 
     def same_as(self, other: Person) -> bool:
         """Whether both have the same takes of the same words, and the same sentences."""
-        mine, others = self.takes, other.takes
-        if [each.words for each in self.sentences] != [each.words for each in other.sentences]:
-            return False
-        alike = zip(self.sentences, other.sentences, strict=True)
-        return (
-            all(np.array_equal(one.logs, two.logs) for one, two in alike)
-            and self.words == other.words
-            and all(
-                len(of_word) == len(others[word]) and all(map(np.array_equal, of_word, others[word]))
-                for word, of_word in mine.items()
-            )
-        )
+        return self._content == other._content
+
+    @property
+    def _content(self) -> tuple[object, ...]:
+        takes = {word: [take.tobytes() for take in of_word] for word, of_word in self.takes.items()}
+        return takes, [(each.words, each.logs.tobytes()) for each in self.sentences]
 
     @property
     def voice(self) -> str:

@@ -29,7 +29,7 @@ from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, N_BANDS, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
-from hvcpd.recognition.scorer import Scorer, norms_of
+from hvcpd.recognition.scorer import norms_of
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, Template, TemplateBank, noise_features
 
@@ -117,7 +117,6 @@ class ComposedTakes:
     def __init__(self, graph: WordGraph, takes: VoiceTakes) -> None:
         """Raises ValueError without takes of the graph's words."""
         self._bank = TemplateBank(takes)
-        self._scorer = Scorer(self._bank, (0.0,))
         self._decoder = TemplateDecoder(graph, self._bank.templates)
 
     def hear(self, energies: Energies, noise: Noise) -> Hearing:
@@ -125,8 +124,8 @@ class ComposedTakes:
 
         `energies`, shape (n, N_BANDS), begin and end with a little noise.
         """
-        gain = max(self._scorer.level_of(energies, noise), LEAST_GAIN)
-        mask = self._scorer.mask(gain)
+        gain = max(self._bank.level_of(energies, noise), LEAST_GAIN)
+        mask = self._bank.mask(gain)
         rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)
         padded = np.pad(energies + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
         heard = cepstral_features_of(padded)

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvcpd.people.enrolled import MAX_FRAMES, Takes, levelled
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.decoder import StepCosts, dtw_column
+from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     ENERGY_FLOOR,
@@ -24,7 +24,8 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
-from hvcpd.recognition.scorer import MASK_DB
+from hvcpd.recognition.pruning import AHEAD
+from hvcpd.recognition.templates import MASK_DB
 
 FULL_SCALE = 0.985
 """Share of full scale from which a sample counts as clipped."""
@@ -50,7 +51,6 @@ CONFUSABLE = 0.9
 """Two words of a person are confusable if takes of them are nearer than this much of how far takes of one word are."""
 APART = 4.5
 """First takes of two words that are so far apart leave no doubt: the others are not compared."""
-_FAR = np.float32(1e9)
 
 
 @dataclass(frozen=True)
@@ -167,14 +167,15 @@ def distance(one: Features, other: Features) -> float:
 def _cost(heard: Features, template: Features) -> float:
     """DTW cost of one take against the other, per frame of the first."""
     squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
-    distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ((0, 0), (2, 0)), constant_values=_FAR).astype(np.float32)
-    costs = np.full(distances.shape[1], _FAR, np.float32)
-    costs[1] = 0.0  # from which the first frame is one step, the second one skip
-    out = np.full_like(costs, _FAR)
+    ahead = ((0, 0), (AHEAD, 0))
+    distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ahead, constant_values=UNREACHABLE).astype(np.float32)
+    costs = np.full(distances.shape[1], UNREACHABLE, np.float32)
+    costs[AHEAD - 1] = 0.0  # from which the first frame is one step, the second one skip
+    out = np.full_like(costs, UNREACHABLE)
     for row in distances:
         dtw_column(costs, row, StepCosts(), out)
         costs, out = out, costs
-        out[:2] = costs[:2] = _FAR
+        out[:AHEAD] = costs[:AHEAD] = UNREACHABLE
     return float(costs[-1]) / len(heard)
 
 

@@ -89,7 +89,7 @@ class DecoderSession:
     """Feeds frames to scorer and decoder from `wake` until `sleep`."""
 
     def __init__(self, network: Network, bank: TemplateBank, beam: Beam) -> None:
-        self._net = network
+        self._net, self._bank = network, bank
         gains_db = (-GAIN_STEP_DB, 0.0, GAIN_STEP_DB)
         self._scorer = Scorer(bank, gains_db)
         self._decoder = Decoder(network, len(gains_db), beam)
@@ -124,7 +124,7 @@ class DecoderSession:
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
-        self._gain = self._scorer.level_of(energies, noise)
+        self._gain = self._bank.level_of(energies, noise)
         self.feed(energies, energies, noise)
 
     def sleep(self) -> None:
@@ -146,8 +146,8 @@ class DecoderSession:
             self._tail = block
             return
         self._tail = block[-2 * CONTEXT_FRAMES :]
-        self._retune(self._scorer.level_of(recent, noise))
-        mask = self._scorer.mask(self._gain)
+        self._retune(self._bank.level_of(recent, noise))
+        mask = self._bank.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
         features = features_of(block + mask)
         for start in range(0, len(features), HORIZON_FRAMES):

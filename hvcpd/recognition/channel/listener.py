@@ -20,7 +20,7 @@ from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, for
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic
 from hvcpd.recognition.frontend import TINY
-from hvcpd.recognition.renderings import GREETING, Said, Signal, Voicebook
+from hvcpd.recognition.renderings import GREETING, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0
@@ -72,34 +72,21 @@ def share_of(sound: WeightedSound, path: Path) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _End:
-    """The second half of a known signal."""
+class _Part:
+    """A part of a known signal."""
 
-    whole: Said
-
-    @property
-    def begin(self) -> int:
-        """Its first sample."""
-        return self.whole.length // 2
-
-    @property
-    def length(self) -> int:
-        """Samples of it."""
-        return self.whole.length - self.begin
-
-    @property
-    def samples(self) -> Samples:
-        """Its sound, shape (length,)."""
-        return self.whole.samples[self.begin :]
+    length: int
+    samples: Samples
 
 
 def least_fit(sound: WeightedSound, path: Path) -> float:
     """Ratio of received to expected energy of the word that fits worst, through the path's response: about 1 if it was
     said, 0 or less if not. The second half of the last word counts as a word, since a sentence may have been cut off in
     it. Words with little expected energy do not count."""
-    end = _End(path.said[-1])
+    last, half = path.said[-1], path.said[-1].length // 2
+    end = _Part(last.length - half, last.samples[half:])
     words = zip(path.said, path.starts, strict=True)
-    there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + end.begin)])
+    there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + half)])
     fits = [1.0]
     first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
