@@ -231,65 +231,54 @@ def _filters() -> np.ndarray:
 
 
 def _person(file: Mapping[str, np.ndarray]) -> Person:
-    head = file["head"]
-    if head.shape != (3,) or head.dtype.kind != "i" or tuple(head[1:]) != (N_BANDS, HOP_SAMPLES):
-        raise _WrongError("it was made by another version")
-    if head[0] not in READABLE:
-        raise _WrongError("it was made by another version")
-    filters = file["filters"]
-    if filters.shape != (N_BANDS,) or filters.dtype.kind != "f" or not np.allclose(filters, _filters()):
-        raise _WrongError("it was made with another front end")
-    raw = file["name"]
-    if raw.shape != () or raw.dtype.kind != "U" or raw.dtype.itemsize > 4 * MAX_NAME_LENGTH:
-        raise _WrongError("it names nobody")
-    name = str(raw)
-    fault = valid_robot_name(name)
-    if fault is not None:
-        raise _WrongError(fault)
+    head, filters, name = file["head"], file["filters"], file["name"]
+    is_ours = head.shape == (3,) and head.dtype.kind == "i" and tuple(head[1:]) == (N_BANDS, HOP_SAMPLES)
+    _require(is_ours and head[0] in READABLE, "it was made by another version")
+    is_like = filters.shape == (N_BANDS,) and filters.dtype.kind == "f" and np.allclose(filters, _filters())
+    _require(is_like, "it was made with another front end")
+    is_name = name.shape == () and name.dtype.kind == "U" and name.dtype.itemsize <= 4 * MAX_NAME_LENGTH
+    _require(is_name, "it names nobody")
+    fault = valid_robot_name(str(name))
+    _require(fault is None, fault or "")
     keys = [key for key in file if key not in ("head", "name", "filters", _SAID) and not key.startswith(_SENTENCE)]
-    if len(keys) > MAX_WORDS * MAX_TAKES:
-        raise _WrongError("it has too many takes")
+    _require(len(keys) <= MAX_WORDS * MAX_TAKES, "it has too many takes")
     takes: dict[str, list[Energies]] = {}
     for key in sorted(keys):
         word, _, number = key.partition("/")
-        if not _is_word(word):
-            raise _WrongError("a take is of no word")
-        if not number.isdecimal() or int(number) >= MAX_TAKES:
-            raise _WrongError(f"a take of '{word}' has no number")
-        takes.setdefault(word, []).append(_take(word, file[key]))
-    return Person(name, takes, _sentences(file))
+        _require(_is_word(word), "a take is of no word")
+        _require(number.isdecimal() and int(number) < MAX_TAKES, f"a take of '{word}' has no number")
+        logs = _logs(file[key], N_BANDS, MAX_FRAMES, f"a take of '{word}'")
+        takes.setdefault(word, []).append(np.exp(logs))
+    return Person(str(name), takes, _sentences(file))
 
 
 def _sentences(file: Mapping[str, np.ndarray]) -> tuple[SpokenSentence, ...]:
     if _SAID not in file:
         return ()
     said = file[_SAID]
-    if said.dtype.kind != "U" or said.ndim != 1 or len(said) > MAX_SENTENCES:
-        raise _WrongError("its sentences have no words")
+    is_text = said.dtype.kind == "U" and said.ndim == 1 and len(said) <= MAX_SENTENCES
+    _require(is_text, "its sentences have no words")
     found = []
     for number, text in enumerate(map(str, said)):
-        words, logs = tuple(text.split(" ")), file[f"{_SENTENCE}{number}"]
-        if len(words) > MAX_SENTENCE_WORDS or not all(map(_is_word, words)):
-            raise _WrongError("a sentence has no words")
-        if logs.ndim != 2 or logs.shape[1] != NET_BANDS or not MIN_FRAMES <= len(logs) <= MAX_SENTENCE_FRAMES:
-            raise _WrongError("a sentence has the wrong shape")
-        found.append(SpokenSentence(words, _finite(logs, "a sentence")))
+        words = tuple(text.split(" "))
+        _require(len(words) <= MAX_SENTENCE_WORDS and all(map(_is_word, words)), "a sentence has no words")
+        logs = _logs(file[f"{_SENTENCE}{number}"], NET_BANDS, MAX_SENTENCE_FRAMES, "a sentence")
+        found.append(SpokenSentence(words, logs))
     return tuple(found)
+
+
+def _require(holds: bool, fault: str) -> None:
+    if not holds:
+        raise _WrongError(fault)
 
 
 def _is_word(word: str) -> bool:
     return word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH
 
 
-def _finite(logs: np.ndarray, what: str) -> Logs:
-    if logs.dtype != np.float16:
-        raise _WrongError(f"{what} has the wrong shape")
-    if not np.isfinite(logs).all() or float(np.abs(logs).max()) > MAX_LOG:
-        raise _WrongError(f"{what} holds no sound")
+def _logs(logs: np.ndarray, n_bands: int, most_frames: int, what: str) -> Logs:
+    """The logarithms of energies, shape (frames, n_bands), as they are in a file."""
+    fits = logs.ndim == 2 and logs.shape[1] == n_bands and MIN_FRAMES <= len(logs) <= most_frames
+    _require(fits and logs.dtype == np.float16, f"{what} has the wrong shape")
+    _require(bool(np.isfinite(logs).all()) and float(np.abs(logs).max()) <= MAX_LOG, f"{what} holds no sound")
     return logs.astype(np.float32)
-
-
-def _take(word: str, logs: np.ndarray) -> Energies:
-    if logs.ndim != 2 or logs.shape[1] != N_BANDS or not MIN_FRAMES <= len(logs) <= MAX_FRAMES:
-        raise _WrongError(f"a take of '{word}' has the wrong shape")
-    return np.exp(_finite(logs, f"a take of '{word}'"))

@@ -62,26 +62,21 @@ class Levels:
     """Converts energies to the net's inputs, a chunk at a time, for one stream or for many at once."""
 
     def __init__(self) -> None:
-        self._level: Array | None = None
-        self._colour: Array = np.zeros(0, np.float32)
+        self.level: Array | None = None
+        self.colour: Array = np.zeros(0, np.float32)
 
     def take(self, energies: Energies) -> Array:
         """Energies of CHUNK_FRAMES frames, shape (..., CHUNK_FRAMES, N_BANDS), to (..., CHUNK_FRAMES, N_INPUTS)."""
         means = energies.sum(axis=-2) / np.float32(energies.shape[-2])
         total = means.sum(axis=-1, keepdims=True) / np.float32(N_BANDS)
-        if self._level is None:
-            self._level, self._colour = total, means
-        self._level = self._level + (1 - kept(LEVEL_S)) * (total - self._level)
-        self._colour = self._colour + (1 - kept(COLOUR_S)) * (means - self._colour)
+        if self.level is None:
+            self.level, self.colour = total, means
+        self.level = self.level + (1 - kept(LEVEL_S)) * (total - self.level)
+        self.colour = self.colour + (1 - kept(COLOUR_S)) * (means - self.colour)
         logs = np.log(np.maximum(energies, ENERGY_FLOOR))
-        level, colour = np.log(self._level)[..., None, :], np.log(self._colour)[..., None, :]
+        level, colour = np.log(self.level)[..., None, :], np.log(self.colour)[..., None, :]
         both = np.concatenate([logs - level, logs - colour], axis=-1)
         return np.asarray(np.clip(both, -MOST, MOST) * SCALE, np.float32)
-
-    def scale(self, factors: Array) -> None:
-        """Scale the history by a power factor, shape (..., 1), as if the earlier sound had been louder."""
-        if self._level is not None:
-            self._level, self._colour = self._level * factors, self._colour * factors
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +113,7 @@ class KeywordNet:
 
     def reset(self) -> None:
         """Forget the earlier sound."""
-        self._levels = Levels()
+        self.levels = Levels()
         widths = [matrix.shape[1] for matrix, _ in self._weights.layers]
         self._frames = np.zeros((SIZES[0] - 2, N_INPUTS), np.float32)
         self._halves = np.zeros((SIZES[1] - 2, widths[0]), np.float32)
@@ -129,7 +124,7 @@ class KeywordNet:
     def hear(self, energies: Energies) -> Probabilities:
         """The probabilities after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
         (first, first_off), (second, second_off), *others = self._weights.layers
-        self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self._levels.take(energies)])
+        self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self.levels.take(energies)])
         pieces = np.stack([self._frames[k : k + SIZES[0]].ravel() for k in (0, 2)])
         self._halves = np.concatenate([self._halves[-(SIZES[1] - 2) :], np.maximum(pieces @ first + first_off, 0)])
         found = np.maximum(self._halves.ravel() @ second + second_off, 0)
