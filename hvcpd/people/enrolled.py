@@ -120,7 +120,7 @@ def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energie
     """The person's takes of `words`, and shortened ones of REDUCED words as in a sentence. All takes have the same
     loudness, since people do not keep theirs from one word to the next."""
     found: dict[str, list[Energies]] = {}
-    for word in person.words.intersection(words):
+    for word in (word for word in words if word in person.takes):
         takes = [levelled(take) for take in person.takes[word]]
         found[word] = [*takes, *(stretched(take, WEAK) for take in takes if word in REDUCED)]
     return found

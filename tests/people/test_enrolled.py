@@ -111,6 +111,11 @@ def test_templates_are_as_loud_as_one_another_and_weak_forms_come_also_short() -
     assert 0.2 < loudness[0] / loudness[1] < 5.0
 
 
+def test_templates_come_in_the_order_of_their_words_whatever_the_order_of_a_set() -> None:
+    words = [f"word{k}" for k in range(20)]
+    assert list(spoken_takes(Person("Anna", {word: [take(1)] for word in reversed(words)}), words)) == words
+
+
 def arrays_of(path: Path) -> dict[str, np.ndarray]:
     with np.load(path) as file:
         return {key: file[key] for key in file}
