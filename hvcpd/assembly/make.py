@@ -21,6 +21,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
+from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
@@ -28,7 +29,7 @@ from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.listener import KeywordEars, Remainder
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
-from hvcpd.recognition.overhearing import Overhearing, OwnDelay
+from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Worker
