@@ -19,7 +19,7 @@ import numpy as np
 from hvcpd.language.graph import graph_of
 from hvcpd.language.messages import Confirmed, ToRobot, Utterance
 from hvcpd.people.bands import logs_of_segment
-from hvcpd.people.enrolled import MAX_SENTENCE_FRAMES, SpokenSentence
+from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.people.phones import (
     PHONES,
     CtcSearch,
@@ -32,15 +32,10 @@ from hvcpd.people.phones import (
     centred,
     phones_of,
 )
-from hvcpd.people.takes import NOTHING, speech_in
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.second_pass import Segment
 
-MOST_LOSS = 1.9
-"""Of the phone net for each phone of the words, nepers. In four of Kokoro's voices at 20 dB, 108 of 108 sentences lost
-less; of 216 taken for another sentence, none did."""
 CONFIRMED_S = 20.0
 """Time after the sentence in which a confirmation refers to it: the robot has read it back by then."""
 
@@ -48,23 +43,6 @@ CONFIRMED_S = 20.0
 def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
     """A segment of sound in which these words were said, as the phone net hears it."""
     return SpokenSentence(words, centred(logs_of_segment(segment)))
-
-
-def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce) -> tuple[SpokenSentence | None, str]:
-    """The sentence in a recording, shape (n,), 16 kHz, of a person who was asked to say these words; or what is wrong
-    with it."""
-    speech = speech_in(sound)
-    if speech is None or speech.fault:
-        return None, speech.fault if speech is not None else NOTHING
-    start, end = speech.begin * HOP_SAMPLES, min(speech.end * HOP_SAMPLES, len(sound))
-    if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
-        return None, "it takes too long; say the sentence without long pauses"
-    sentence = spoken(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
-    search = CtcSearch(graph_of(words), pronounce)
-    fit = search.best(phones_of(sentence.logs).log_posteriors)
-    if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
-        return None, "that was not the sentence, or it was hardly to be understood"
-    return sentence, ""
 
 
 @dataclass

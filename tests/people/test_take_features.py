@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.sound import Sound, make_sound
+from hvcpd.control.enrol.recordings import check_take
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.bands import N_BANDS, Bands, heard_alone, levelled, logs_of, noise_of, upper_lost
 from hvcpd.people.enrolled_listener import TandemTakes, _features_of
 from hvcpd.people.phones import centred, phones_of
-from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Hearing
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies, energies_of, smoothed

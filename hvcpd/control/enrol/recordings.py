@@ -1,4 +1,5 @@
-"""Takes of single words, from recordings of one word each: place, usability, and distances."""
+"""Checks of recordings that enrol a person: of one word each, its place, usability, and distance from others; and of
+a sentence whose words are known."""
 
 from __future__ import annotations
 
@@ -8,7 +9,10 @@ from itertools import combinations
 
 import numpy as np
 
-from hvcpd.people.enrolled import MAX_FRAMES, Takes, levelled
+from hvcpd.language.graph import graph_of
+from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, levelled
+from hvcpd.people.phones import CtcSearch, Pronounce, phones_of
+from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
 from hvcpd.recognition.frontend import (
@@ -25,6 +29,7 @@ from hvcpd.recognition.frontend import (
     smoothed,
 )
 from hvcpd.recognition.pruning import AHEAD
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import MASK_DB
 
 FULL_SCALE = 0.985
@@ -51,6 +56,9 @@ CONFUSABLE = 0.9
 """Two words of a person are confusable if takes of them are nearer than this much of how far takes of one word are."""
 APART = 4.5
 """First takes of two words that are so far apart leave no doubt: the others are not compared."""
+MOST_LOSS = 1.9
+"""Of the phone net for each phone of the words, nepers. In four of Kokoro's voices at 20 dB, 108 of 108 sentences lost
+less; of 216 taken for another sentence, none did."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +127,23 @@ def check_take(sound: Samples) -> TakeCheck:
     word = np.maximum(speech.energies[speech.begin : speech.end] - speech.noise, ENERGY_FLOOR)
     clean = smoothed(np.pad(word, ((1, 1), (0, 0)), mode="edge"))
     return TakeCheck(clean, "", speech.level_dbfs, speech.snr_db)
+
+
+def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce) -> tuple[SpokenSentence | None, str]:
+    """The sentence in a recording, shape (n,), 16 kHz, of a person who was asked to say these words; or what is wrong
+    with it."""
+    speech = speech_in(sound)
+    if speech is None or speech.fault:
+        return None, speech.fault if speech is not None else NOTHING
+    start, end = speech.begin * HOP_SAMPLES, min(speech.end * HOP_SAMPLES, len(sound))
+    if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
+        return None, "it takes too long; say the sentence without long pauses"
+    sentence = spoken(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
+    search = CtcSearch(graph_of(words), pronounce)
+    fit = search.best(phones_of(sentence.logs).log_posteriors)
+    if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
+        return None, "that was not the sentence, or it was hardly to be understood"
+    return sentence, ""
 
 
 def _noise(energies: Energies, power: np.ndarray) -> Energies:
