@@ -11,15 +11,8 @@ import structlog
 
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
-from hvcpd.people.enrolled import (
-    STRANGER,
-    Person,
-    SpokenSentence,
-    person_path,
-    read_person,
-    voice_of,
-    write_person,
-)
+from hvcpd.memory.people import person_path, read_person, write_person
+from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
 from hvcpd.people.speaker_adaptation import ConfirmedSentences
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment

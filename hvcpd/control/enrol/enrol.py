@@ -20,16 +20,8 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.competition import competing_phrases
-from hvcpd.people.enrolled import (
-    MAX_TAKES,
-    Person,
-    SpokenSentence,
-    enrolled_people,
-    person_path,
-    read_person,
-    remove_person,
-    write_person,
-)
+from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, write_person
+from hvcpd.people.enrolled import MAX_TAKES, Person, SpokenSentence
 from hvcpd.recognition.frontend import Energies
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
