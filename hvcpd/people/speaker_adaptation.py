@@ -1,7 +1,4 @@
-"""Speaker adaptation of the phone net: sentences of a person whose words are certain, and an output layer from them.
-
-The words are certain because the person was asked to say them, or because a robot read back what it had understood, and
-the same person confirmed it.
+"""Speaker adaptation of the phone net: an output layer of a person's own, from sentences whose words are known.
 
 The hidden layers stay as they are. The layer after them moves so that the phones of the known words become likelier
 where a Viterbi alignment puts them (a linear output network: B. Li & K. C. Sim, "Comparison of discriminative input and
@@ -12,12 +9,10 @@ the layer as it was trained keeps phones that were not said where they are. So a
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from hvcpd.language.graph import graph_of
-from hvcpd.language.messages import Confirmed, ToRobot, Utterance
 from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.people.phones import (
@@ -32,68 +27,7 @@ from hvcpd.people.phones import (
     centred,
     phones_of,
 )
-from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
-
-CONFIRMED_S = 20.0
-"""Time after the sentence in which a confirmation refers to it: the robot has read it back by then."""
-
-
-def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
-    """A segment of sound in which these words were said, as the phone net hears it."""
-    return SpokenSentence(words, centred(logs_of_segment(segment)))
-
-
-@dataclass
-class _Candidate:
-    speaker: str
-    at_s: float
-    segment: Segment
-    words: tuple[str, ...]
-    read_back: bool = False
-
-
-class ConfirmedSentences:
-    """Takes what the robot says, second-pass results and recognised sentences, in order; returns what is confirmed."""
-
-    def __init__(self, own_name: str) -> None:
-        self._own_name = own_name.lower()
-        self._found: tuple[Segment, Recognised] | None = None
-        self._candidate: _Candidate | None = None
-
-    def said(self, utterance: Utterance) -> None:
-        """Take a sentence that the robot says: one to the speaker reads the speaker's sentence back."""
-        to = utterance.addressee.name.lower() if isinstance(utterance.addressee, ToRobot) else ""
-        if self._candidate is not None and to == self._candidate.speaker:
-            self._candidate.read_back = True
-
-    def found(self, segment: Segment, sentence: Recognised) -> None:
-        """Take a second-pass result for a segment of sound."""
-        self._found = (segment, sentence)
-
-    def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, SpokenSentence] | None:
-        """Take a recognised sentence that began at `start_s`; return the speaker's name and earlier sentence if it
-        confirms one."""
-        speaker = (utterance.speaker or "").lower()
-        found, self._found = self._found, None
-        candidate = self._candidate
-        if not speaker or speaker == self._own_name:
-            return None
-        if candidate is not None and speaker == candidate.speaker:
-            self._candidate = None
-        if isinstance(utterance.statement, Confirmed):
-            if candidate is None or candidate.speaker != speaker or not candidate.read_back:
-                return None
-            if now - candidate.at_s > CONFIRMED_S:
-                return None
-            return utterance.speaker or "", spoken(candidate.segment, candidate.words)
-        if found is not None and not found[0].within_talk:
-            segment, sentence = found
-            if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
-                self._candidate = _Candidate(speaker, now, segment, sentence.words)
-        return None
-
 
 GAP = len(PHONES)
 """The output for a frame of no phone."""
@@ -102,6 +36,11 @@ PRIOR = 0.03
 right and sure of 40 others, with .1, .03 and .01: 22, 26 and 25 (17 without); 4 wrong each time (3 without)."""
 STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
 """Of gradient descent on a convex loss; 100 steps more change no sentence."""
+
+
+def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
+    """A segment of sound in which these words were said, as the phone net hears it."""
+    return SpokenSentence(words, centred(logs_of_segment(segment)))
 
 
 def adapted(sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:
