@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
-from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw
+from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw, Word
 from hvcpd.recognition.frontend import Features
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.scorer import norms_of, squared_distances
@@ -58,6 +59,11 @@ class _Fit:
     ends: Ends
     node: int
 
+    @cached_property
+    def path(self) -> tuple[Word, ...]:
+        """The best voice's words."""
+        return self.dtw.trace(self.ends, self.node)
+
 
 class TemplateDecoder:
     """Knows a network of sentences, and where the takes of its words are among the template frames."""
@@ -99,7 +105,7 @@ class Hearing:
 
     def _best_of(self, dtw: OnePassDtw, ends: Ends) -> _Fit | None:
         """The sentence that fits best in all voices, among the best ones of each voice."""
-        found = _best_of_voices(dtw, ends).values()
+        found = _best_of_voices(dtw, ends)
         sentences = dict.fromkeys(words for _, words, _ in found)
         if len(sentences) == 1:
             return _Fit(min(found)[0], dtw, ends, min(found)[2])
@@ -116,12 +122,12 @@ class Hearing:
     def best(self) -> tuple[str, ...] | None:
         """The sentence that fits best; None if the segment is too short for any."""
         fit = self._best
-        return tuple(fit.dtw.net.word[w.instance] for w in fit.dtw.trace(fit.ends, fit.node)) if fit else None
+        return tuple(fit.dtw.net.word[word.instance] for word in fit.path) if fit is not None else None
 
     @property
     def match(self) -> Match | None:
         """The best sentence, in the voice in which it fits best."""
-        return self._match(self._best.dtw, self._best.ends, self._best.node) if self._best is not None else None
+        return self._match(self._best) if self._best is not None else None
 
     def _fit(self, words: tuple[str, ...]) -> _Fit | None:
         if words not in self._fits:
@@ -132,39 +138,38 @@ class Hearing:
     def _fitted(self, dtw: OnePassDtw) -> _Fit | None:
         """The fit of the only sentence of a network."""
         ends = self._forward(dtw)
-        voices = _best_of_voices(dtw, ends).values()
+        voices = _best_of_voices(dtw, ends)
         if not voices:
             return None
         costs = np.array([cost for cost, _, _ in voices])
         vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
         return _Fit(float(vote), dtw, ends, min(voices)[2])
 
-    def _match(self, dtw: OnePassDtw, ends: Ends, node: int) -> Match:
-        words, to_noise = [], self._to_noise
+    def _match(self, fit: _Fit) -> Match:
+        net, words, to_noise = fit.dtw.net, [], self._to_noise
         inside = np.zeros(len(to_noise), np.bool_)
         least = np.minimum(self._nearest, to_noise)
-        path = dtw.trace(ends, node)
-        for word in path:
+        for word in fit.path:
             excess = word.cost - float(least[word.start : word.end].sum())
             deficit = excess / (word.end - word.start)
-            words.append(MatchedWord(dtw.net.word[word.instance], word.start, word.end, deficit, word.margin))
+            words.append(MatchedWord(net.word[word.instance], word.start, word.end, deficit, word.margin))
             inside[word.start : word.end] = True
         beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
-        inside_noise = float(to_noise[inside].sum()) - sum(word.cost for word in path)
-        return Match(dtw.net.voice_of_node(node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1))
+        inside_noise = float(to_noise[inside].sum()) - sum(word.cost for word in fit.path)
+        return Match(net.voice_of_node(fit.node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1))
 
 
-def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
+def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> list[tuple[float, tuple[str, ...], int]]:
     """Least cost, words and end node of the best sentence in each voice that has one."""
-    net, found = dtw.net, {}
-    for number, voice in enumerate(net.voices):
+    net, found = dtw.net, []
+    for number in range(len(net.voices)):
         nodes = np.arange(number * net.nodes_per_voice, (number + 1) * net.nodes_per_voice)
         costs = np.where(net.is_final[nodes], ends.rest[-1, nodes], FAR)
         node = int(nodes[costs.argmin()])
         if costs.min() < FAR / 2:
             words = tuple(net.word[word.instance] for word in dtw.trace(ends, node))
-            found[voice] = (float(costs.min()), words, node)
+            found.append((float(costs.min()), words, node))
     return found
 
 
