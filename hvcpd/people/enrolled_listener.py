@@ -26,7 +26,7 @@ from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.phones import NetOutput, centred, phones_of
 from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder, distances
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, N_BANDS, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
 from hvcpd.recognition.scorer import norms_of
@@ -222,8 +222,8 @@ def probability(match: Match) -> float:
     margin = min(max(min(word.margin for word in match.words), LEAST_MARGIN), MOST_MARGIN)
     audible = math.log(max(match.above_noise, LEAST_ABOVE_NOISE))
     features = (deficit, worst, match.passed_over, math.log(len(match.words)), math.log(margin), audible)
-    curve = fitted("enrolled_confidence")
-    return logistic(curve["bias"] + sum(w * x for w, x in zip(curve["weights"].values(), features, strict=True)))
+    weights = fitted("enrolled_confidence")
+    return curve(weights["bias"], weights["weights"].values(), features)
 
 
 def _recognised(hearing: Hearing | None, origin: int) -> Recognised | None:

@@ -10,7 +10,7 @@ import math
 from dataclasses import astuple, dataclass, field
 
 from hvcpd.recognition.decoder_session import Sentence
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import curve, fitted
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
 """Range of the cost of the closest other word; values beyond it carry no more information."""
@@ -56,8 +56,7 @@ class ConfidenceCurve:
 
     def probability(self, features: ConfidenceFeatures) -> float:
         """The probability, 0 to 1, that a hypothesis with these features is right."""
-        logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(features), strict=True))
-        return logistic(logit)
+        return curve(self.bias, astuple(self.weights), astuple(features))
 
 
 def sentence_features(sentence: Sentence) -> ConfidenceFeatures:

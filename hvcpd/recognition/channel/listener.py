@@ -18,7 +18,7 @@ from hvcpd.recognition.channel.path import Path, span_of
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY
 from hvcpd.recognition.renderings import GREETING, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
@@ -54,7 +54,7 @@ class Evidence:
         """The probability, 0 to 1, that the sentence is right: logistic regression, fitted by `python -m
         benchmarks.fit --only channel_confidence`."""
         weights = fitted("channel_confidence")["weights"]
-        return logistic(weights["bias"] + sum(w * x for w, x in zip(weights["features"], self.features, strict=True)))
+        return curve(weights["bias"], weights["features"], self.features)
 
 
 def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:
