@@ -77,7 +77,7 @@ class TemplateDecoder:
         self.sentences = self._compiled(graph)
 
     def _compiled(self, graph: WordGraph) -> OnePassDtw:
-        return OnePassDtw(Network(graph, self._templates, partial=frozenset(self._words)))
+        return OnePassDtw(Network(graph, self._templates, partial=True))
 
     def alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
         """One sentence; None if nobody has its words."""

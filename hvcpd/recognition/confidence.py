@@ -7,6 +7,7 @@ the gain is divided by the gain expected of the right word in this noise (`Score
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, field
 
 from hvcpd.recognition.decoder_session import Sentence
@@ -61,30 +62,24 @@ class ConfidenceCurve:
 
 def sentence_features(sentence: Sentence) -> ConfidenceFeatures:
     """Features of the whole sentence."""
-    n, margins = len(sentence.steps), [step.margin for step in sentence.steps]
-    fits = [_fit(sentence, k) for k in range(n)]
-    mean = sum(sentence.deficits) / n
-    return _features(sentence, min(margins), mean, max(sentence.deficits), min(fits), sentence.stretches)
+    return _features(sentence, range(len(sentence.steps)))
 
 
 def word_features(sentence: Sentence, k: int) -> ConfidenceFeatures:
     """Features of the `k`-th word of a sentence."""
-    deficit, stretch = sentence.deficits[k], sentence.stretches[k]
-    return _features(sentence, sentence.steps[k].margin, deficit, deficit, _fit(sentence, k), (stretch,))
+    return _features(sentence, [k])
 
 
-def _fit(sentence: Sentence, k: int) -> float:
-    return -sentence.steps[k].cost / sentence.expected_gains[k]
-
-
-def _features(
-    sentence: Sentence, margin: float, mean: float, worst: float, word_fit: float, stretches: tuple[float, ...]
-) -> ConfidenceFeatures:
+def _features(sentence: Sentence, words: Sequence[int]) -> ConfidenceFeatures:
     gain = max(-sentence.cost, 1.0)
+    margin = min(sentence.steps[k].margin for k in words)
+    deficits = [sentence.deficits[k] for k in words]
+    word_fit = min(-sentence.steps[k].cost / sentence.expected_gains[k] for k in words)
+    stretches = [sentence.stretches[k] for k in words]
     return ConfidenceFeatures(
         math.log(min(max(margin, LEAST_MARGIN), MOST_MARGIN)),
-        mean,
-        worst,
+        sum(deficits) / len(deficits),
+        max(deficits),
         math.log(gain),
         math.log(max(gain / sum(sentence.expected_gains), LEAST_FIT)),
         min(max(word_fit, LEAST_WORD_FIT), MOST_FIT),
