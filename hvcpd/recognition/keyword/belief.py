@@ -11,10 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.recognition.fitted import logit
 from hvcpd.recognition.keyword.net import Probabilities
 
@@ -64,14 +63,8 @@ AGAIN = 6 * SAMPLE_RATE_HZ
 """Time (6 s) after the first call in which a person who sees the robots go on can say it again."""
 
 
-class Verdict(Enum):
-    """The verdict on the word after the latest sound."""
-
-    UNCHANGED = "nothing new"
-    HELD = "somebody may have said it; later calls will tell"
-    RELEASED = "it was other talk"
-    SAID = "somebody said it"
-
+Verdict = type[Held] | type[Released] | type[Urgent] | None
+"""What follows from the latest sound: stand still, go on, or stop; None: nothing new."""
 
 Left = Callable[[Recognised, int, int], Probabilities | None]
 """The probabilities of the word and of a call between two samples once the sentence is removed from the sound; None:
@@ -90,7 +83,7 @@ class _Word:
 
 
 class Belief:
-    """Takes words and sentences as they are heard. After RELEASED or SAID nothing is held."""
+    """Takes words and sentences as they are heard. After `Released` or `Urgent` nothing is held."""
 
     def __init__(self, left: Left) -> None:
         self._left = left
@@ -116,12 +109,12 @@ class Belief:
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
-            return Verdict.UNCHANGED
+            return None
         self._ask_from = self._ask_from or now + LATE
         self._open = [*(w for w in self._open if w.start != start), word]
         if self._is_said_again(word) or self._is_certain(word, now):
             return self._said()
-        return Verdict.UNCHANGED if before else Verdict.HELD
+        return None if before else Held
 
     def sentence(self, sentence: Recognised) -> Verdict:
         """A sentence was understood."""
@@ -137,28 +130,28 @@ class Belief:
         is_news = any(word in self._open for word in explained)
         self._open = [word for word in self._open if word not in explained]
         self._let_go = [word for word in self._let_go if word not in explained]
-        return Verdict.RELEASED if is_news and not self.held else Verdict.UNCHANGED
+        return Released if is_news and not self.held else None
 
     def unclear(self) -> Verdict:
         """Speech was not understood, or was lost."""
         self._told = None
-        return self._said() if any(map(self._is_sure, self._open)) else Verdict.UNCHANGED
+        return self._said() if any(map(self._is_sure, self._open)) else None
 
     def at(self, now: int) -> Verdict:
         """Time went on to sample `now`."""
         if self._ask_from is not None and now >= self._ask_from:
             self._ask_from = None
-            if self._told is not None and (verdict := self.sentence(self._told)) is not Verdict.UNCHANGED:
+            if self._told is not None and (verdict := self.sentence(self._told)) is not None:
                 return verdict
         if any(self._is_certain(word, now) for word in self._open):
             return self._said()
         self._let_go = [w for w in self._let_go if now - w.told < REMEMBERED]
         weak = [w for w in self._open if not self._is_sure(w) and now - w.told >= DOUBT]
         if not weak:
-            return Verdict.UNCHANGED
+            return None
         self._let_go += weak
         self._open = [word for word in self._open if word not in weak]
-        return Verdict.UNCHANGED if self.held else Verdict.RELEASED
+        return None if self.held else Released
 
     def _is_certain(self, word: _Word, now: int) -> bool:
         return self._is_sure(word) and now >= word.certain_from
@@ -183,7 +176,7 @@ class Belief:
     def _said(self) -> Verdict:
         self._open.clear()
         self._let_go.clear()
-        return Verdict.SAID
+        return Urgent
 
     def _is_within(self, sentence: Recognised, word: _Word) -> bool:
         return sentence.start_sample - EDGE <= word.start and word.end <= sentence.end_sample + EDGE

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
-from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import Belief, Verdict
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, second_highest
@@ -146,12 +146,4 @@ class KeywordEars(EarsAround):
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with the last position of the word."""
-        match verdict:
-            case Verdict.HELD:
-                return [Held(*self._span)]
-            case Verdict.RELEASED:
-                return [Released(*self._span)]
-            case Verdict.SAID:
-                return [Urgent(*self._span)]
-            case Verdict.UNCHANGED:
-                return []
+        return [verdict(*self._span)] if verdict is not None else []
