@@ -24,12 +24,12 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import Bands, heard_alone, quiet_mean, stored
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.phones import NetOutput, centred, phones_of
-from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder, distances
+from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, N_BANDS, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
-from hvcpd.recognition.scorer import norms_of
+from hvcpd.recognition.scorer import distances, norms_of
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, Template, TemplateBank, noise_features
 

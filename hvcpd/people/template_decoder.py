@@ -12,7 +12,7 @@ from hvcpd.language.graph import WordGraph, graph_of
 from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw, Word
 from hvcpd.recognition.frontend import Features
 from hvcpd.recognition.network import Network
-from hvcpd.recognition.scorer import norms_of, squared_distances
+from hvcpd.recognition.scorer import distances, norms_of
 from hvcpd.recognition.templates import Template
 
 VOTE_COST = 10.0
@@ -171,10 +171,3 @@ def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> list[tuple[float, tuple[str,
             words = tuple(net.word[word.instance] for word in dtw.trace(ends, node))
             found.append((float(costs.min()), words, node))
     return found
-
-
-def distances(heard: Features, rows: Features, norms: Costs) -> Costs:
-    """Euclidean distances, shape (len(heard), len(rows)), the rows' squared norms being known."""
-    squares = squared_distances(heard, rows, norms, norms_of(heard))
-    out: Costs = np.sqrt(squares, out=squares)
-    return out

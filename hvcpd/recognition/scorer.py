@@ -120,10 +120,8 @@ class Scorer:
 
     def score(self, features: Features) -> Scores:
         """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
-        own = norms_of(features)
-        states = squared_distances(features, self._features, self._norms, own)
-        np.sqrt(states, out=states)
-        cohort = squared_distances(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
+        states = distances(features, self._features, self._norms)
+        cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
 
@@ -140,14 +138,19 @@ def norms_of(features: Features) -> NDArray[np.float32]:
     return norms
 
 
-def squared_distances(
-    features: Features, others: Features, norms: NDArray[np.float32], own: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Squared distances, shape (len(features), len(others)), of `features`, whose squared norms are `own`, to `others`
-    with `norms`; 0 or more."""
+def squared_distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Squared distances, shape (len(features), len(others)), of `features` to `others`, whose squared norms are
+    `norms`; 0 or more."""
     d: NDArray[np.float32] = features @ others.T
     d *= -2.0
     d += norms
-    d += own[:, None]
+    d += norms_of(features)[:, None]
     np.maximum(d, 0.0, out=d)
     return d
+
+
+def distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Euclidean distances, likewise."""
+    squares = squared_distances(features, others, norms)
+    found: NDArray[np.float32] = np.sqrt(squares, out=squares)
+    return found
