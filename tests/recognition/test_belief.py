@@ -22,7 +22,7 @@ from hvcpd.recognition.keyword.belief import (
     LEFT,
     MOST_DEFICIT,
     MOST_OWN_DEFICIT,
-    SENTENCE,
+    SENTENCE_WAIT,
     SURE_SENTENCE,
     Belief,
     Verdict,
@@ -75,7 +75,7 @@ def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
     for held in (told, silent):
         assert word(held, 3.0, SURE, ends=True) is Held
     assert told.sentence(sentence(2.5, ("rob", "stop"))) is Released
-    at = samples(3.6) + SENTENCE
+    at = samples(3.6) + SENTENCE_WAIT
     assert silent.at(at - 1) is None
     assert silent.at(at) is Urgent
 

@@ -12,7 +12,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
-from hvcpd.recognition.keyword.belief import CERTAIN, DOUBT, SENTENCE
+from hvcpd.recognition.keyword.belief import CERTAIN, DOUBT, SENTENCE_WAIT
 from hvcpd.recognition.keyword.listener import KeywordEars, Remainder
 from hvcpd.recognition.keyword.net import POSSIBLE, KeywordNet, Probabilities, Weights
 from hvcpd.recognition.recogniser import Recogniser
@@ -23,7 +23,7 @@ from hvcpd.synthesis.voices import voice_named
 from tests.recognition import test_channel_ears as channel_ears
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
-WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPLES
+WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPLES
 
 
 def ears() -> KeywordEars:

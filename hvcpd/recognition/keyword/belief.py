@@ -22,7 +22,7 @@ TEXTS = frozenset(("stop", "stopped"))
 CERTAIN = 0.85
 """A chance of a call from which it counts, unless a sentence may be about to end with it; chosen on the part `validate`
 (`benchmarks.keyword.curve`)."""
-SENTENCE = SAMPLE_RATE_HZ
+SENTENCE_WAIT = SAMPLE_RATE_HZ
 """Longest wait (1 s) for a sentence that may be about to end with the word: it is reported after 0.5 s of quiet and a
 search."""
 FAIR = 0.5
@@ -105,7 +105,7 @@ class Belief:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
         sentence may soon account for it."""
         before = [w for w in self._open if w.start == start]
-        wait = now + (SENTENCE if sentence_ends else 0)
+        wait = now + (SENTENCE_WAIT if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
