@@ -108,9 +108,9 @@ RULES = (
         instead(f"{HEARING}.keyword.belief:CERTAIN", 0.0),
     ),
     Mechanism(
-        "keyword-remainder",
+        "keyword-residual",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.listener:Remainder.probabilities", None),
+        answering(f"{HEARING}.keyword.listener:Residual.probabilities", None),
     ),
     Mechanism(
         "look-surer",

@@ -26,7 +26,7 @@ from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.keyword.listener import KeywordEars, Remainder
+from hvcpd.recognition.keyword.listener import KeywordEars, Residual
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
@@ -116,7 +116,7 @@ def make_ears(
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(ears, KeywordNet(weights), Remainder(KeywordNet(weights)))
+    return KeywordEars(ears, KeywordNet(weights), Residual(KeywordNet(weights)))
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:

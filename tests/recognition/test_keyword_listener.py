@@ -13,7 +13,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.belief import CERTAIN, DOUBT, SENTENCE_WAIT
-from hvcpd.recognition.keyword.listener import KeywordEars, Remainder
+from hvcpd.recognition.keyword.listener import KeywordEars, Residual
 from hvcpd.recognition.keyword.net import POSSIBLE, KeywordNet, Probabilities, Weights
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
@@ -28,7 +28,7 @@ WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPL
 
 def ears() -> KeywordEars:
     weights = Weights.load()
-    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Remainder(KeywordNet(weights)))
+    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Residual(KeywordNet(weights)))
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -79,7 +79,7 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     inner = channel_ears.ears(channel_ears.Script(speech=()))
     events = [
-        event for _, event in hear(KeywordEars(inner, Scripted(), Remainder(Scripted())), channel_ears.SOUND, block)
+        event for _, event in hear(KeywordEars(inner, Scripted(), Residual(Scripted())), channel_ears.SOUND, block)
     ]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
@@ -135,7 +135,7 @@ class Bench:
     def __init__(self) -> None:
         self.net = Scripted()
         self.ears = Silent()
-        self.listener = KeywordEars(self.ears, self.net, Remainder(self.net))
+        self.listener = KeywordEars(self.ears, self.net, Residual(self.net))
         self._frame = 0
 
     def live(self, *probabilities: float, ends: bool = False) -> list[type]:

@@ -30,7 +30,7 @@ BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
 
 
-class Remainder:
+class Residual:
     """The sound, and the keyword in it once a sentence with known samples is subtracted.
 
     A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that nobody
@@ -79,11 +79,11 @@ def _highest(probabilities: Sequence[float]) -> float | None:
 class KeywordEars(EarsAround):
     """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
-    def __init__(self, ears: Ears, net: KeywordNet, remainder: Remainder) -> None:
+    def __init__(self, ears: Ears, net: KeywordNet, residual: Residual) -> None:
         super().__init__(ears)
         self._spotter = KeywordSpotter(net)
-        self._remainder = remainder
-        self._belief = Belief(remainder.probabilities)
+        self._residual = residual
+        self._belief = Belief(residual.probabilities)
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
@@ -105,7 +105,7 @@ class KeywordEars(EarsAround):
     def succeed(self, predecessor: KeywordEars) -> None:
         """Continue from `predecessor`, with what it knows of the keyword."""
         self._ears.succeed(predecessor._ears)
-        self._spotter, self._remainder = predecessor._spotter, predecessor._remainder
+        self._spotter, self._residual = predecessor._spotter, predecessor._residual
         self._belief, self._span, self._spans = predecessor._belief, predecessor._span, predecessor._spans
 
     def _with_calls(self, events: list[Event]) -> list[Event]:
@@ -117,7 +117,7 @@ class KeywordEars(EarsAround):
         return events + told
 
     def _hear(self, chunk: Chunk) -> list[Event]:
-        self._remainder.hear(chunk)
+        self._residual.hear(chunk)
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told: list[Event] = []
         word = self._spotter.hear(chunk)
