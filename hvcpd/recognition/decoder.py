@@ -87,7 +87,6 @@ class Decoder:
         self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
         self._rest_token: Tokens = np.zeros(shape, np.int32)
         self._may_rest = network.may_pause | network.is_final
-        self._may_leave = network.may_pause
         self._final_nodes = np.flatnonzero(network.is_final)
         self._is_start = np.zeros(network.n_nodes, np.bool_)
         self._is_start[network.start_nodes] = True
@@ -120,11 +119,10 @@ class Decoder:
         """Choose the paths to follow for the next HORIZON_FRAMES frames."""
         old, cost, token = self.layout, self._cost, self._token
         net = self._net
-        low = np.full(self._n_hypotheses * net.n_instances, -1, np.intp)
-        high = np.zeros(self._n_hypotheses * net.n_instances, np.intp)
-        bound = np.full(self._n_hypotheses * net.n_instances, self._beam.above_filler, np.float32)
-        reached = np.zeros((self._n_hypotheses, net.n_nodes), np.bool_)
-        reached |= (self._rest < self._beam.above_filler) & self._may_leave
+        n_pairs = self._n_hypotheses * net.n_instances
+        low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
+        bound = np.full(n_pairs, self._beam.above_filler, np.float32)
+        reached = (self._rest < self._beam.above_filler) & net.may_pause
         if len(old.pair):
             hypothesis, instance = np.divmod(old.pair, net.n_instances)
             target = hypothesis * net.n_nodes + net.target_node[instance]
@@ -193,7 +191,7 @@ class Decoder:
         self._token[self.layout.entry] = token.reshape(-1)[self.layout.source]
 
     def _record_pauses(self, leaving: Costs, token: Tokens) -> None:
-        going_on = (self._rest < self._beam.above_filler) & self._may_leave
+        going_on = (self._rest < self._beam.above_filler) & self._net.may_pause
         if going_on.any():
             cost = self._rest[going_on]
             leaving[going_on] = cost
