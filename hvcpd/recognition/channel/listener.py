@@ -14,7 +14,7 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
-from hvcpd.recognition.channel.path import Path, span_of
+from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
@@ -88,11 +88,10 @@ def least_fit(sound: WeightedSound, path: Path) -> float:
     words = zip(path.said, path.starts, strict=True)
     there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + half)])
     fits = [1.0]
-    first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
         expected = float(path.spread @ fit.density)
         if expected >= EXPECTED:
-            fits.append(float(path.taps @ fit.correlation[SHIFT + first : SHIFT + first + n]) / expected)
+            fits.append(float(path.taps @ path.around(fit)[SHIFT:-SHIFT]) / expected)
     return min(fits)
 
 
@@ -103,9 +102,8 @@ def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
     there = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
-    first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
-        heard = float(np.correlate(fit.correlation[first : first + n + 2 * SHIFT], path.taps, "valid").max())
+        heard = float(np.correlate(path.around(fit), path.taps, "valid").max())
         own = max(float(path.spread @ fit.density), TINY)
         if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
             return True
