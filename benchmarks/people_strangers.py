@@ -34,8 +34,8 @@ from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person
-from hvcpd.people.known_sentences import spoken
 from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment

@@ -15,7 +15,7 @@ HEARING = "hvcpd.recognition"
 PEOPLE = "hvcpd.people"
 RECOGNISER = f"{HEARING}.recogniser:Recogniser"
 SETTINGS = f"{HEARING}.recogniser:RecogniserSettings"
-SESSION = f"{HEARING}.decoder_session:SessionSettings"
+SESSION = f"{HEARING}.decoder_session"
 ACTIVITY = f"{HEARING}.activity"
 SECOND_PASS = f"{PEOPLE}.second_pass"
 
@@ -72,14 +72,14 @@ RULES = (
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),
     Mechanism("gain", "what a sentence must fit better than the filler", defaults(SETTINGS, min_gain=-inf)),
     Mechanism("unheard", "no sentence right after lost sound", instead(f"{HEARING}.recogniser:UNHEARD_LEAD_FRAMES", 0)),
-    Mechanism("going-on", "a sentence ends only where no next word is cheaper", defaults(SESSION, going_on=inf)),
+    Mechanism("going-on", "a sentence ends only where no next word is cheaper", instead(f"{SESSION}:GOING_ON", inf)),
     Mechanism(
         "late-end",
         "longer rests where a word may go on",
-        defaults(SESSION, late_end_frames=25, hidden_end_frames=25),
+        together(instead(f"{SESSION}:LATE_END_FRAMES", 25), instead(f"{SESSION}:HIDDEN_END_FRAMES", 25)),
     ),
-    Mechanism("end-margin", "a resting path may cost a little more", defaults(SESSION, end_margin=0.0)),
-    Mechanism("retune", "the templates' level follows the voice", defaults(SESSION, retune_db=inf)),
+    Mechanism("end-margin", "a resting path may cost a little more", instead(f"{SESSION}:END_MARGIN", 0.0)),
+    Mechanism("retune", "the templates' level follows the voice", instead(f"{SESSION}:RETUNE_DB", inf)),
     Mechanism("template-room", "templates as in a room", instead(f"{HEARING}.templates:ROOM_RT60_S", 1e-3)),
     Mechanism(
         "noise-steps",
@@ -105,12 +105,12 @@ RULES = (
     Mechanism(
         "keyword-belief",
         "the word counts at once, whatever is said around it",
-        defaults(f"{HEARING}.keyword.belief:BeliefSettings", certain=0.0),
+        instead(f"{HEARING}.keyword.belief:CERTAIN", 0.0),
     ),
     Mechanism(
-        "keyword-remainder",
+        "keyword-residual",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.remainder:Remainder.probabilities", None),
+        answering(f"{HEARING}.keyword.listener:Residual.probabilities", None),
     ),
     Mechanism(
         "look-surer",

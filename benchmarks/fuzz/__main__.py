@@ -27,7 +27,8 @@ MOST_MB = 1500
 
 def main() -> None:
     with atheris.instrument_imports(include=["hvcpd", "yaml", "json", "benchmarks.fuzz.targets"]):
-        from benchmarks.fuzz.targets import TARGETS, HvcpdError
+        from benchmarks.fuzz.targets import TARGETS
+        from hvcpd.errors import HvcpdError
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("target", choices=TARGETS)
     parser.add_argument("--seconds", type=int, default=600)

@@ -35,8 +35,7 @@ from benchmarks.stop import Stage, at_level, kitchen, room
 from benchmarks.stop_callers import CALLS, HELD_OUT_VOICES, ended
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.net import WEIGHTS, KeywordNet, Weights
-from hvcpd.recognition.keyword.words import LOOKS
+from hvcpd.recognition.keyword.net import LOOKS, WEIGHTS, KeywordNet, Weights
 from hvcpd.recognition.stream import CHUNK_SAMPLES, FrameStream
 
 OVER_DB: tuple[float | None, ...] = (None, -6.0, 0.0, 6.0, 12.0)

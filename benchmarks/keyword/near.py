@@ -28,15 +28,14 @@ from benchmarks.phones.material import common_words
 from benchmarks.stop_callers import HELD_OUT_VOICES
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import Samples
-from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.net import WEIGHTS, Weights
-from hvcpd.recognition.keyword.words import POSSIBLE
+from hvcpd.recognition.keyword.belief import CERTAIN
+from hvcpd.recognition.keyword.net import POSSIBLE, WEIGHTS, Weights
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 ROBOTS = ("formant", "natural")
-CURVES = {"halt": POSSIBLE, "latch": BeliefSettings().certain}
+CURVES = {"halt": POSSIBLE, "latch": CERTAIN}
 
 
 def said(source: str, texts: Sequence[str], chooser: random.Random) -> Iterator[Samples]:

@@ -77,7 +77,9 @@ def inputs(energies: NDArray[np.float32], rng: np.random.Generator | None) -> ND
         found.append(levels.take(energies[:, at : at + CHUNK_FRAMES]))
         if at == 0 and rng is not None:
             some = rng.random((len(energies), 1)) < DISTURBED
-            levels.scale(np.exp(some * rng.uniform(*DISTURBANCE, (len(energies), 1))).astype(np.float32))
+            louder = np.exp(some * rng.uniform(*DISTURBANCE, (len(energies), 1))).astype(np.float32)
+            assert levels.level is not None
+            levels.level, levels.colour = levels.level * louder, levels.colour * louder
     return np.concatenate(found, axis=1)
 
 

@@ -21,16 +21,15 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
+from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.decoder_session import SessionSettings
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.keyword.listener import KeywordEars
+from hvcpd.recognition.keyword.listener import KeywordEars, Residual
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
-from hvcpd.recognition.keyword.remainder import Remainder
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
-from hvcpd.recognition.overhearing import Overhearing, OwnDelay
+from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Worker
@@ -60,7 +59,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) 
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
-    settings = RecogniserSettings(session=SessionSettings(beam=Beam(max_pairs=SEALED_PAIRS))) if sealed else None
+    settings = RecogniserSettings(beam=Beam(max_pairs=SEALED_PAIRS)) if sealed else None
     return Recogniser(phrasebook.marked_graph, bank, settings)
 
 
@@ -117,7 +116,7 @@ def make_ears(
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(ears, KeywordNet(weights), Remainder(KeywordNet(weights)))
+    return KeywordEars(ears, KeywordNet(weights), Residual(KeywordNet(weights)))
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:

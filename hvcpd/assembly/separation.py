@@ -28,8 +28,7 @@ from hvcpd.recognition.frontend import (
     power_weights,
 )
 from hvcpd.recognition.pruning import AHEAD
-from hvcpd.recognition.scorer import MASK_DB
-from hvcpd.recognition.templates import Noise, TemplateBank, trimmed_energies
+from hvcpd.recognition.templates import MASK_DB, Noise, TemplateBank, trimmed_energies
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
-"""Keeps what is learned of people's voices while the robot lives."""
+"""Learns people's voices while the robot lives: by sentences that a robot read back, and the same person confirmed."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Iterator, Mapping, ValuesView
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -11,16 +12,11 @@ import structlog
 
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
-from hvcpd.people.enrolled import (
-    STRANGER,
-    Person,
-    SpokenSentence,
-    person_path,
-    read_person,
-    voice_of,
-    write_person,
-)
-from hvcpd.people.known_sentences import ConfirmedSentences
+from hvcpd.language.messages import Confirmed, ToRobot, Utterance
+from hvcpd.memory.people import person_path, read_person, write_person
+from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
+from hvcpd.people.speaker_adaptation import spoken
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
@@ -29,6 +25,9 @@ Write = Callable[[Path, tuple[SpokenSentence, ...]], None]
 
 LEAST = 3
 """Confirmed sentences from which the voice of somebody who is not enrolled is kept."""
+
+CONFIRMED_S = 20.0
+"""Time after the sentence in which a confirmation refers to it: the robot has read it back by then."""
 
 _log = structlog.get_logger(__name__)
 
@@ -52,6 +51,56 @@ class CurrentPeople(Mapping[str, Person]):
     def values(self) -> ValuesView[Person]:
         """All of one moment."""
         return self._now().values()
+
+
+@dataclass
+class _Candidate:
+    speaker: str
+    at_s: float
+    segment: Segment
+    words: tuple[str, ...]
+    read_back: bool = False
+
+
+class ConfirmedSentences:
+    """Takes what the robot says, second-pass results and recognised sentences, in order; returns what is confirmed."""
+
+    def __init__(self, own_name: str) -> None:
+        self._own_name = own_name.lower()
+        self._found: tuple[Segment, Recognised] | None = None
+        self._candidate: _Candidate | None = None
+
+    def said(self, utterance: Utterance) -> None:
+        """Take a sentence that the robot says: one to the speaker reads the speaker's sentence back."""
+        to = utterance.addressee.name.lower() if isinstance(utterance.addressee, ToRobot) else ""
+        if self._candidate is not None and to == self._candidate.speaker:
+            self._candidate.read_back = True
+
+    def found(self, segment: Segment, sentence: Recognised) -> None:
+        """Take a second-pass result for a segment of sound."""
+        self._found = (segment, sentence)
+
+    def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, SpokenSentence] | None:
+        """Take a recognised sentence that began at `start_s`; return the speaker's name and earlier sentence if it
+        confirms one."""
+        speaker = (utterance.speaker or "").lower()
+        found, self._found = self._found, None
+        candidate = self._candidate
+        if not speaker or speaker == self._own_name:
+            return None
+        if candidate is not None and speaker == candidate.speaker:
+            self._candidate = None
+        if isinstance(utterance.statement, Confirmed):
+            if candidate is None or candidate.speaker != speaker or not candidate.read_back:
+                return None
+            if now - candidate.at_s > CONFIRMED_S:
+                return None
+            return utterance.speaker or "", spoken(candidate.segment, candidate.words)
+        if found is not None and not found[0].within_talk:
+            segment, sentence = found
+            if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
+                self._candidate = _Candidate(speaker, now, segment, sentence.words)
+        return None
 
 
 class Adaptation:

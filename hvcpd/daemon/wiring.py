@@ -25,7 +25,8 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.enrolled import Person, enrolled_people
+from hvcpd.memory.people import enrolled_people
+from hvcpd.people.enrolled import Person
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment, Worker

@@ -1,35 +1,15 @@
-"""Enrolled people: their sentences and words as mel energies, one file for each person, which may come from anywhere.
-
-The files hold energies, not recordings: the recogniser needs no more, they have a tenth of the size, and they cannot be
-played back as speech.
-"""
+"""Enrolled people: their sentences and words as mel energies, which are all that the recogniser needs of recordings."""
 
 from __future__ import annotations
 
-import os
-import zipfile
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
-from hvcpd.errors import StoreError, unwritable
-from hvcpd.people import PEOPLE_FOLDER
-from hvcpd.people.bands import N_BANDS as NET_BANDS
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
+from hvcpd.recognition.frontend import Energies
 
-FORMAT = 2
-"""Version of the file format; raised with every change of it, or of the front ends' bands."""
-READABLE = (1, FORMAT)
-"""Version 1 has no sentences."""
-SUFFIX = ".npz"
-MAX_FILE_BYTES = 32_000_000
-"""The phrasebook's 100 words in MAX_TAKES takes have 6 MB unpacked; a file that is larger is none of ours."""
-MAX_WORDS = 1000
 MAX_TAKES = 6
 """Maximum number of takes of one word, the newest: each is one more path wherever its word may come."""
 MAX_FRAMES = 250
@@ -39,7 +19,6 @@ MAX_SENTENCES = 20
 """Kept, the newest: more than that improve the phone net no further, and each is to be aligned anew at a start."""
 MAX_SENTENCE_FRAMES = 1600
 """16 s, longer than any sentence."""
-MAX_SENTENCE_WORDS = 40
 
 STRANGER = "stranger"
 """Voice name of a speaker who is neither a robot nor known by takes."""
@@ -77,18 +56,12 @@ class Person:
 
     def same_as(self, other: Person) -> bool:
         """Whether both have the same takes of the same words, and the same sentences."""
-        mine, others = self.takes, other.takes
-        if [each.words for each in self.sentences] != [each.words for each in other.sentences]:
-            return False
-        alike = zip(self.sentences, other.sentences, strict=True)
-        return (
-            all(np.array_equal(one.logs, two.logs) for one, two in alike)
-            and self.words == other.words
-            and all(
-                len(of_word) == len(others[word]) and all(map(np.array_equal, of_word, others[word]))
-                for word, of_word in mine.items()
-            )
-        )
+        return self._content == other._content
+
+    @property
+    def _content(self) -> tuple[object, ...]:
+        takes = {word: [take.tobytes() for take in of_word] for word, of_word in self.takes.items()}
+        return takes, [(each.words, each.logs.tobytes()) for each in self.sentences]
 
     @property
     def voice(self) -> str:
@@ -110,11 +83,6 @@ def voice_of(name: str) -> str:
     return f"{name.lower()}, enrolled"
 
 
-_SENTENCE, _SAID = "sentence ", "said"
-"""Names of arrays in a file: of each sentence, and of the words of all; no word has a space."""
-MAX_LOG = 40.0
-"""Of an energy's natural logarithm, either way: 174 dB."""
-
 REDUCED = frozenset("a am and are do have i is not of the to will you".split())
 """Words that have a weak form in a sentence (A. C. Gimson, "An Introduction to the Pronunciation of English")."""
 WEAK = 0.5
@@ -126,7 +94,7 @@ def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energie
     """The person's takes of `words`, and shortened ones of REDUCED words as in a sentence. All takes have the same
     loudness, since people do not keep theirs from one word to the next."""
     found: dict[str, list[Energies]] = {}
-    for word in person.words.intersection(words):
+    for word in (word for word in words if word in person.takes):
         takes = [levelled(take) for take in person.takes[word]]
         found[word] = [*takes, *(stretched(take, WEAK) for take in takes if word in REDUCED)]
     return found
@@ -147,155 +115,3 @@ def stretched(energies: Energies, factor: float) -> Energies:
     part = (at - low).astype(np.float32)[:, None]
     out: Energies = (1 - part) * energies[low] + part * energies[low + 1]
     return out
-
-
-def person_path(state_dir: Path, name: str) -> Path:
-    """The path of a person's file."""
-    return state_dir / PEOPLE_FOLDER / f"{name.lower()}{SUFFIX}"
-
-
-_BROKEN = (ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What zipfile and numpy raise for files that are damaged, or were made to do harm."""
-
-
-def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]]:
-    """All enrolled people, by name in lower case, and the faults of unusable files."""
-    folder = state_dir / PEOPLE_FOLDER
-    files = sorted(folder.glob(f"[!.]*{SUFFIX}")) if folder.is_dir() else []
-    people: dict[str, Person] = {}
-    faults = []
-    for path in files:
-        try:
-            person = read_person(path)
-        except StoreError as error:
-            faults.append(str(error))
-        else:
-            people[person.name.lower()] = person
-    return people, tuple(faults)
-
-
-def write_person(path: Path, person: Person) -> None:
-    """Write the file whole, for its owner and group alone. Raises StoreError."""
-    arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
-    head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
-    partial = path.with_name(f".{path.name}.new")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.unlink(missing_ok=True)
-        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
-        with os.fdopen(handle, "wb") as file:
-            # The energies' digits beyond float16's of the logarithm are noise of the microphone.
-            logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
-            heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
-            said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
-            named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
-            np.savez_compressed(file, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    except OSError as error:
-        raise StoreError(unwritable(path, error, "run this as the daemon's user, or name another place")) from error
-
-
-def remove_person(path: Path) -> bool:
-    """Forget a person; return whether there was one. Raises StoreError."""
-    try:
-        path.unlink()
-    except FileNotFoundError:
-        return False
-    except OSError as error:
-        raise StoreError(f"{path} cannot be deleted ({error.strerror}); run this as the daemon's user") from error
-    return True
-
-
-def read_person(path: Path) -> Person:
-    """Read the person from an untrusted file. Raises StoreError that names the file and the fault."""
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise _WrongError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
-        with zipfile.ZipFile(path) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_FILE_BYTES:
-                raise _WrongError(f"unpacked it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
-        with np.load(path, allow_pickle=False) as file:
-            return _person(file)
-    except _WrongError as wrong:
-        raise StoreError(f"{path}: this is not an enrolment by hvcpd: {wrong}; enrol the person again") from None
-    except OSError as error:
-        raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
-    except _BROKEN as error:
-        raise StoreError(f"{path}: this is not an enrolment by hvcpd ({error}); enrol the person again") from None
-
-
-class _WrongError(Exception):
-    """The error for a faulty file."""
-
-
-def _filters() -> np.ndarray:
-    """The centre of each band, as a fingerprint of the front end."""
-    filters = mel_filterbank()
-    return np.asarray((np.arange(len(filters)) @ filters / filters.sum(axis=0)).astype(np.float32))
-
-
-def _person(file: Mapping[str, np.ndarray]) -> Person:
-    head = file["head"]
-    if head.shape != (3,) or head.dtype.kind != "i" or tuple(head[1:]) != (N_BANDS, HOP_SAMPLES):
-        raise _WrongError("it was made by another version")
-    if head[0] not in READABLE:
-        raise _WrongError("it was made by another version")
-    filters = file["filters"]
-    if filters.shape != (N_BANDS,) or filters.dtype.kind != "f" or not np.allclose(filters, _filters()):
-        raise _WrongError("it was made with another front end")
-    raw = file["name"]
-    if raw.shape != () or raw.dtype.kind != "U" or raw.dtype.itemsize > 4 * MAX_NAME_LENGTH:
-        raise _WrongError("it names nobody")
-    name = str(raw)
-    fault = valid_robot_name(name)
-    if fault is not None:
-        raise _WrongError(fault)
-    keys = [key for key in file if key not in ("head", "name", "filters", _SAID) and not key.startswith(_SENTENCE)]
-    if len(keys) > MAX_WORDS * MAX_TAKES:
-        raise _WrongError("it has too many takes")
-    takes: dict[str, list[Energies]] = {}
-    for key in sorted(keys):
-        word, _, number = key.partition("/")
-        if not _is_word(word):
-            raise _WrongError("a take is of no word")
-        if not number.isdecimal() or int(number) >= MAX_TAKES:
-            raise _WrongError(f"a take of '{word}' has no number")
-        takes.setdefault(word, []).append(_take(word, file[key]))
-    return Person(name, takes, _sentences(file))
-
-
-def _sentences(file: Mapping[str, np.ndarray]) -> tuple[SpokenSentence, ...]:
-    if _SAID not in file:
-        return ()
-    said = file[_SAID]
-    if said.dtype.kind != "U" or said.ndim != 1 or len(said) > MAX_SENTENCES:
-        raise _WrongError("its sentences have no words")
-    found = []
-    for number, text in enumerate(map(str, said)):
-        words, logs = tuple(text.split(" ")), file[f"{_SENTENCE}{number}"]
-        if len(words) > MAX_SENTENCE_WORDS or not all(map(_is_word, words)):
-            raise _WrongError("a sentence has no words")
-        if logs.ndim != 2 or logs.shape[1] != NET_BANDS or not MIN_FRAMES <= len(logs) <= MAX_SENTENCE_FRAMES:
-            raise _WrongError("a sentence has the wrong shape")
-        found.append(SpokenSentence(words, _finite(logs, "a sentence")))
-    return tuple(found)
-
-
-def _is_word(word: str) -> bool:
-    return word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH
-
-
-def _finite(logs: np.ndarray, what: str) -> Logs:
-    if logs.dtype != np.float16:
-        raise _WrongError(f"{what} has the wrong shape")
-    if not np.isfinite(logs).all() or float(np.abs(logs).max()) > MAX_LOG:
-        raise _WrongError(f"{what} holds no sound")
-    return logs.astype(np.float32)
-
-
-def _take(word: str, logs: np.ndarray) -> Energies:
-    if logs.ndim != 2 or logs.shape[1] != N_BANDS or not MIN_FRAMES <= len(logs) <= MAX_FRAMES:
-        raise _WrongError(f"a take of '{word}' has the wrong shape")
-    return np.exp(_finite(logs, f"a take of '{word}'"))

@@ -24,12 +24,12 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import Bands, heard_alone, quiet_mean, stored
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.people.phones import NetOutput, centred, phones_of
-from hvcpd.people.template_decoder import Heard, Hearing, Match, TemplateDecoder, distances
+from hvcpd.people.template_decoder import Hearing, Match, TemplateDecoder
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, N_BANDS, Energies, Features, energies_of
 from hvcpd.recognition.frontend import features_of as cepstral_features_of
-from hvcpd.recognition.scorer import Scorer, norms_of
+from hvcpd.recognition.scorer import distances, norms_of
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, Template, TemplateBank, noise_features
 
@@ -78,11 +78,15 @@ def _features_of(take: bytes) -> NDArray[np.float16]:
     return found[begin : begin + (len(energies) + 1) // 2].astype(np.float16)
 
 
-class TandemTakes:
-    """Knows takes of words in one or more voices."""
+VoiceTakes = Mapping[str, Mapping[str, Sequence[Energies]]]
+"""For each voice and word, its takes, without noise."""
 
-    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
-        """`takes[voice][word]`: without noise. Raises ValueError without takes."""
+
+class TandemTakes:
+    """Takes of words in one or more voices, to be compared with sound by tandem features."""
+
+    def __init__(self, graph: WordGraph, takes: VoiceTakes) -> None:
+        """Raises ValueError without takes of the graph's words."""
         said = [(v, w, take) for v, words in takes.items() for w, of_word in words.items() for take in of_word]
         if not said:
             raise ValueError("no templates")
@@ -92,43 +96,42 @@ class TandemTakes:
         for (voice, word, _), features in zip(said, rows, strict=True):
             templates.append(Template(voice, word, first, len(features)))
             first += len(features)
-        self.templates = tuple(templates)
+        self._decoder = TemplateDecoder(graph, templates)
         self._rows: Features = np.concatenate(rows)
 
-    def hear(self, logs: Bands, output: NetOutput) -> Heard:
+    def hear(self, logs: Bands, output: NetOutput) -> Hearing:
         """A segment of sound beside the takes: its `logs`, shape (frames, N_BANDS), and what the net makes of them."""
         features = features_of(output)
         level = logs.mean(axis=1)[::2]
         quiet = np.argsort(level)[: max(len(level) // QUIET_SHARE, LEAST_QUIET)]
         noise = features[quiet].mean(axis=0, keepdims=True)
-        return Heard(features, self._rows, distances(features, noise, norms_of(noise))[:, 0])
+        return Hearing(self._decoder, features, self._rows, distances(features, noise, norms_of(noise))[:, 0])
 
 
 LEAST_GAIN = 1e-9
 
 
 class ComposedTakes:
-    """Knows takes of words in one or more voices."""
+    """Takes of words in one or more voices, to be compared with sound by cepstra in its noise."""
 
-    def __init__(self, takes: Mapping[str, Mapping[str, Sequence[Energies]]]) -> None:
-        """`takes[voice][word]`: without noise. Raises ValueError without takes."""
+    def __init__(self, graph: WordGraph, takes: VoiceTakes) -> None:
+        """Raises ValueError without takes of the graph's words."""
         self._bank = TemplateBank(takes)
-        self._scorer = Scorer(self._bank, (0.0,))
-        self.templates = self._bank.templates
+        self._decoder = TemplateDecoder(graph, self._bank.templates)
 
-    def hear(self, energies: Energies, noise: Noise) -> Heard:
+    def hear(self, energies: Energies, noise: Noise) -> Hearing:
         """A segment of sound, of whose noise the mean energies, shape (N_BANDS,), are known, beside the takes.
 
         `energies`, shape (n, N_BANDS), begin and end with a little noise.
         """
-        gain = max(self._scorer.level_of(energies, noise), LEAST_GAIN)
-        mask = self._scorer.mask(gain)
+        gain = max(self._bank.level_of(energies, noise), LEAST_GAIN)
+        mask = self._bank.mask(gain)
         rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)
         padded = np.pad(energies + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
         heard = cepstral_features_of(padded)
         silence = noise_features(noise + mask)[None, :]
         to_noise = distances(heard, silence, norms_of(silence))[:, 0]
-        return Heard(heard, rows, to_noise)
+        return Hearing(self._decoder, heard, rows, to_noise)
 
 
 AROUND_FRAMES = 30
@@ -164,8 +167,7 @@ class EnrolledListener:
         takes = {person.voice: spoken_takes(person, graph.words) for person in people}
         self._graph = graph
         self._takes = {voice: words for voice, words in takes.items() if words}
-        self._composed = ComposedTakes(self._takes)
-        self._matcher = TemplateDecoder(graph, self._composed.templates)
+        self._composed = ComposedTakes(graph, self._takes)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Compute the tandem features of the takes, as long as `go_on` holds; otherwise they are computed when first
@@ -177,9 +179,8 @@ class EnrolledListener:
         _ = self._tandem
 
     @cached_property
-    def _tandem(self) -> tuple[TandemTakes, TemplateDecoder]:
-        tandem = TandemTakes(self._takes)
-        return tandem, TemplateDecoder(self._graph, tandem.templates)
+    def _tandem(self) -> TandemTakes:
+        return TandemTakes(self._graph, self._takes)
 
     def nearest(self, segment: Segment) -> Recognised | None:
         """The sentence nearest to the segment, in samples of the segment's own clock, and its confidence; None where
@@ -190,8 +191,7 @@ class EnrolledListener:
     def known(self, segment: Segment, logs: Bands, output: NetOutput) -> Known:
         """The nearest sentence by cepstra and by tandem features of the segment's `logs`, shape (frames, N_BANDS)."""
         hearing, origin = self._heard(segment)
-        tandem, matcher = self._tandem
-        by_net = matcher.hear(tandem.hear(logs, output)) if len(logs) else None
+        by_net = self._tandem.hear(logs, output) if len(logs) else None
 
         def votes(words: tuple[str, ...]) -> tuple[float, float] | None:
             if hearing is None or by_net is None:
@@ -211,8 +211,7 @@ class EnrolledListener:
         if len(energies) <= begin:
             return None, origin
         noise = np.asarray(quiet_mean(energies, start), np.float32)
-        heard = self._composed.hear(energies[begin : end + AROUND_FRAMES], noise)
-        return self._matcher.hear(heard), origin
+        return self._composed.hear(energies[begin : end + AROUND_FRAMES], noise), origin
 
 
 def probability(match: Match) -> float:
@@ -223,8 +222,8 @@ def probability(match: Match) -> float:
     margin = min(max(min(word.margin for word in match.words), LEAST_MARGIN), MOST_MARGIN)
     audible = math.log(max(match.above_noise, LEAST_ABOVE_NOISE))
     features = (deficit, worst, match.passed_over, math.log(len(match.words)), math.log(margin), audible)
-    curve = fitted("enrolled_confidence")
-    return logistic(curve["bias"] + sum(w * x for w, x in zip(curve["weights"].values(), features, strict=True)))
+    weights = fitted("enrolled_confidence")
+    return curve(weights["bias"], weights["weights"].values(), features)
 
 
 def _recognised(hearing: Hearing | None, origin: int) -> Recognised | None:

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from hvcpd.language.graph import graph_of
+from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.people.phones import (
     PHONES,
@@ -23,8 +24,10 @@ from hvcpd.people.phones import (
     OutputLayer,
     Pronounce,
     anybodys_layer,
+    centred,
     phones_of,
 )
+from hvcpd.recognition.second_pass import Segment
 
 GAP = len(PHONES)
 """The output for a frame of no phone."""
@@ -33,6 +36,11 @@ PRIOR = 0.03
 right and sure of 40 others, with .1, .03 and .01: 22, 26 and 25 (17 without); 4 wrong each time (3 without)."""
 STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
 """Of gradient descent on a convex loss; 100 steps more change no sentence."""
+
+
+def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
+    """A segment of sound in which these words were said, as the phone net hears it."""
+    return SpokenSentence(words, centred(logs_of_segment(segment)))
 
 
 def adapted(sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, graph_of
-from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw
+from hvcpd.people.dtw import FAR, Costs, Ends, OnePassDtw, Word
 from hvcpd.recognition.frontend import Features
-from hvcpd.recognition.network import Index, Network
-from hvcpd.recognition.scorer import norms_of, squared_distances
+from hvcpd.recognition.network import Network
+from hvcpd.recognition.scorer import distances, norms_of
 from hvcpd.recognition.templates import Template
 
 VOTE_COST = 10.0
@@ -50,21 +51,6 @@ class Match:
 
 
 @dataclass(frozen=True, eq=False)
-class Heard:
-    """Features of a segment and of all template frames, and the distance of each frame of the segment to the noise."""
-
-    features: Features
-    rows: Features
-    to_noise: Costs
-
-    def to(self, rows: Index) -> Callable[[int, int], Costs]:
-        """Distances of some frames to some template frames."""
-        some = self.rows if len(rows) == len(self.rows) else self.rows[rows]
-        norms = norms_of(some)
-        return lambda begin, end: distances(self.features[begin:end], some, norms)
-
-
-@dataclass(frozen=True, eq=False)
 class _Fit:
     """The cost of one sentence over the voices that have its words: that of the best voice, less if more voices fit."""
 
@@ -73,9 +59,14 @@ class _Fit:
     ends: Ends
     node: int
 
+    @cached_property
+    def path(self) -> tuple[Word, ...]:
+        """The best voice's words."""
+        return self.dtw.trace(self.ends, self.node)
+
 
 class TemplateDecoder:
-    """Knows a network of sentences, and where the takes of its words are among the rows of what is heard."""
+    """Knows a network of sentences, and where the takes of its words are among the template frames."""
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template]) -> None:
         """A voice need not have all words. Raises ValueError without templates of the graph's words."""
@@ -83,35 +74,38 @@ class TemplateDecoder:
         self._words: dict[str, set[str]] = {}
         for template in templates:
             self._words.setdefault(template.voice, set()).add(template.word)
-        self._dtw = self._compiled(graph)
+        self.sentences = self._compiled(graph)
 
     def _compiled(self, graph: WordGraph) -> OnePassDtw:
-        return OnePassDtw(Network(graph, self._templates, partial=frozenset(self._words)))
+        return OnePassDtw(Network(graph, self._templates, partial=True))
 
-    def _alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
+    def alone(self, words: tuple[str, ...]) -> OnePassDtw | None:
         """One sentence; None if nobody has its words."""
         known = any(said.issuperset(words) for said in self._words.values())
         return self._compiled(graph_of(words)) if known else None
-
-    def hear(self, heard: Heard) -> Hearing:
-        """A segment of sound, to be compared with sentences."""
-        return Hearing(heard, self._dtw, self._alone)
 
 
 class Hearing:
     """A segment of sound beside a decoder's sentences."""
 
-    def __init__(self, heard: Heard, dtw: OnePassDtw, alone: Callable[[tuple[str, ...]], OnePassDtw | None]) -> None:
-        self._heard = heard
-        self._alone = alone
+    def __init__(self, decoder: TemplateDecoder, features: Features, rows: Features, to_noise: Costs) -> None:
+        """`features` of the segment and of all template frames, `rows`; the distance of each frame of the segment to
+        the room's noise."""
+        self._decoder = decoder
+        self._features, self._rows, self._to_noise = features, rows, to_noise
         self._fits: dict[tuple[str, ...], _Fit | None] = {}
-        ends = dtw.forward(heard.to(dtw.rows), heard.to_noise)
+        ends = self._forward(decoder.sentences)
         self._nearest = ends.nearest
-        self._best = self._best_of(dtw, ends)
+        self._best = self._best_of(decoder.sentences, ends)
+
+    def _forward(self, dtw: OnePassDtw) -> Ends:
+        rows = self._rows if len(dtw.rows) == len(self._rows) else self._rows[dtw.rows]
+        norms = norms_of(rows)
+        return dtw.forward(lambda begin, end: distances(self._features[begin:end], rows, norms), self._to_noise)
 
     def _best_of(self, dtw: OnePassDtw, ends: Ends) -> _Fit | None:
         """The sentence that fits best in all voices, among the best ones of each voice."""
-        found = _best_of_voices(dtw, ends).values()
+        found = _best_of_voices(dtw, ends)
         sentences = dict.fromkeys(words for _, words, _ in found)
         if len(sentences) == 1:
             return _Fit(min(found)[0], dtw, ends, min(found)[2])
@@ -128,61 +122,52 @@ class Hearing:
     def best(self) -> tuple[str, ...] | None:
         """The sentence that fits best; None if the segment is too short for any."""
         fit = self._best
-        return tuple(fit.dtw.net.word[w.instance] for w in fit.dtw.trace(fit.ends, fit.node)) if fit else None
+        return tuple(fit.dtw.net.word[word.instance] for word in fit.path) if fit is not None else None
 
     @property
     def match(self) -> Match | None:
         """The best sentence, in the voice in which it fits best."""
-        return self._match(self._best.dtw, self._best.ends, self._best.node) if self._best is not None else None
+        return self._match(self._best) if self._best is not None else None
 
     def _fit(self, words: tuple[str, ...]) -> _Fit | None:
         if words not in self._fits:
-            self._fits[words] = self._fitted(words)
+            dtw = self._decoder.alone(words)
+            self._fits[words] = self._fitted(dtw) if dtw is not None else None
         return self._fits[words]
 
-    def _fitted(self, words: tuple[str, ...]) -> _Fit | None:
-        dtw = self._alone(words)
-        if dtw is None:
-            return None
-        ends = dtw.forward(self._heard.to(dtw.rows), self._heard.to_noise)
-        voices = _best_of_voices(dtw, ends).values()
+    def _fitted(self, dtw: OnePassDtw) -> _Fit | None:
+        """The fit of the only sentence of a network."""
+        ends = self._forward(dtw)
+        voices = _best_of_voices(dtw, ends)
         if not voices:
             return None
         costs = np.array([cost for cost, _, _ in voices])
         vote = costs.min() - VOTE_COST * float(np.log(np.exp((costs.min() - costs) / VOTE_COST).sum()))
         return _Fit(float(vote), dtw, ends, min(voices)[2])
 
-    def _match(self, dtw: OnePassDtw, ends: Ends, node: int) -> Match:
-        heard, words = self._heard, []
-        inside = np.zeros(len(heard.to_noise), np.bool_)
-        least = np.minimum(self._nearest, heard.to_noise)
-        path = dtw.trace(ends, node)
-        for word in path:
+    def _match(self, fit: _Fit) -> Match:
+        net, words, to_noise = fit.dtw.net, [], self._to_noise
+        inside = np.zeros(len(to_noise), np.bool_)
+        least = np.minimum(self._nearest, to_noise)
+        for word in fit.path:
             excess = word.cost - float(least[word.start : word.end].sum())
             deficit = excess / (word.end - word.start)
-            words.append(MatchedWord(dtw.net.word[word.instance], word.start, word.end, deficit, word.margin))
+            words.append(MatchedWord(net.word[word.instance], word.start, word.end, deficit, word.margin))
             inside[word.start : word.end] = True
-        beyond = (heard.to_noise - least)[~inside]
+        beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
-        inside_noise = float(heard.to_noise[inside].sum()) - sum(word.cost for word in path)
-        return Match(dtw.net.voice_of_node(node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1))
+        inside_noise = float(to_noise[inside].sum()) - sum(word.cost for word in fit.path)
+        return Match(net.voice_of_node(fit.node), tuple(words), passed_over, inside_noise / max(int(inside.sum()), 1))
 
 
-def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> dict[str, tuple[float, tuple[str, ...], int]]:
+def _best_of_voices(dtw: OnePassDtw, ends: Ends) -> list[tuple[float, tuple[str, ...], int]]:
     """Least cost, words and end node of the best sentence in each voice that has one."""
-    net, found = dtw.net, {}
-    for number, voice in enumerate(net.voices):
+    net, found = dtw.net, []
+    for number in range(len(net.voices)):
         nodes = np.arange(number * net.nodes_per_voice, (number + 1) * net.nodes_per_voice)
         costs = np.where(net.is_final[nodes], ends.rest[-1, nodes], FAR)
         node = int(nodes[costs.argmin()])
         if costs.min() < FAR / 2:
             words = tuple(net.word[word.instance] for word in dtw.trace(ends, node))
-            found[voice] = (float(costs.min()), words, node)
+            found.append((float(costs.min()), words, node))
     return found
-
-
-def distances(heard: Features, rows: Features, norms: Costs) -> Costs:
-    """Euclidean distances, shape (len(heard), len(rows)), the rows' squared norms being known."""
-    squares = squared_distances(heard, rows, norms, norms_of(heard))
-    out: Costs = np.sqrt(squares, out=squares)
-    return out

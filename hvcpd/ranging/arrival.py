@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.overhearing import peak_offset
 
 REACH = 1024
 """Samples either side of the expected arrival, 64 ms: a recogniser knows a sentence's beginning to 20 ms."""
@@ -196,3 +195,12 @@ def _crossing(values: NDArray[np.float64], level: float) -> float:
     """Where falling values first cross a level, interpolated."""
     below = int(np.argmax(values < level))
     return below - (level - values[below]) / (values[below - 1] - values[below]) if below else 0.0
+
+
+def peak_offset(values: NDArray[np.float64], peak: int) -> float:
+    """Offset of the vertex of the parabola through a peak and its neighbours; 0 at the ends."""
+    if not 0 < peak < len(values) - 1:
+        return 0.0
+    before, at, after = values[peak - 1 : peak + 2]
+    bend = before - 2.0 * at + after
+    return float(0.5 * (before - after) / bend) if bend < 0.0 else 0.0

@@ -7,10 +7,11 @@ the gain is divided by the gain expected of the right word in this noise (`Score
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass, field
 
 from hvcpd.recognition.decoder_session import Sentence
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import curve, fitted
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
 """Range of the cost of the closest other word; values beyond it carry no more information."""
@@ -56,36 +57,29 @@ class ConfidenceCurve:
 
     def probability(self, features: ConfidenceFeatures) -> float:
         """The probability, 0 to 1, that a hypothesis with these features is right."""
-        logit = self.bias + sum(w * x for w, x in zip(astuple(self.weights), astuple(features), strict=True))
-        return logistic(logit)
+        return curve(self.bias, astuple(self.weights), astuple(features))
 
 
 def sentence_features(sentence: Sentence) -> ConfidenceFeatures:
     """Features of the whole sentence."""
-    n, margins = len(sentence.steps), [step.margin for step in sentence.steps]
-    fits = [_fit(sentence, k) for k in range(n)]
-    mean = sum(sentence.deficits) / n
-    return _features(sentence, min(margins), mean, max(sentence.deficits), min(fits), sentence.stretches)
+    return _features(sentence, range(len(sentence.steps)))
 
 
 def word_features(sentence: Sentence, k: int) -> ConfidenceFeatures:
     """Features of the `k`-th word of a sentence."""
-    deficit, stretch = sentence.deficits[k], sentence.stretches[k]
-    return _features(sentence, sentence.steps[k].margin, deficit, deficit, _fit(sentence, k), (stretch,))
+    return _features(sentence, [k])
 
 
-def _fit(sentence: Sentence, k: int) -> float:
-    return -sentence.steps[k].cost / sentence.expected_gains[k]
-
-
-def _features(
-    sentence: Sentence, margin: float, mean: float, worst: float, word_fit: float, stretches: tuple[float, ...]
-) -> ConfidenceFeatures:
+def _features(sentence: Sentence, words: Sequence[int]) -> ConfidenceFeatures:
     gain = max(-sentence.cost, 1.0)
+    margin = min(sentence.steps[k].margin for k in words)
+    deficits = [sentence.deficits[k] for k in words]
+    word_fit = min(-sentence.steps[k].cost / sentence.expected_gains[k] for k in words)
+    stretches = [sentence.stretches[k] for k in words]
     return ConfidenceFeatures(
         math.log(min(max(margin, LEAST_MARGIN), MOST_MARGIN)),
-        mean,
-        worst,
+        sum(deficits) / len(deficits),
+        max(deficits),
         math.log(gain),
         math.log(max(gain / sum(sentence.expected_gains), LEAST_FIT)),
         min(max(word_fit, LEAST_WORD_FIT), MOST_FIT),

@@ -37,6 +37,9 @@ class StepCosts:
     """For going on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
 
 
+STEPS = StepCosts()
+
+
 def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) -> tuple[NDArray[np.bool_], ...]:
     """One column of asymmetric DTW along the last axis, for states 2 and up; states 0 and 1 are left unchanged.
 
@@ -76,16 +79,14 @@ class Decoder:
     result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
-    def __init__(self, network: Network, n_hypotheses: int, steps: StepCosts, beam: Beam) -> None:
+    def __init__(self, network: Network, n_hypotheses: int, beam: Beam) -> None:
         self._net = network
         self._n_hypotheses = n_hypotheses
-        self._steps = steps
         self._beam = beam
         shape = (n_hypotheses, network.n_nodes)
         self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
         self._rest_token: Tokens = np.zeros(shape, np.int32)
         self._may_rest = network.may_pause | network.is_final
-        self._may_leave = network.may_pause
         self._final_nodes = np.flatnonzero(network.is_final)
         self._is_start = np.zeros(network.n_nodes, np.bool_)
         self._is_start[network.start_nodes] = True
@@ -118,11 +119,10 @@ class Decoder:
         """Choose the paths to follow for the next HORIZON_FRAMES frames."""
         old, cost, token = self.layout, self._cost, self._token
         net = self._net
-        low = np.full(self._n_hypotheses * net.n_instances, -1, np.intp)
-        high = np.zeros(self._n_hypotheses * net.n_instances, np.intp)
-        bound = np.full(self._n_hypotheses * net.n_instances, self._beam.above_filler, np.float32)
-        reached = np.zeros((self._n_hypotheses, net.n_nodes), np.bool_)
-        reached |= (self._rest < self._beam.above_filler) & self._may_leave
+        n_pairs = self._n_hypotheses * net.n_instances
+        low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
+        bound = np.full(n_pairs, self._beam.above_filler, np.float32)
+        reached = (self._rest < self._beam.above_filler) & net.may_pause
         if len(old.pair):
             hypothesis, instance = np.divmod(old.pair, net.n_instances)
             target = hypothesis * net.n_nodes + net.target_node[instance]
@@ -155,7 +155,7 @@ class Decoder:
         frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
         """
         if len(distances):
-            advanced, skipped = dtw_column(self._cost, distances, self._steps, self._cost_next)
+            advanced, skipped = dtw_column(self._cost, distances, STEPS, self._cost_next)
             token = self._token_next
             token[2:] = self._token[2:]
             np.copyto(token[2:], self._token[1:-1], where=advanced)
@@ -191,7 +191,7 @@ class Decoder:
         self._token[self.layout.entry] = token.reshape(-1)[self.layout.source]
 
     def _record_pauses(self, leaving: Costs, token: Tokens) -> None:
-        going_on = (self._rest < self._beam.above_filler) & self._may_leave
+        going_on = (self._rest < self._beam.above_filler) & self._net.may_pause
         if going_on.any():
             cost = self._rest[going_on]
             leaving[going_on] = cost
@@ -228,7 +228,7 @@ class Decoder:
     def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
         """The cost of going on at each hypothesis, and the token to go on with."""
         entering, chosen = leaving.copy(), token.copy()
-        dearer = leaving + np.float32(self._steps.hypothesis)
+        dearer = leaving + np.float32(STEPS.hypothesis)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             cheaper = dearer[other] < entering[to]
             np.copyto(entering[to], dearer[other], where=cheaper)

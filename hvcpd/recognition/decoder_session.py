@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.decoder import Best, Decoder, StepCosts
+from hvcpd.recognition.decoder import Best, Decoder
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     N_BANDS,
@@ -26,43 +26,35 @@ from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
 
-
-@dataclass(frozen=True)
-class SessionSettings:
-    """Thresholds that separate sentences from other sound. Costs are in units of the features' distance."""
-
-    filler_cost: float = 1.2
-    """Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
-    gain_step_db: float = 6.0
-    """Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
-    retune_db: float = 4.5
-    """The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
-    way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
-    end_frames: int = 25
-    """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
-    late_end_frames: int = 40
-    """400 ms of rest, where a path inside a word is still cheaper."""
-    hidden_end_frames: int = 48
-    """480 ms of rest, where the sentence could go on and noise may hide how a word begins."""
-    hidden_db: float = 10.0
-    """Level of the vowels above the noise below which it hides how many words begin (k, h, f)."""
-    going_on: float = 0.7
-    """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
-    sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
-    longest_pause_frames: int = 60
-    """0.6 s of pause inside a sentence, and the path is dropped: nobody pauses that long at a comma."""
-    end_margin: float = 5.0
-    """A resting path counts as the best although another, inside a word, is this much cheaper: in noise alone paths
-    through the next words gain a little by chance."""
-    under_way: float = 15.0
-    """A path this much better than the filler may be a sentence in progress."""
-    followed: float = 28.0
-    """Least gain of a sentence in progress in half a second (40 is usual), both now and before: words fitted to
-    a noise that has just risen gain 28 at most, for a moment."""
-    steps: StepCosts = field(default_factory=StepCosts)
-    beam: Beam = field(default_factory=Beam)
-
-
+# Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
+FILLER_COST = 1.2
+"""Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
+GAIN_STEP_DB = 6.0
+"""Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
+RETUNE_DB = 4.5
+"""The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
+way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
+END_FRAMES = 25
+"""250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
+LATE_END_FRAMES = 40
+"""400 ms of rest, where a path inside a word is still cheaper."""
+HIDDEN_END_FRAMES = 48
+"""480 ms of rest, where the sentence could go on and noise may hide how a word begins."""
+HIDDEN_DB = 10.0
+"""Level of the vowels above the noise below which it hides how many words begin (k, h, f)."""
+GOING_ON = 0.7
+"""If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
+sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
+LONGEST_PAUSE_FRAMES = 60
+"""0.6 s of pause inside a sentence, and the path is dropped: nobody pauses that long at a comma."""
+END_MARGIN = 5.0
+"""A resting path counts as the best although another, inside a word, is this much cheaper: in noise alone paths through
+the next words gain a little by chance."""
+UNDER_WAY = 15.0
+"""A path this much better than the filler may be a sentence in progress."""
+FOLLOWED_GAIN = 28.0
+"""Least gain of a sentence in progress in half a second (40 is usual), both now and before: words fitted to a noise
+that has just risen gain 28 at most, for a moment."""
 LEAD_FRAMES = 60
 """The 0.6 s before a sentence show whether it follows silence: over the pause at a comma and the weak sounds around
 it."""
@@ -77,7 +69,7 @@ class Sentence:
     """A path that ended: its words in order, and its confidence features.
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
-    `filler_cost`: near 0 for the right word, 1 and above for anything else. `pause` is the dearest pause inside it, in
+    FILLER_COST: near 0 for the right word, 1 and above for anything else. `pause` is the dearest pause inside it, in
     the same unit times frames: the amount of speech that it skips. `expected_gains` are each word's expected gains
     over the filler if it was said (see `Scorer.expected_gain`), `stretches` its frames over those of the nearest take
     of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
@@ -96,12 +88,11 @@ class Sentence:
 class DecoderSession:
     """Feeds frames to scorer and decoder from `wake` until `sleep`."""
 
-    def __init__(self, network: Network, bank: TemplateBank, settings: SessionSettings) -> None:
-        self._settings = settings
-        self._net = network
-        gains_db = (-settings.gain_step_db, 0.0, settings.gain_step_db)
+    def __init__(self, network: Network, bank: TemplateBank, beam: Beam) -> None:
+        self._net, self._bank = network, bank
+        gains_db = (-GAIN_STEP_DB, 0.0, GAIN_STEP_DB)
         self._scorer = Scorer(bank, gains_db)
-        self._decoder = Decoder(network, len(gains_db), settings.steps, settings.beam)
+        self._decoder = Decoder(network, len(gains_db), beam)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -116,15 +107,15 @@ class DecoderSession:
     @property
     def under_way(self) -> bool:
         """Whether some path may be a sentence in progress."""
-        return self.awake and self.best.cost < -self._settings.under_way
+        return self.awake and self.best.cost < -UNDER_WAY
 
     @property
     def follows(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
         if not self.under_way or len(self._bests) < FOLLOWED_BLOCKS:
             return False
-        first, last, s = self._bests[0], self._bests[-1], self._settings
-        return first < -s.followed and last < first - s.followed
+        first, last = self._bests[0], self._bests[-1]
+        return first < -FOLLOWED_GAIN and last < first - FOLLOWED_GAIN
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
         """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""
@@ -133,7 +124,7 @@ class DecoderSession:
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
-        self._gain = self._scorer.level_of(energies, noise)
+        self._gain = self._bank.level_of(energies, noise)
         self.feed(energies, energies, noise)
 
     def sleep(self) -> None:
@@ -150,26 +141,25 @@ class DecoderSession:
 
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
-        settings = self._settings
         block = np.concatenate([self._tail, energies])
         if len(block) < 2 * CONTEXT_FRAMES + HORIZON_FRAMES:
             self._tail = block
             return
         self._tail = block[-2 * CONTEXT_FRAMES :]
-        self._retune(self._scorer.level_of(recent, noise))
-        mask = self._scorer.mask(self._gain)
+        self._retune(self._bank.level_of(recent, noise))
+        mask = self._bank.mask(self._gain)
         self._scorer.compose(noise + mask, self._gain)
         features = features_of(block + mask)
         for start in range(0, len(features), HORIZON_FRAMES):
             self._decode(features[start : start + HORIZON_FRAMES])
-        self._decoder.forget_rests(settings.longest_pause_frames)
-        self.best = self._decoder.best(settings.end_margin)
+        self._decoder.forget_rests(LONGEST_PAUSE_FRAMES)
+        self.best = self._decoder.best(END_MARGIN)
         self._bests.append(self.best.cost)
 
     def _decode(self, features: Features) -> None:
         self._scorer.follow(self._decoder.prepare())
         scores = self._scorer.score(features)
-        filler = np.minimum(scores.noise, scores.cohort + np.float32(self._settings.filler_cost))
+        filler = np.minimum(scores.noise, scores.cohort + np.float32(FILLER_COST))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
         self._filler_excess[slots] = filler - scores.cohort
         self._noise_cost[slots] = scores.noise - filler
@@ -182,20 +172,20 @@ class DecoderSession:
         if level <= 0.0:
             return
         off_db = decibels(level / max(self._gain, SILENT_POWER))
-        if abs(off_db) <= self._settings.retune_db:
+        if abs(off_db) <= RETUNE_DB:
             return
         if not self.under_way:
             self._gain = level
         elif off_db > 0.0:
-            self._gain *= power_ratio(self._settings.gain_step_db)
+            self._gain *= power_ratio(GAIN_STEP_DB)
             self._decoder.climb()
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""
         best = self.best
-        if best.node < 0 or best.cost >= 0.0 or best.rested_frames < self._settings.end_frames:
+        if best.node < 0 or best.cost >= 0.0 or best.rested_frames < END_FRAMES:
             return None
-        unfinished = bool(self._net.goes_on[best.node]) and best.behind > self._settings.going_on
+        unfinished = bool(self._net.goes_on[best.node]) and best.behind > GOING_ON
         if best.rested_frames < self._needed_rest(best):
             return None
         steps = tuple(self._decoder.trace(best.token))
@@ -212,33 +202,32 @@ class DecoderSession:
 
     def _needed_rest(self, best: Best) -> int:
         """Number of frames of rest that end a sentence with this path."""
-        s = self._settings
-        hidden = self._scorer.vowels_db(self._gain) < s.hidden_db
-        if self._net.goes_on[best.node] and (hidden or best.behind > s.going_on):
-            return s.hidden_end_frames
-        return s.late_end_frames if best.behind > 0.0 else s.end_frames
+        hidden = self._scorer.vowels_db(self._gain) < HIDDEN_DB
+        if self._net.goes_on[best.node] and (hidden or best.behind > GOING_ON):
+            return HIDDEN_END_FRAMES
+        return LATE_END_FRAMES if best.behind > 0.0 else END_FRAMES
 
     def word_of(self, step: Step) -> str:
         """The word of a step."""
         return self._net.word[step.instance]
 
     def lead_in(self, start_frame: int) -> float:
-        """The mean cost of taking the 0.6 s before a sentence for noise, in units of `filler_cost`: 0 when it was
+        """The mean cost of taking the 0.6 s before a sentence for noise, in units of FILLER_COST: 0 when it was
         noise, 1 and more for speech; 0 where the network slept."""
         frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), min(start_frame - 3, self._next))
         if not self.awake or not len(frames):
             return 0.0
-        return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / self._settings.filler_cost
+        return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / FILLER_COST
 
     def _deficit(self, step: Step) -> float:
         frames = np.arange(step.start_frame, step.end_frame)
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
-        return (step.cost + excess) / (max(len(frames), 1) * self._settings.filler_cost)
+        return (step.cost + excess) / (max(len(frames), 1) * FILLER_COST)
 
     def _expected_gain(self, step: Step) -> float:
         first = int(self._net.first_row[step.instance])
         rows = np.arange(first, first + int(self._net.length[step.instance]))
-        of_frame = max(self._scorer.expected_gain(rows, self._settings.filler_cost), 0.01)
+        of_frame = max(self._scorer.expected_gain(rows, FILLER_COST), 0.01)
         return of_frame * (step.end_frame - step.start_frame)
 
     def _stretch(self, step: Step) -> float:
@@ -251,4 +240,4 @@ class DecoderSession:
 
     def _pause(self, start_frame: int, end_frame: int) -> float:
         frames = np.arange(start_frame, end_frame)
-        return float(np.maximum(self._noise_cost[frames % HISTORY_FRAMES], 0.0).sum()) / self._settings.filler_cost
+        return float(np.maximum(self._noise_cost[frames % HISTORY_FRAMES], 0.0).sum()) / FILLER_COST

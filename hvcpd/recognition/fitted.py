@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.resources
 import json
 import math
+from collections.abc import Iterable
 from functools import cache
 from typing import Any
 
@@ -22,6 +23,11 @@ def fitted(section: str) -> dict[str, Any]:
 def logistic(logit: float) -> float:
     """The probability whose odds have this natural logarithm."""
     return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
+
+
+def curve(bias: float, weights: Iterable[float], features: Iterable[float]) -> float:
+    """The probability by a logistic curve: the features times their weights are log odds."""
+    return logistic(bias + sum(w * x for w, x in zip(weights, features, strict=True)))
 
 
 def logit(probability: float) -> float:

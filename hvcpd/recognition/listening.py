@@ -6,14 +6,14 @@ vocabulary is small, so it costs less than the first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import chain
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.stream import Chunk
 
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
@@ -22,7 +22,7 @@ KEPT_SAMPLES = 16_000
 """Sentences are remembered for 1 s: by then the other recogniser has finished the same sound."""
 
 
-class Listening:
+class Listening(EarsAround):
     """Merges the events of both; each stretch of sound is reported once."""
 
     def __init__(
@@ -32,30 +32,11 @@ class Listening:
         watch."""
         if spelled is not None and spelled.watch is not sentences.watch:
             raise ValueError("two recognisers on one microphone share one watch")
+        super().__init__(sentences)
         self._sentences = sentences
         self._spelled = spelled
         self._later = later
         self._understood: list[Recognised] = []
-
-    @property
-    def busy(self) -> bool:
-        """Whether somebody else is speaking right now."""
-        return self._sentences.busy
-
-    @property
-    def signs(self) -> bool:
-        """As `Recogniser.signs`."""
-        return self._sentences.signs
-
-    @property
-    def chunks(self) -> Sequence[Chunk]:
-        """As `Ears.chunks`."""
-        return self._sentences.chunks
-
-    @property
-    def ends(self) -> bool:
-        """As `Ears.ends`."""
-        return self._sentences.ends
 
     @property
     def _all(self) -> list[Recogniser]:

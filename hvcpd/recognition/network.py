@@ -26,9 +26,9 @@ class Network:
     Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
     """
 
-    def __init__(self, graph: WordGraph, templates: Sequence[Template], partial: frozenset[str] = frozenset()) -> None:
-        """Raises ValueError if a voice lacks a template of a word of the graph, unless it is one of `partial`: such a
-        voice says only the sentences for which it has all words."""
+    def __init__(self, graph: WordGraph, templates: Sequence[Template], partial: bool = False) -> None:
+        """Raises ValueError if a voice lacks a template of a word of the graph, unless `partial`: then a voice says
+        only the sentences for which it has all words."""
         self.voices = tuple(dict.fromkeys(t.voice for t in templates))
         by_word: dict[tuple[str, str], list[int]] = {}
         for number, t in enumerate(templates):
@@ -37,7 +37,7 @@ class Network:
         for v, voice in enumerate(self.voices):
             base = v * graph.n_nodes
             missing = [word for word in graph.words if (voice, word) not in by_word]
-            if missing and voice not in partial:
+            if missing and not partial:
                 raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
             for arc in graph.arcs:
                 for number in by_word.get((voice, arc.word), ()):

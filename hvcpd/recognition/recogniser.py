@@ -7,49 +7,50 @@ from the first sample, so the size of the pushed blocks never changes a result.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import LONGER_WAIT_FRAMES, SegmentTracker
 from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
-from hvcpd.recognition.decoder_session import DecoderSession, Sentence, SessionSettings
+from hvcpd.recognition.decoder_session import DecoderSession, Sentence
 from hvcpd.recognition.events import Event, Recognised, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.network import Network
+from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
 
 UNHEARD_LEAD_FRAMES = 28
 """A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
+WAKE_FRAMES = 24
+"""The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
+SLEEP_FRAMES = 60
+"""The network sleeps after 0.6 s without a sign of speech."""
 LATE_WAKE_FRAMES = 12
 """A sentence this soon (0.12 s) after the first frame replayed into the network may have begun before it."""
+CONFIDENCE = ConfidenceCurve()
 
 
 @dataclass(frozen=True)
 class RecogniserSettings:
     """Thresholds of the recogniser; the defaults are measured with `python -m benchmarks.hearing`."""
 
-    session: SessionSettings = field(default_factory=SessionSettings)
-    wake_frames: int = 24
-    """The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
-    sleep_frames: int = 60
-    """The network sleeps after 0.6 s without a sign of speech."""
     min_confidence: float = 0.8
     """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
     17 (`benchmarks/confidence.py`)."""
     max_lead_in: float = 0.4
     """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
     begins at a comma."""
-    confidence: ConfidenceCurve = field(default_factory=ConfidenceCurve)
     max_pause: float = 10.0
     """Most speech that a pause may pass over, in frames of it: right sentences have 7 at most in noise and rooms, and a
     name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
     min_gain: float = 16.0
     """Least gain of a whole sentence over the filler. In noise alone words gain 4 at most; in people's talk
     to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
+    beam: Beam = field(default_factory=Beam)
 
 
 class Recogniser:
@@ -69,7 +70,7 @@ class Recogniser:
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
-        self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.session)
+        self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
         self.watch = watch or Watch()
         self._segments = SegmentTracker()
         self._alert_age = 0
@@ -137,6 +138,9 @@ class Recogniser:
         self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
         self._unheard_until = predecessor._unheard_until
 
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Ears.prepare`: there is nothing to prepare."""
+
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
         silent_chunks = LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8
@@ -171,14 +175,14 @@ class Recogniser:
         if self._alert_age == 0 and not self.watch.activity.alert:
             return False
         self._alert_age += n_frames
-        if self._alert_age < self._settings.wake_frames:
+        if self._alert_age < WAKE_FRAMES:
             return False
         self._alert_age = 0
         return True
 
     def _doze(self, n_frames: int) -> None:
         self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
-        if self._session.awake and self._calm_frames >= self._settings.sleep_frames and not self.under_way:
+        if self._session.awake and self._calm_frames >= SLEEP_FRAMES and not self.under_way:
             self._session.sleep()
 
     def _conclude(self, end_frame: int) -> list[Event]:
@@ -213,7 +217,7 @@ class Recogniser:
         s = self._settings
         if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
             return None
-        confidence = s.confidence.probability(sentence_features(sentence))
+        confidence = CONFIDENCE.probability(sentence_features(sentence))
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
@@ -224,7 +228,7 @@ class Recogniser:
                 self._session.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                s.confidence.probability(word_features(sentence, k)),
+                CONFIDENCE.probability(word_features(sentence, k)),
                 deficit,
             )
             for k, (step, deficit) in enumerate(zip(sentence.steps, sentence.deficits, strict=True))

@@ -8,20 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Energies, Features, power_ratio, snr_db
+from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
-LEVEL_FRAMES = 7
-"""The level is that of the loudest 70 ms: a vowel."""
 RECOMPOSE_NEPER = 0.12
 """Templates are composed again when the noise has changed by 0.5 dB (mean over the bands): a lower threshold gains
 nothing."""
-
-MASK_DB = 16.0
-"""Below the voice's loud spectrum by this much, sound is masked (Klatt 1976): in quiet, faint remainders of a word vary
-from one utterance to the next, and their logarithms would count as much as the vowels; clipping and reverberation fill
-the gaps between them. Measured: at 28 dB, 10 of 15 sentences with a tenth of their samples clipped; at 16 dB, 15."""
 
 NOISE_DISTANCE = 1.7
 """Distance of a frame of steady noise to the noise's mean (measured, white and pink)."""
@@ -57,7 +50,6 @@ class Scorer:
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._gain = math.nan
-        self._mask_energy = power_ratio(-MASK_DB) * float(bank.loud_spectrum.mean())
 
     def rest(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
@@ -72,31 +64,9 @@ class Scorer:
         self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
-    def level_of(self, energies: Energies, noise: NDArray[np.float32]) -> float:
-        """Power gain from the templates to the loudest syllable in `energies`; 0 when nothing is above the noise.
-
-        Weighted least squares over the bands, a band's weight falling with its noise and signal; a band where voices
-        are weak hardly counts, or a hiss there would pass for a shout.
-        """
-        n = len(energies) - LEVEL_FRAMES + 1
-        if n < 1:
-            return 0.0
-        sums = np.cumsum(np.concatenate([np.zeros((1, N_BANDS), np.float32), energies]), axis=0)
-        above = (sums[LEVEL_FRAMES:] - sums[:-LEVEL_FRAMES]) / LEVEL_FRAMES - noise
-        spectrum = self._bank.loud_spectrum
-        gain = 0.0
-        for _ in range(3):
-            weight = spectrum / (noise + gain * (spectrum + spectrum.mean())) ** 2
-            gain = max(float((above @ weight).max() / (spectrum @ weight)), 0.0)
-        return gain
-
-    def mask(self, gain: float) -> np.float32:
-        """Energy added to every band of sound and templates alike: sound MASK_DB below the voice does not count."""
-        return np.float32(gain * self._mask_energy)
-
     def vowels_db(self, gain: float) -> float:
         """Level of the voice's vowels, at this gain, above the noise, dB over all bands."""
-        noise = float(self._noise.sum()) - N_BANDS * float(self.mask(gain))
+        noise = float(self._noise.sum()) - N_BANDS * float(self._bank.mask(gain))
         return snr_db(gain * float(self._bank.loud_spectrum.sum()), noise)
 
     def compose(self, noise: Noise, gain: float) -> None:
@@ -150,10 +120,8 @@ class Scorer:
 
     def score(self, features: Features) -> Scores:
         """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
-        own = norms_of(features)
-        states = squared_distances(features, self._features, self._norms, own)
-        np.sqrt(states, out=states)
-        cohort = squared_distances(features, self._codebook_features, self._codebook_norms, own).min(axis=1)
+        states = distances(features, self._features, self._norms)
+        cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
 
@@ -170,14 +138,19 @@ def norms_of(features: Features) -> NDArray[np.float32]:
     return norms
 
 
-def squared_distances(
-    features: Features, others: Features, norms: NDArray[np.float32], own: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    """Squared distances, shape (len(features), len(others)), of `features`, whose squared norms are `own`, to `others`
-    with `norms`; 0 or more."""
+def squared_distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Squared distances, shape (len(features), len(others)), of `features` to `others`, whose squared norms are
+    `norms`; 0 or more."""
     d: NDArray[np.float32] = features @ others.T
     d *= -2.0
     d += norms
-    d += own[:, None]
+    d += norms_of(features)[:, None]
     np.maximum(d, 0.0, out=d)
     return d
+
+
+def distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Euclidean distances, likewise."""
+    squares = squared_distances(features, others, norms)
+    found: NDArray[np.float32] = np.sqrt(squares, out=squares)
+    return found

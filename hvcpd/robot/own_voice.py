@@ -4,28 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ranging.own_delay import OwnDelay
 
 NEAR_S = 0.012
 """Delays that differ by less count as the same: half a block, and twice the error of a measurement."""
 ECHO_S = 1.0
 """A sentence that ends no later than this after the robot's own, in the same words, is its echo."""
-
-
-class MeasuresDelay(Protocol):
-    """`OwnDelay`, as the robot needs it; sound has the shape (n,), float32."""
-
-    def begin(self) -> None: ...
-
-    def play(self, samples: Samples) -> None: ...
-
-    def hear(self, samples: Samples) -> None: ...
-
-    def measure(self) -> float | None: ...
 
 
 @dataclass(frozen=True)
@@ -44,7 +32,7 @@ class Acoustics:
 class OwnVoice:
     """`begin` a sentence, `hear` and `take` each block, and ask at each whether it is `finished`. Times are seconds."""
 
-    def __init__(self, acoustics: Acoustics, delay: MeasuresDelay) -> None:
+    def __init__(self, acoustics: Acoustics, delay: OwnDelay) -> None:
         """`delay` measures how late the voice is heard."""
         self._acoustics = acoustics
         self._delay = delay

@@ -17,10 +17,12 @@ from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
-from hvcpd.recognition.events import Ears, Held, Overhears, Recognised, Released, Urgent
+from hvcpd.ranging.own_delay import OwnDelay
+from hvcpd.recognition.events import Ears, Held, Recognised, Released, Urgent
 from hvcpd.recognition.events import Event as HearingEvent
+from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.robot.measures import Measures
-from hvcpd.robot.own_voice import Acoustics, MeasuresDelay, OwnVoice
+from hvcpd.robot.own_voice import Acoustics, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer
 from hvcpd.robot.records import (
     EchoRecord,
@@ -52,9 +54,9 @@ class Robot:
         performer: Performer,
         acoustics: Acoustics,
         slow_mouth: Mouth,
-        overhearing: Overhears,
+        overhearing: Overhearing,
         sealing: Sealing | None,
-        own_delay: MeasuresDelay,
+        own_delay: OwnDelay,
         voices: Mapping[str, str],
         measures: Measures,
     ) -> None:

@@ -179,9 +179,9 @@ def test_what_is_switched_off_is_put_back() -> None:
     with answering("hvcpd.recognition.recogniser:RecogniserSettings.__repr__", "none")():
         assert repr(RecogniserSettings()) == "none"
     assert repr(RecogniserSettings()) != "none"
-    with instead("hvcpd.recognition.decoder_session:SessionSettings", None)():
-        assert getattr(recogniser, "SessionSettings", 1) is None, "who imported the name has it too"
-    assert RecogniserSettings().session is not None
+    with instead("hvcpd.recognition.pruning:Beam", None)():
+        assert getattr(recogniser, "Beam", 1) is None, "who imported the name has it too"
+    assert RecogniserSettings().beam is not None
     no_setting = defaults("hvcpd.recognition.recogniser:RecogniserSettings", x=1)
     for gone in (instead("hvcpd.recognition.nowhere:X", 1), no_setting):
         with pytest.raises(LookupError), gone():

@@ -19,7 +19,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import strict_words
-from hvcpd.people.enrolled import person_path, read_person
+from hvcpd.memory.people import person_path, read_person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker

@@ -32,7 +32,8 @@ from hvcpd.daemon.reloading import Reloader
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import NotDoneError, RunningError
 from hvcpd.memory.latch import Permit, StopLatch
-from hvcpd.people.enrolled import Person, person_path, remove_person, write_person
+from hvcpd.memory.people import person_path, remove_person, write_person
+from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.reporting.text import shown_away

@@ -18,8 +18,9 @@ from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.reloading import Rereading
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import DeviceError, HvcpdError
+from hvcpd.memory.people import person_path, write_person
 from hvcpd.memory.store import Store
-from hvcpd.people.enrolled import Person, person_path, write_person
+from hvcpd.people.enrolled import Person
 from tests.daemon.virtual import SharedRoom, devices_of, shared_room
 
 pytestmark = pytest.mark.slow

@@ -15,12 +15,12 @@ from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.enrolled_listener import _features_of, probability
 from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
-from hvcpd.people.takes import check_take
 from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Stretch

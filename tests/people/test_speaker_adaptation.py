@@ -7,12 +7,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from hvcpd.control.enrol.recordings import check_sentence
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
-from hvcpd.people.known_sentences import check_sentence, spoken
 from hvcpd.people.phones import PHONES, CtcSearch, anybodys_layer, phones_of
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.speaker_adaptation import GAP, adapted, alignment
+from hvcpd.people.speaker_adaptation import GAP, adapted, alignment, spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon

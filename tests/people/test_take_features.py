@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.sound import Sound, make_sound
+from hvcpd.control.enrol.recordings import check_take
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.bands import N_BANDS, Bands, heard_alone, levelled, logs_of, noise_of, upper_lost
 from hvcpd.people.enrolled_listener import TandemTakes, _features_of
 from hvcpd.people.phones import centred, phones_of
-from hvcpd.people.takes import check_take
-from hvcpd.people.template_decoder import Hearing, TemplateDecoder
+from hvcpd.people.template_decoder import Hearing
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies, energies_of, smoothed
 from hvcpd.synthesis.speaker import Speaker
@@ -55,8 +55,7 @@ def takes(sound: Sound) -> dict[str, dict[str, list[Energies]]]:
 
 
 def heard(takes: dict[str, dict[str, list[Energies]]], logs: Bands) -> Hearing:
-    tandem = TandemTakes(takes)
-    return TemplateDecoder(GRAPH, tandem.templates).hear(tandem.hear(logs, phones_of(centred(logs))))
+    return TandemTakes(GRAPH, takes).hear(logs, phones_of(centred(logs)))
 
 
 @pytest.mark.parametrize("noise_rms", [1e-4, 0.01])
@@ -108,10 +107,10 @@ def test_no_take_is_too_short_or_too_quiet() -> None:
 def test_features_are_computed_once_for_each_take(takes: dict[str, dict[str, list[Energies]]]) -> None:
     _features_of.cache_clear()
     for _ in range(2):  # a word is learned
-        TandemTakes(takes)
+        TandemTakes(GRAPH, takes)
     assert _features_of.cache_info().misses == len(WORDS)
 
 
 def test_without_takes_nothing_can_be_known() -> None:
     with pytest.raises(ValueError, match="no templates"):
-        TandemTakes({"anna": {}})
+        TandemTakes(GRAPH, {"anna": {}})

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.dtw import LEAP, SKIP, STAY, OnePassDtw
 from hvcpd.people.enrolled_listener import ComposedTakes
-from hvcpd.people.template_decoder import VOTE_COST, Hearing, Match, TemplateDecoder
+from hvcpd.people.template_decoder import VOTE_COST, Hearing, Match
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.templates import TemplateBank
@@ -69,8 +69,7 @@ ANNA: Takes = {"anna": {word: [one] for word, one in WORDS.items()}}
 
 
 def hearing(sound: Energies, takes: Takes = ANNA, graph: WordGraph = GRAPH) -> Hearing:
-    composed = ComposedTakes(takes)
-    return TemplateDecoder(graph, composed.templates).hear(composed.hear(sound, NOISE))
+    return ComposedTakes(graph, takes).hear(sound, NOISE)
 
 
 @pytest.mark.parametrize("words", SENTENCES)

@@ -9,15 +9,29 @@ from hypothesis import strategies as st
 from scipy.special import expit, logit
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent, WordSpan
+from hvcpd.recognition.keyword.belief import (
+    AGAIN,
+    BEGUN,
+    BOTH,
+    CERTAIN,
+    DOUBT,
+    FAIR,
+    GONE,
+    LATE,
+    LEFT,
+    MOST_DEFICIT,
+    MOST_OWN_DEFICIT,
+    SENTENCE_WAIT,
+    SURE_SENTENCE,
+    Belief,
+    Verdict,
+)
 from hvcpd.recognition.keyword.net import Probabilities
 
-SETTINGS = BeliefSettings()
 SURE = 0.999
 WORDS = ("hi", "rob", "i", "am", "bot")
-DOUBTFUL = SETTINGS.certain - 0.01
-FAIR, BOTH = SETTINGS.fair, SETTINGS.both
+DOUBTFUL = CERTAIN - 0.01
 
 
 def samples(s: float) -> int:
@@ -26,14 +40,14 @@ def samples(s: float) -> int:
 
 def sentence(begin_s: float, words: Sequence[str] = WORDS, unsure: int | None = None) -> Recognised:
     """Half a second a word, the one numbered `unsure` a little too far from what was heard."""
-    deficits = [SETTINGS.most_deficit + (0.01 if k == unsure else -0.01) for k in range(len(words))]
+    deficits = [MOST_DEFICIT + (0.01 if k == unsure else -0.01) for k in range(len(words))]
     ends = [samples(begin_s + 0.5 * k) for k in range(len(words) + 1)]
     spans = tuple(map(WordSpan, words, ends, ends[1:], [SURE] * len(words), deficits))
     return Recognised(tuple(words), "oak", spans[0].start_sample, spans[-1].end_sample, SURE, 20.0, spans)
 
 
 def hold() -> Belief:
-    return Belief(frozenset({"stop", "stopped"}))
+    return Belief(lambda *_: None)
 
 
 def word(hold: Belief, begin_s: float, probability: float = DOUBTFUL, ends: bool = False) -> Verdict:
@@ -43,33 +57,33 @@ def word(hold: Belief, begin_s: float, probability: float = DOUBTFUL, ends: bool
 
 def test_a_certain_word_counts_at_once_and_another_one_is_held_for() -> None:
     held = hold()
-    assert word(held, 1.2, SETTINGS.certain) is Verdict.SAID
+    assert word(held, 1.2, CERTAIN) is Urgent
     assert not held.held
-    assert word(held, 3.2, SETTINGS.certain - 0.01) is Verdict.HELD
+    assert word(held, 3.2, CERTAIN - 0.01) is Held
     assert held.held
 
 
 def test_a_word_that_grows_certain_is_one_word() -> None:
     held = hold()
-    assert word(held, 1.2, FAIR) is Verdict.HELD
-    assert word(held, 1.2, DOUBTFUL) is Verdict.UNCHANGED
-    assert word(held, 1.2, SETTINGS.certain) is Verdict.SAID
+    assert word(held, 1.2, FAIR) is Held
+    assert word(held, 1.2, DOUBTFUL) is None
+    assert word(held, 1.2, CERTAIN) is Urgent
 
 
 def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
     told, silent = hold(), hold()
     for held in (told, silent):
-        assert word(held, 3.0, SURE, ends=True) is Verdict.HELD
-    assert told.sentence(sentence(2.5, ("rob", "stop"))) is Verdict.RELEASED
-    at = samples(3.6 + SETTINGS.sentence_s)
-    assert silent.at(at - 1) is Verdict.UNCHANGED
-    assert silent.at(at) is Verdict.SAID
+        assert word(held, 3.0, SURE, ends=True) is Held
+    assert told.sentence(sentence(2.5, ("rob", "stop"))) is Released
+    at = samples(3.6) + SENTENCE_WAIT
+    assert silent.at(at - 1) is None
+    assert silent.at(at) is Urgent
 
 
 def test_a_sure_sentence_around_the_word_releases() -> None:
     held = hold()
-    assert word(held, 1.2) is Verdict.HELD
-    assert held.sentence(sentence(1.0)) is Verdict.RELEASED
+    assert word(held, 1.2) is Held
+    assert held.sentence(sentence(1.0)) is Released
     assert not held.held
 
 
@@ -77,7 +91,7 @@ def test_a_sure_sentence_around_the_word_releases() -> None:
 def test_an_unsure_word_at_that_time_is_the_stop(unsure: int) -> None:
     held = hold()
     word(held, 1.2)
-    assert held.sentence(sentence(1.0, unsure=unsure)) is Verdict.SAID
+    assert held.sentence(sentence(1.0, unsure=unsure)) is Urgent
     assert not held.held
 
 
@@ -85,14 +99,14 @@ def test_an_unsure_word_at_that_time_is_the_stop(unsure: int) -> None:
 def test_an_unsure_word_at_another_time_is_none(unsure: int) -> None:
     held = hold()
     word(held, 1.2)
-    assert held.sentence(sentence(1.0, unsure=unsure)) is Verdict.RELEASED
+    assert held.sentence(sentence(1.0, unsure=unsure)) is Released
 
 
 def test_an_unsure_sentence_is_the_stop() -> None:
     held = hold()
     word(held, 1.2)
-    doubtful = replace(sentence(1.0), confidence=SETTINGS.sentence_confidence - 0.01)
-    assert held.sentence(doubtful) is Verdict.SAID
+    doubtful = replace(sentence(1.0), confidence=SURE_SENTENCE - 0.01)
+    assert held.sentence(doubtful) is Urgent
 
 
 @pytest.mark.parametrize("begin_s", [0.8, 3.2, 4.0])
@@ -100,49 +114,49 @@ def test_a_word_that_the_sentence_does_not_cover_is_the_stop_or_waits(begin_s: f
     held = hold()
     word(held, begin_s, SURE, ends=True)
     later = begin_s == 4.0  # said after the sentence: another one may cover it
-    assert held.sentence(sentence(1.0)) is (Verdict.UNCHANGED if later else Verdict.SAID)
+    assert held.sentence(sentence(1.0)) is (None if later else Urgent)
     assert held.held is later
 
 
 def test_what_is_not_understood_or_lost_is_the_stop_if_that_is_certain() -> None:
     sure, doubtful = hold(), hold()
-    assert sure.unclear() is Verdict.UNCHANGED
+    assert sure.unclear() is None
     word(sure, 1.2, SURE, ends=True)
     word(doubtful, 1.2)
-    assert sure.unclear() is Verdict.SAID
-    assert sure.unclear() is Verdict.UNCHANGED
-    assert doubtful.unclear() is Verdict.UNCHANGED
+    assert sure.unclear() is Urgent
+    assert sure.unclear() is None
+    assert doubtful.unclear() is None
     assert doubtful.held
 
 
 def test_a_doubtful_word_is_let_go_after_a_while_whatever_is_said_meanwhile() -> None:
     for other_s in (None, 1.5):
         held = hold()
-        assert word(held, 1.2, DOUBTFUL) is Verdict.HELD
-        over = samples(1.8 + SETTINGS.doubt_s)
-        assert held.at(over - 1) is Verdict.UNCHANGED
+        assert word(held, 1.2, DOUBTFUL) is Held
+        over = samples(1.8) + DOUBT
+        assert held.at(over - 1) is None
         if other_s is not None:
-            assert held.unclear() is Verdict.UNCHANGED
-            assert held.sentence(sentence(other_s)) is Verdict.UNCHANGED
-        assert held.at(over) is Verdict.RELEASED
+            assert held.unclear() is None
+            assert held.sentence(sentence(other_s)) is None
+        assert held.at(over) is Released
         assert not held.held
-        assert held.at(over + 1) is Verdict.UNCHANGED
+        assert held.at(over + 1) is None
 
 
 def test_a_doubtful_word_over_a_sentence_that_shows_something_else_there_is_the_stop() -> None:
     held = hold()
-    assert word(held, 1.2, BOTH) is Verdict.HELD
-    assert held.sentence(sentence(1.0, unsure=0)) is Verdict.SAID
-    assert word(held, 6.2, BOTH - 0.01) is Verdict.HELD
-    assert held.sentence(sentence(6.0, unsure=0)) is Verdict.UNCHANGED
+    assert word(held, 1.2, BOTH) is Held
+    assert held.sentence(sentence(1.0, unsure=0)) is Urgent
+    assert word(held, 6.2, BOTH - 0.01) is Held
+    assert held.sentence(sentence(6.0, unsure=0)) is None
 
 
 @pytest.mark.parametrize("probabilities", [(DOUBTFUL, FAIR - 0.01), (FAIR - 0.01, DOUBTFUL), (FAIR, FAIR)])
 def test_two_words_that_are_not_certain_together_are_none(probabilities: tuple[float, float]) -> None:
     held = hold()
     for begin_s, chance in zip((1.2, 2.2), probabilities, strict=True):
-        assert word(held, begin_s, chance) is Verdict.HELD
-    assert held.at(samples(4.9)) is Verdict.RELEASED
+        assert word(held, begin_s, chance) is Held
+    assert held.at(samples(4.9)) is Released
 
 
 @given(st.lists(st.floats(0.0, 0.79), min_size=2, max_size=5))
@@ -150,10 +164,10 @@ def test_words_soon_after_one_another_count_once_their_log_odds_add_up(probabili
     held, odds = hold(), 1.0
     for k, chance in enumerate(probabilities):
         odds *= chance / (1.0 - chance) if chance >= FAIR else 1.0
-        count = k > 0 and chance >= FAIR and odds >= SETTINGS.certain / (1.0 - SETTINGS.certain)
+        count = k > 0 and chance >= FAIR and odds >= CERTAIN / (1.0 - CERTAIN)
         assume(abs(odds - 4.0) > 1e-6)
         verdict = word(held, 1.2 + k, chance)
-        assert (verdict is Verdict.SAID) == count
+        assert (verdict is Urgent) == count
         if count:
             return
 
@@ -163,7 +177,7 @@ def test_the_word_once_more_is_the_stop_at_once(later_s: float) -> None:
     held = hold()
     word(held, 1.2, DOUBTFUL)
     held.at(samples(1.2 + later_s))
-    assert word(held, 1.2 + later_s, DOUBTFUL) is Verdict.SAID
+    assert word(held, 1.2 + later_s, DOUBTFUL) is Urgent
     assert not held.held
 
 
@@ -171,66 +185,63 @@ def test_the_word_once_more_long_after_is_another_one() -> None:
     held = hold()
     word(held, 1.2, DOUBTFUL)
     held.at(samples(10.0))
-    assert word(held, 1.3 + SETTINGS.again_s, DOUBTFUL) is Verdict.HELD
+    assert word(held, 1.3 + AGAIN / SAMPLE_RATE_HZ, DOUBTFUL) is Held
 
 
 def test_a_word_that_a_sentence_explained_does_not_count_for_the_next_one() -> None:
     held = hold()
     word(held, 1.2, DOUBTFUL)
-    assert held.sentence(sentence(1.0)) is Verdict.RELEASED
-    assert word(held, 4.0, DOUBTFUL) is Verdict.HELD
+    assert held.sentence(sentence(1.0)) is Released
+    assert word(held, 4.0, DOUBTFUL) is Held
 
 
 def test_a_sentence_told_before_the_word_explains_it_too() -> None:
     held = hold()
     held.sentence(sentence(1.0, unsure=0))
-    assert word(held, 2.6, SURE) is Verdict.UNCHANGED
-    assert word(held, 1.2) is Verdict.HELD
+    assert word(held, 2.6, SURE) is None
+    assert word(held, 1.2) is Held
 
 
 def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
     held = hold()
     word(held, 2.1)
-    assert held.sentence(sentence(1.0, ("i", "have", "stopped"), unsure=2)) is Verdict.RELEASED
+    assert held.sentence(sentence(1.0, ("i", "have", "stopped"), unsure=2)) is Released
     word(held, 5.1)
-    assert held.sentence(sentence(5.0, ("i", "have", "stopped"), unsure=0)) is Verdict.SAID
+    assert held.sentence(sentence(5.0, ("i", "have", "stopped"), unsure=0)) is Urgent
 
 
-@pytest.mark.parametrize(("excess", "verdict"), [(-0.01, Verdict.RELEASED), (0.01, Verdict.SAID)])
+@pytest.mark.parametrize(("excess", "verdict"), [(-0.01, Released), (0.01, Urgent)])
 def test_stopped_does_not_hide_a_call_that_covers_it(excess: float, verdict: Verdict) -> None:
     held, told = hold(), sentence(1.0, ("i", "have", "stopped"))
-    covered = replace(told.spans[2], deficit=SETTINGS.most_own_deficit + excess)
-    assert word(held, 2.1) is Verdict.HELD
+    covered = replace(told.spans[2], deficit=MOST_OWN_DEFICIT + excess)
+    assert word(held, 2.1) is Held
     assert held.sentence(replace(told, spans=(*told.spans[:2], covered))) is verdict
 
 
-GONE, LEFT = SETTINGS.gone, SETTINGS.left
-
-
-def asked(left: float, call: float = SETTINGS.certain) -> Belief:
+def asked(left: float, call: float = CERTAIN) -> Belief:
     """In every sentence, these probabilities of the word and of a call are left without it."""
-    return Belief(frozenset({"stop", "stopped"}), left=lambda *_: Probabilities(left, call if left >= LEFT else 0.0))
+    return Belief(lambda *_: Probabilities(left, call if left >= LEFT else 0.0))
 
 
 @pytest.mark.parametrize("left", [0.5, 0.6, 0.77, 0.95])
 def test_a_faint_word_counts_over_a_sentence_with_what_is_left_of_it_or_as_a_certain_call(left: float) -> None:
     """In a kitchen as loud, a sentence's own "Rob" had 0.63, and 0.51 once it was subtracted."""
     least = expit(logit(BOTH) - logit(left))
-    for excess, verdict in ((-0.01, Verdict.UNCHANGED), (0.01, Verdict.SAID)):
-        held = asked(left, call=SETTINGS.certain - 0.01)
+    for excess, verdict in ((-0.01, None), (0.01, Urgent)):
+        held = asked(left, call=CERTAIN - 0.01)
         word(held, 1.2, least + excess)
         assert held.sentence(sentence(1.0, unsure=0)) is verdict
         held = asked(left)
         word(held, 1.2, least + excess)
-        assert held.sentence(sentence(1.0, unsure=0)) is Verdict.SAID
+        assert held.sentence(sentence(1.0, unsure=0)) is Urgent
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Verdict.RELEASED), (LEFT, Verdict.SAID)])
+@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Released), (LEFT, Urgent)])
 def test_what_is_left_without_the_sentence_tells_more_than_how_its_words_fit(left: float, verdict: Verdict) -> None:
     for heard in (sentence(1.0), sentence(1.0, unsure=0), sentence(1.0, ("i", "stopped", "here"))):
         for chance in (FAIR, DOUBTFUL):
             held = asked(left)
-            assert word(held, 1.2, chance) is Verdict.HELD
+            assert word(held, 1.2, chance) is Held
             assert held.sentence(heard) is verdict
 
 
@@ -238,32 +249,30 @@ def test_what_is_left_without_the_sentence_tells_more_than_how_its_words_fit(lef
 def test_where_little_is_left_the_words_of_the_sentence_tell(unsure: int | None) -> None:
     held = asked((GONE + LEFT) / 2)
     word(held, 1.2, SURE, ends=True)
-    assert held.sentence(sentence(1.0, unsure=unsure)) is (Verdict.RELEASED if unsure is None else Verdict.SAID)
+    assert held.sentence(sentence(1.0, unsure=unsure)) is (Released if unsure is None else Urgent)
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(GONE, Verdict.UNCHANGED), (LEFT, Verdict.SAID)])
+@pytest.mark.parametrize(("left", "verdict"), [(GONE, None), (LEFT, Urgent)])
 def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood(left: float, verdict: Verdict) -> None:
     held = asked(left)
     word(held, 1.2, FAIR)
-    assert held.at(samples(1.8 + SETTINGS.doubt_s)) is Verdict.RELEASED
+    assert held.at(samples(1.8) + DOUBT) is Released
     assert held.sentence(sentence(1.0, unsure=0)) is verdict
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Verdict.RELEASED), (LEFT, Verdict.SAID)])
+@pytest.mark.parametrize(("left", "verdict"), [(GONE - 0.01, Released), (LEFT, Urgent)])
 def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_heard(
     left: float, verdict: Verdict
 ) -> None:
     held = asked(left)
     held.sentence(sentence(1.0))
-    assert word(held, 2.6, FAIR) is Verdict.HELD
-    asked_at = samples(3.2 + SETTINGS.late_s)
-    assert held.at(asked_at - 1) is Verdict.UNCHANGED
+    assert word(held, 2.6, FAIR) is Held
+    asked_at = samples(3.2) + LATE
+    assert held.at(asked_at - 1) is None
     assert held.at(asked_at) is verdict
 
 
-@pytest.mark.parametrize(
-    ("call", "verdict"), [(SETTINGS.begun - 0.01, Verdict.RELEASED), (SETTINGS.begun, Verdict.SAID)]
-)
+@pytest.mark.parametrize(("call", "verdict"), [(BEGUN - 0.01, Released), (BEGUN, Urgent)])
 def test_a_sentence_begins_with_what_is_like_the_word_unless_a_call_is_surely_left(
     call: float, verdict: Verdict
 ) -> None:

@@ -13,7 +13,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.ears import MOST_WAIT, REMEMBERED, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.channel.stretches import CLATTER, CUT
-from hvcpd.recognition.channel.weighting import words_kept
+from hvcpd.recognition.channel.weighting import _blocks_of
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener, Worker
 from hvcpd.recognition.stream import Chunk
@@ -350,21 +350,21 @@ def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> No
 def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() -> None:
     listening = ears(Script([(END + 2000, guess())]))
     run(listening)
-    assert words_kept() > 0
+    assert _blocks_of.cache_info().currsize > 0
     quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
     run(listening, 0, len(quiet), quiet)
-    assert words_kept() == 0
+    assert _blocks_of.cache_info().currsize == 0
 
 
 def test_new_ears_forget_what_searches_of_the_old_ones_made() -> None:
     old = ears(Script([(END + 2000, guess())]))
     run(old)
-    assert words_kept() > 0
+    assert _blocks_of.cache_info().currsize > 0
     new = ears(Script(speech=()))
     new.succeed(old)
     quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
     run(new, 0, len(quiet), quiet)
-    assert words_kept() == 0
+    assert _blocks_of.cache_info().currsize == 0
 
 
 def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:

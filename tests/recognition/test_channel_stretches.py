@@ -48,6 +48,6 @@ def test_a_voice_that_stands_out_shows_its_end_in_any_noise() -> None:
 
 def test_what_goes_on_is_searched_again_from_its_first_beginning_whatever_path_is_best() -> None:
     ended, before = stretch(), Path.before(BOOKS["oak"], 0)
-    assert ended.unfinished is None
+    assert not ended.in_progress
     ended.result = SearchResult(in_progress=(replace(before, starts=(30_000,)), replace(before, starts=(9_000,))))
-    assert ended.unfinished == 9_000
+    assert ended.begun == 9_000

@@ -80,7 +80,7 @@ def clean_input(net: Network, seed: int) -> tuple[Input, list[str]]:
 
 def decode(net: Network, given_input: Input, beam: Beam) -> tuple[float, list[str]] | None:
     """Cost and words of the cheapest path that rests in a final node at the end."""
-    decoder = Decoder(net, N_RUNGS, STEPS, beam)
+    decoder = Decoder(net, N_RUNGS, beam)
     layout = decoder.layout
     for frame in range(len(given_input.distances)):
         if frame % HORIZON_FRAMES == 0:
@@ -189,8 +189,8 @@ def test_with_the_default_beam_it_finds_a_clean_sentence_and_what_it_costs(seed:
 def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) -> None:
     net = random_network(seed)
     (given_input, _), before = clean_input(net, seed), random_input(net, n_before, seed)
-    decoder = Decoder(net, N_RUNGS, STEPS, Beam())
-    fresh = Decoder(net, N_RUNGS, STEPS, Beam())
+    decoder = Decoder(net, N_RUNGS, Beam())
+    fresh = Decoder(net, N_RUNGS, Beam())
     for frame in range(n_before):
         layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
         hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
@@ -211,7 +211,7 @@ def test_it_follows_only_what_is_promising() -> None:
     net = random_network(4)
     given_input, _ = clean_input(net, 4)
     everything = N_RUNGS * int((net.length + AHEAD).sum())
-    decoder = Decoder(net, N_RUNGS, STEPS, Beam())
+    decoder = Decoder(net, N_RUNGS, Beam())
     sizes = []
     for frame in range(len(given_input.distances)):
         layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout

@@ -13,15 +13,22 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import N_BANDS, energies_of
-from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.net import GAPS, SIZE, SIZES, WEIGHTS, KeywordNet, Levels, Probabilities, Weights
-from hvcpd.recognition.keyword.words import (
+from hvcpd.recognition.keyword.belief import CERTAIN
+from hvcpd.recognition.keyword.net import (
     CALL_FRAMES,
     DELAY_FRAMES,
+    GAPS,
     LOOKS,
     ONE_WORD_FRAMES,
     POSSIBLE,
+    SIZE,
+    SIZES,
+    WEIGHTS,
+    KeywordNet,
     KeywordSpotter,
+    Levels,
+    Probabilities,
+    Weights,
     Word,
     second_highest,
 )
@@ -31,7 +38,6 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
 
-CERTAIN = BeliefSettings().certain
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
 
 

@@ -12,11 +12,9 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
-from hvcpd.recognition.keyword.belief import BeliefSettings
-from hvcpd.recognition.keyword.listener import KeywordEars
-from hvcpd.recognition.keyword.net import KeywordNet, Probabilities, Weights
-from hvcpd.recognition.keyword.remainder import Remainder
-from hvcpd.recognition.keyword.words import POSSIBLE
+from hvcpd.recognition.keyword.belief import CERTAIN, DOUBT, SENTENCE_WAIT
+from hvcpd.recognition.keyword.listener import KeywordEars, Residual
+from hvcpd.recognition.keyword.net import POSSIBLE, KeywordNet, Probabilities, Weights
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 from hvcpd.synthesis.lexicon import Lexicon
@@ -25,14 +23,12 @@ from hvcpd.synthesis.voices import voice_named
 from tests.recognition import test_channel_ears as channel_ears
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
-CERTAIN = BeliefSettings().certain
-WAIT_CHUNKS = round(BeliefSettings().sentence_s / 0.04)
-DOUBT_CHUNKS = round(BeliefSettings().doubt_s / 0.04)
+WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPLES
 
 
 def ears() -> KeywordEars:
     weights = Weights.load()
-    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Remainder(KeywordNet(weights)))
+    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Residual(KeywordNet(weights)))
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -82,7 +78,9 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     inner = channel_ears.ears(channel_ears.Script(speech=()))
-    events = [event for _, event in hear(KeywordEars(inner, Scripted()), channel_ears.SOUND, block)]
+    events = [
+        event for _, event in hear(KeywordEars(inner, Scripted(), Residual(Scripted())), channel_ears.SOUND, block)
+    ]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
 
@@ -137,7 +135,7 @@ class Bench:
     def __init__(self) -> None:
         self.net = Scripted()
         self.ears = Silent()
-        self.listener = KeywordEars(self.ears, self.net)
+        self.listener = KeywordEars(self.ears, self.net, Residual(self.net))
         self._frame = 0
 
     def live(self, *probabilities: float, ends: bool = False) -> list[type]:

@@ -14,23 +14,14 @@ from pathlib import Path
 from hvcpd.config.names import valid_robot_name
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences, record_takes
+from hvcpd.control.enrol.recordings import check_sentence, check_take, confusable, odd_takes
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.competition import competing_phrases
-from hvcpd.people.enrolled import (
-    MAX_TAKES,
-    Person,
-    SpokenSentence,
-    enrolled_people,
-    person_path,
-    read_person,
-    remove_person,
-    write_person,
-)
-from hvcpd.people.known_sentences import check_sentence
-from hvcpd.people.takes import check_take, confusable, odd_takes
+from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, write_person
+from hvcpd.people.enrolled import MAX_TAKES, Person, SpokenSentence
 from hvcpd.recognition.frontend import Energies
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")

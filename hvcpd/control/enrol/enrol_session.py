@@ -10,9 +10,9 @@ from typing import TextIO, TypeVar
 
 import numpy as np
 
+from hvcpd.control.enrol.recordings import check_take
 from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.people.enrolled import SpokenSentence
-from hvcpd.people.takes import check_take
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies
 

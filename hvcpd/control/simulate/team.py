@@ -18,7 +18,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people import PEOPLE_FOLDER
+from hvcpd.memory import PEOPLE_FOLDER
 from hvcpd.synthesis.likeness import name_fault, sounds_alike
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _enrolled(settings: Settings) -> dict[str, Person]:
     """People whose voices are known, by name in lower case."""
     if settings.voices == "robots" or not (settings.state_dir / PEOPLE_FOLDER).is_dir():
         return {}
-    from hvcpd.people.enrolled import enrolled_people  # not for those who have enrolled nobody: it loads the ears
+    from hvcpd.memory.people import enrolled_people  # not for those who have enrolled nobody: it loads the ears
 
     return enrolled_people(settings.state_dir)[0]
 

@@ -102,11 +102,11 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                     each.result = result
                     out += self._believed(each, result)
                     if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
-                        self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, True, each)
+                        self._open_after(each)
         for each in self._closed:
             over = self._is_over(each)
             if over or each.result is not None:
-                out += self._let_go(each, over or each.unfinished is None)
+                out += self._let_go(each, over or not each.in_progress)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
@@ -188,7 +188,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     def _close_if_due(self, stretch: OpenStretch) -> None:
         before = stretch.after
-        if before is not None and before.unfinished is None:
+        if before is not None and not before.in_progress:
             if before.result is None and not self._is_over(before):
                 return
             stretch.after, stretch.due = None, stretch.begin + CUT
@@ -214,11 +214,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         stretch.after = None
         if cut:
             stretch.end = self._now
-            self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, True, stretch)
-        before = next((each for each in self._closed if each.unfinished is not None), None)
-        whole = before is not None and before.begin >= self._whole_from
-        if before is not None and before.unfinished is not None and whole and stretch.begin - before.end < AGAIN:
-            stretch.begin = max(before.unfinished - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
+            self._open_after(stretch)
+        before = next((each for each in self._closed if each.in_progress), None)
+        if before is not None and before.begin >= self._whole_from and stretch.begin - before.end < AGAIN:
+            stretch.begin = max(before.begun - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
             stretch.earlier = before.in_progress
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
@@ -228,22 +227,25 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if self._is_dealt_with(stretch):
             stretch.result = SearchResult()
             return
-        begin = stretch.begin
-        sound, lead = self._history.around(begin - LEAD, begin, self._now)
-        origin = begin - lead
-        noticed = tuple(at - origin for at in stretch.noticed if at >= begin)
+        sound, lead = self._history.around(stretch.begin - LEAD, stretch.begin, self._now)
+        origin = stretch.begin - lead
+        noticed = tuple(at - origin for at in stretch.noticed if at >= stretch.begin)
         stretch.job = Stretch(sound, origin, lead, noticed, cut, stretch.earlier)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()
 
+    def _open_after(self, stretch: OpenStretch) -> None:
+        """Open a stretch for what goes on after another one, whose end no sign shows."""
+        self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, hidden=True, after=stretch)
+
     def _is_dealt_with(self, stretch: OpenStretch) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
-        if not stretch.held:
-            length = stretch.end - stretch.begin - EARLIER
-            reported = sum(_overlap(stretch.begin, stretch.end, each) for each in self._reported)
-            return length < SHORTEST or reported > 0.6 * length
-        return False
+        if stretch.held:
+            return False
+        length = stretch.end - stretch.begin - EARLIER
+        reported = sum(_overlap(stretch.begin, stretch.end, each) for each in self._reported)
+        return length < SHORTEST or reported > 0.6 * length
 
     def _taken(self, event: Event) -> list[Event]:
         """The events to report at once for an event of the first ears."""
@@ -263,7 +265,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             there = self._open = self._open or OpenStretch(
                 event.start_sample, event.end_sample, [event.start_sample], due
             )
-        if there.result is not None and (there.unfinished is None or self._agrees(event, there.result)):
+        if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
             return self._released(event, there.result)
         there.held.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on

@@ -14,13 +14,13 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
-from hvcpd.recognition.channel.path import Path, span_of
+from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import fitted, logistic
+from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY
-from hvcpd.recognition.renderings import GREETING, Said, Signal, Voicebook
+from hvcpd.recognition.renderings import GREETING, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0
@@ -54,7 +54,7 @@ class Evidence:
         """The probability, 0 to 1, that the sentence is right: logistic regression, fitted by `python -m
         benchmarks.fit --only channel_confidence`."""
         weights = fitted("channel_confidence")["weights"]
-        return logistic(weights["bias"] + sum(w * x for w, x in zip(weights["features"], self.features, strict=True)))
+        return curve(weights["bias"], weights["features"], self.features)
 
 
 def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:
@@ -72,40 +72,26 @@ def share_of(sound: WeightedSound, path: Path) -> float:
 
 
 @dataclass(frozen=True, eq=False)
-class _End:
-    """The second half of a known signal."""
+class _Part:
+    """A part of a known signal."""
 
-    whole: Said
-
-    @property
-    def begin(self) -> int:
-        """Its first sample."""
-        return self.whole.length // 2
-
-    @property
-    def length(self) -> int:
-        """Samples of it."""
-        return self.whole.length - self.begin
-
-    @property
-    def samples(self) -> Samples:
-        """Its sound, shape (length,)."""
-        return self.whole.samples[self.begin :]
+    length: int
+    samples: Samples
 
 
 def least_fit(sound: WeightedSound, path: Path) -> float:
     """Ratio of received to expected energy of the word that fits worst, through the path's response: about 1 if it was
     said, 0 or less if not. The second half of the last word counts as a word, since a sentence may have been cut off in
     it. Words with little expected energy do not count."""
-    end = _End(path.said[-1])
+    last, half = path.said[-1], path.said[-1].length // 2
+    end = _Part(last.length - half, last.samples[half:])
     words = zip(path.said, path.starts, strict=True)
-    there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + end.begin)])
+    there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + half)])
     fits = [1.0]
-    first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
         expected = float(path.spread @ fit.density)
         if expected >= EXPECTED:
-            fits.append(float(path.taps @ fit.correlation[SHIFT + first : SHIFT + first + n]) / expected)
+            fits.append(float(path.taps @ path.around(fit)[SHIFT:-SHIFT]) / expected)
     return min(fits)
 
 
@@ -116,9 +102,8 @@ def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
     there = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
-    first, n = span_of(len(path.taps))
     for fit in sound.fits(there):
-        heard = float(np.correlate(fit.correlation[first : first + n + 2 * SHIFT], path.taps, "valid").max())
+        heard = float(np.correlate(path.around(fit), path.taps, "valid").max())
         own = max(float(path.spread @ fit.density), TINY)
         if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
             return True

@@ -19,6 +19,7 @@ from hvcpd.recognition.channel.weighting import (
     BACK,
     SHIFT,
     TAPS,
+    Fit,
     Spectrum,
     Taps,
     WeightedSound,
@@ -107,6 +108,11 @@ class Path:
         """The `energy_weights` of its response."""
         return energy_weights(self.taps)
 
+    def around(self, fit: Fit) -> Taps:
+        """The correlation with a signal at the lags of this path's response, and SHIFT more on either side."""
+        begin = first_lag(len(self.taps))
+        return fit.correlation[begin : begin + len(self.taps) + 2 * SHIFT]
+
     def moved(self, samples: int) -> Path:
         """The same path in a sound that begins this much earlier."""
         return replace(self, starts=tuple(start + samples for start in self.starts))
@@ -136,10 +142,9 @@ class Next:
         return self.at + self.said.length
 
 
-def span_of(n: int) -> tuple[int, int]:
-    """The range of a response of `n` taps within a correlation at lags from -BACK on: its beginning, which depends on
-    how far back a long response reaches, and its length."""
-    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS), n
+def first_lag(n: int) -> int:
+    """Where a response of `n` taps begins within a correlation at lags from -BACK on: a long one reaches back."""
+    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS)
 
 
 def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Path]:
@@ -154,8 +159,7 @@ def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Pat
             for word, fit in zip(words, fits, strict=True)
         ]
     )
-    begin, _ = span_of(n_taps)
-    there = across[:, begin : begin + n_taps]
+    there = across[:, first_lag(n_taps) : first_lag(n_taps) + n_taps]
     taps = responses(own, there, n_taps)
     explained = np.einsum("ij,ij->i", taps, there) - n_taps
     return [

@@ -23,7 +23,6 @@ from hvcpd.recognition.channel.path import (
     kept,
     leaders,
     share_of_best,
-    span_of,
 )
 from hvcpd.recognition.channel.weighting import SHIFT, TAPS, Taps, WeightedSound
 from hvcpd.recognition.frontend import TINY
@@ -146,10 +145,9 @@ class ChannelSearch:
         there = [each for each in there if each[4] + each[3].length <= sound.n]
         if not there:
             return
-        begin, n = span_of(len(path.taps))
         fits = sound.fits((said, at) for *_, said, at in there)
-        across = np.stack([fit.correlation[begin : begin + n + 2 * SHIFT] for fit in fits])
-        heard = np.lib.stride_tricks.sliding_window_view(across, n, axis=1) @ path.taps
+        across = np.stack([path.around(fit) for fit in fits])
+        heard = np.lib.stride_tricks.sliding_window_view(across, len(path.taps), axis=1) @ path.taps
         shifts = heard.argmax(axis=1)
         expected = np.stack([fit.density for fit in fits]) @ path.spread
         for (word, node, later, said, at), row, shift, energy in zip(there, heard, shifts, expected, strict=True):

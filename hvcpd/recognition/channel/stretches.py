@@ -78,14 +78,14 @@ class OpenStretch:
         return self.signed >= max(SHOWN * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
 
     @property
-    def unfinished(self) -> int | None:
-        """The sample from which on speech seemed to go on at the stretch's end; None if there is none."""
-        return min((path.starts[0] for path in self.in_progress), default=None)
-
-    @property
     def in_progress(self) -> tuple[Path, ...]:
         """The paths in progress at the stretch's end, the best first."""
         return self.result.in_progress if self.result is not None else ()
+
+    @property
+    def begun(self) -> int:
+        """The sample at which the first of the paths in progress began. Raises ValueError if there is none."""
+        return min(path.starts[0] for path in self.in_progress)
 
     def note_sign(self, at: int, now: int, rises: bool, clatters: bool) -> None:
         """There were signs of speech from sample `at` up to `now`; `rises`: somebody began to speak; `clatters`: there

@@ -177,11 +177,6 @@ def forget_words() -> None:
     _blocks_of.cache_clear()
 
 
-def words_kept() -> int:
-    """Number of words whose spectra are in memory, at most WORDS_KEPT."""
-    return _blocks_of.cache_info().currsize
-
-
 class WeightedSound:
     """The received sound, whitened by its noise and by its own power, scaled to variance 1.
 

@@ -1,4 +1,5 @@
-"""Decides whether the net detected the keyword or other talk. Pure; time is in samples.
+"""Decides whether the net detected the keyword or other talk. Pure; time is in samples. The thresholds are measured
+with `benchmarks/stop.py`.
 
 The robot stands still first and decides afterwards, by the probability of a call and by the sound after it. The word
 counts as said in three cases: it is certain; it is heard again, and both together are certain; or a sentence is
@@ -10,68 +11,60 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.recognition.fitted import logit
 from hvcpd.recognition.keyword.net import Probabilities
 
+TEXTS = frozenset(("stop", "stopped"))
+"""Words of which one in a sentence accounts for the detection."""
+CERTAIN = 0.85
+"""A chance of a call from which it counts, unless a sentence may be about to end with it; chosen on the part `validate`
+(`benchmarks.keyword.curve`)."""
+SENTENCE_WAIT = SAMPLE_RATE_HZ
+"""Longest wait (1 s) for a sentence that may be about to end with the word: it is reported after 0.5 s of quiet and a
+search."""
+FAIR = 0.5
+"""Least probability that counts towards CERTAIN with other calls. Of people's talk one piece in eight minutes has it,
+of their single words one in twenty."""
+GONE = 0.12
+"""Probability below which the residual without the sentence does not contain the word."""
+LEFT = 0.4
+"""Probability from which on the residual may contain the word, and the sentence does not explain it. Between GONE and
+this, it is undecided."""
+BOTH = 0.77
+"""Least probability of a word that was said over a sentence, by the sound with the sentence and without it, as
+independent observations. Over a robot, 74 calls had 0.78 and more; sentences alone, in a kitchen as loud and in a hall,
+0.75 and less (`benchmarks.stop`, seed 0)."""
+SURE_SENTENCE = 0.9
+"""Least confidence of a sentence whose words account for the detection by their fit."""
+LATE = 3 * SAMPLE_RATE_HZ // 10
+"""Longest part (0.3 s) of a word that may still arrive after its sentence was reported."""
+MOST_DEFICIT = 0.25
+"""Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a call
+as loud, 0.36 and more where the sentence itself looks like the word."""
+MOST_OWN_DEFICIT = 0.5
+"""Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
+have stopped" left that sentence understood, with 0.66 (1 is another word)."""
+BEGUN = 0.9
+"""Least probability of a call at the beginning of a sentence, once that is removed: with an automatic gain, which falls
+at the first sound, sentences themselves had 0.83 to 0.87 there (four of 36 in the world `chain`)."""
+EDGE = 3 * SAMPLE_RATE_HZ // 20
+"""How well (0.15 s) the ends of the word are known, and those of a sentence."""
+OPENING = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
+"""Range of the time (0.1 to 0.6 s) from the beginning of a sentence to the end of a word there."""
+REMEMBERED = 12 * SAMPLE_RATE_HZ
+"""Time (12 s) for which a dropped word is remembered: the length of a sentence and the rest after it, since that may
+show that the word was said."""
+DOUBT = 2 * SAMPLE_RATE_HZ
+"""Time (2 s) for which the robot stands still for a word that is not certain."""
+AGAIN = 6 * SAMPLE_RATE_HZ
+"""Time (6 s) after the first call in which a person who sees the robots go on can say it again."""
 
-class Verdict(Enum):
-    """The verdict on the word after the latest sound."""
 
-    UNCHANGED = "nothing new"
-    HELD = "somebody may have said it; later calls will tell"
-    RELEASED = "it was other talk"
-    SAID = "somebody said it"
-
-
-@dataclass(frozen=True)
-class BeliefSettings:
-    """Thresholds that separate the word from other talk; measured with `benchmarks/stop.py`."""
-
-    certain: float = 0.85
-    """A chance of a call from which it counts, unless a sentence may be about to end with it; chosen on the part
-    `validate` (`benchmarks.keyword.curve`)."""
-    sentence_s: float = 1.0
-    """Longest wait for the end of such a sentence, which is reported after 0.5 s of quiet and a search."""
-    fair: float = 0.5
-    """Least probability that counts towards `certain` with other calls. Of people's talk one piece in eight minutes has
-    it, of their single words one in twenty."""
-    gone: float = 0.12
-    """Probability below which the residual without the sentence does not contain the word."""
-    left: float = 0.4
-    """Probability from which on the residual may contain the word, and the sentence does not explain it. Between `gone`
-    and this, it is undecided."""
-    both: float = 0.77
-    """Least probability of a word that was said over a sentence, by the sound with the sentence and without it, as
-    independent observations. Over a robot, 74 calls had 0.78 and more; sentences alone, in a kitchen as loud and in a
-    hall, 0.75 and less (`benchmarks.stop`, seed 0)."""
-    sentence_confidence: float = 0.9
-    late_s: float = 0.3
-    """Longest part of a word that may still arrive after its sentence was reported."""
-    most_deficit: float = 0.25
-    """Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a
-    call as loud, 0.36 and more where the sentence itself looks like the word."""
-    most_own_deficit: float = 0.5
-    """Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
-    have stopped" left that sentence understood, with 0.66 (1 is another word)."""
-    begun: float = 0.9
-    """Least probability of a call at the beginning of a sentence, once that is removed: with an automatic gain, which
-    falls at the first sound, sentences themselves had 0.83 to 0.87 there (four of 36 in the world `chain`)."""
-    edge_s: float = 0.15
-    """How well the ends of the word are known, and those of a sentence."""
-    opening_s: tuple[float, float] = (0.1, 0.6)
-    """Range of the time from the beginning of a sentence to the end of a word there."""
-    longest_s: float = 12.0
-    """Time for which a dropped word is remembered: the length of a sentence and the rest after it, since that may show
-    that the word was said."""
-    doubt_s: float = 2.0
-    """Time for which the robot stands still for a word that is not certain."""
-    again_s: float = 6.0
-    """Time after the first call in which a person who sees the robots go on can say it again."""
-
+Verdict = type[Held] | type[Released] | type[Urgent] | None
+"""What follows from the latest sound: stand still, go on, or stop; None: nothing new."""
 
 Left = Callable[[Recognised, int, int], Probabilities | None]
 """The probabilities of the word and of a call between two samples once the sentence is removed from the sound; None:
@@ -90,18 +83,10 @@ class _Word:
 
 
 class Belief:
-    """Takes words and sentences as they are heard. After RELEASED or SAID nothing is held."""
+    """Takes words and sentences as they are heard. After `Released` or `Urgent` nothing is held."""
 
-    def __init__(
-        self,
-        texts: frozenset[str],
-        settings: BeliefSettings | None = None,
-        left: Left | None = None,
-    ) -> None:
-        """`texts`: the written words that sound like the keyword, including the keyword itself."""
-        self._settings = settings or BeliefSettings()
-        self._left: Left = left or (lambda _sentence, _start, _end: None)
-        self._texts = texts
+    def __init__(self, left: Left) -> None:
+        self._left = left
         self._open: list[_Word] = []
         self._told: Recognised | None = None
         """The last sentence; it may be reported before the word in it."""
@@ -119,25 +104,23 @@ class Belief:
     def word(self, start: int, end: int, probability: float, now: int, sentence_ends: bool = False) -> Verdict:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
         sentence may soon account for it."""
-        s = self._settings
         before = [w for w in self._open if w.start == start]
-        wait = now + (round(s.sentence_s * SAMPLE_RATE_HZ) if sentence_ends else 0)
+        wait = now + (SENTENCE_WAIT if sentence_ends else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
-            return Verdict.UNCHANGED
-        self._ask_from = self._ask_from or now + round(s.late_s * SAMPLE_RATE_HZ)
+            return None
+        self._ask_from = self._ask_from or now + LATE
         self._open = [*(w for w in self._open if w.start != start), word]
         if self._is_said_again(word) or self._is_certain(word, now):
             return self._said()
-        return Verdict.UNCHANGED if before else Verdict.HELD
+        return None if before else Held
 
     def sentence(self, sentence: Recognised) -> Verdict:
         """A sentence was understood."""
         self._told = sentence
-        edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
         explained = []
-        for word in [w for w in (*self._open, *self._let_go) if w.start < sentence.end_sample - edge]:
+        for word in [w for w in (*self._open, *self._let_go) if w.start < sentence.end_sample - EDGE]:
             is_there = self._is_within(sentence, word) or self._is_opened(sentence, word)
             left = self._left(sentence, word.start, word.end) if is_there else None
             if self._explains(sentence, word, left):
@@ -147,66 +130,60 @@ class Belief:
         is_news = any(word in self._open for word in explained)
         self._open = [word for word in self._open if word not in explained]
         self._let_go = [word for word in self._let_go if word not in explained]
-        return Verdict.RELEASED if is_news and not self.held else Verdict.UNCHANGED
+        return Released if is_news and not self.held else None
 
     def unclear(self) -> Verdict:
         """Speech was not understood, or was lost."""
         self._told = None
-        return self._said() if any(map(self._is_sure, self._open)) else Verdict.UNCHANGED
+        return self._said() if any(map(self._is_sure, self._open)) else None
 
     def at(self, now: int) -> Verdict:
         """Time went on to sample `now`."""
-        s = self._settings
         if self._ask_from is not None and now >= self._ask_from:
             self._ask_from = None
-            if self._told is not None and (verdict := self.sentence(self._told)) is not Verdict.UNCHANGED:
+            if self._told is not None and (verdict := self.sentence(self._told)) is not None:
                 return verdict
         if any(self._is_certain(word, now) for word in self._open):
             return self._said()
-        self._let_go = [w for w in self._let_go if now - w.told < s.longest_s * SAMPLE_RATE_HZ]
-        weak = [w for w in self._open if not self._is_sure(w) and now - w.told >= s.doubt_s * SAMPLE_RATE_HZ]
+        self._let_go = [w for w in self._let_go if now - w.told < REMEMBERED]
+        weak = [w for w in self._open if not self._is_sure(w) and now - w.told >= DOUBT]
         if not weak:
-            return Verdict.UNCHANGED
+            return None
         self._let_go += weak
         self._open = [word for word in self._open if word not in weak]
-        return Verdict.UNCHANGED if self.held else Verdict.RELEASED
+        return None if self.held else Released
 
     def _is_certain(self, word: _Word, now: int) -> bool:
         return self._is_sure(word) and now >= word.certain_from
 
     def _is_sure(self, word: _Word) -> bool:
-        return word.probability >= self._settings.certain
+        return word.probability >= CERTAIN
 
     def _is_over(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
         """Whether it was said over the sentence, in which something else was heard there."""
-        s = self._settings
         if left is None:
-            return word in self._open and word.probability >= s.both and self._is_within(sentence, word)
-        return left.call >= s.certain or logit(word.probability) + logit(left.word) >= logit(s.both)
+            return word in self._open and word.probability >= BOTH and self._is_within(sentence, word)
+        return left.call >= CERTAIN or logit(word.probability) + logit(left.word) >= logit(BOTH)
 
     def _is_said_again(self, word: _Word) -> bool:
         """Whether this word and the unexplained ones shortly before it are certain together: as independent
         observations, their log odds add up."""
-        s = self._settings
-        edge, longest = (round(seconds * SAMPLE_RATE_HZ) for seconds in (s.edge_s, s.again_s))
-        before = [w for w in (*self._open, *self._let_go) if w.end - edge <= word.start]
-        fair = [w.probability for w in before if word.told - w.told <= longest and w.probability >= s.fair]
+        before = [w for w in (*self._open, *self._let_go) if w.end - EDGE <= word.start]
+        fair = [w.probability for w in before if word.told - w.told <= AGAIN and w.probability >= FAIR]
         together = logit(word.probability) + sum(map(logit, fair))
-        return bool(fair) and word.probability >= s.fair and together >= logit(s.certain)
+        return bool(fair) and word.probability >= FAIR and together >= logit(CERTAIN)
 
     def _said(self) -> Verdict:
         self._open.clear()
         self._let_go.clear()
-        return Verdict.SAID
+        return Urgent
 
     def _is_within(self, sentence: Recognised, word: _Word) -> bool:
-        edge = round(self._settings.edge_s * SAMPLE_RATE_HZ)
-        return sentence.start_sample - edge <= word.start and word.end <= sentence.end_sample + edge
+        return sentence.start_sample - EDGE <= word.start and word.end <= sentence.end_sample + EDGE
 
     def _is_opened(self, sentence: Recognised, word: _Word) -> bool:
         """Whether the sentence began with the word."""
-        first, last = (round(seconds * SAMPLE_RATE_HZ) for seconds in self._settings.opening_s)
-        return first <= word.end - sentence.start_sample <= last
+        return OPENING[0] <= word.end - sentence.start_sample <= OPENING[1]
 
     def _accounts_for(self, told: Recognised, word: _Word) -> bool:
         """Whether a sentence reported earlier explains it: the residual without that sentence is not complete yet."""
@@ -216,19 +193,18 @@ class Belief:
     def _shows(self, sentence: Recognised, word: _Word) -> bool:
         """Whether the sentence contains the word, or one that includes it, at this place."""
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        return any(span.word in self._texts and span.deficit <= self._settings.most_own_deficit for span in there)
+        return any(span.word in TEXTS and span.deficit <= MOST_OWN_DEFICIT for span in there)
 
     def _explains(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
         """Whether only the sentence was heard where the word was detected."""
-        s = self._settings
         if left is not None and self._is_opened(sentence, word):
-            return left.call < s.begun
+            return left.call < BEGUN
         if not self._is_within(sentence, word):
             return False
-        if left is not None and (left.word < s.gone or left.word >= s.left):
-            return left.word < s.gone  # the sound itself decides: the words' deficits add nothing
+        if left is not None and (left.word < GONE or left.word >= LEFT):
+            return left.word < GONE  # the sound itself decides: the words' deficits add nothing
         if self._shows(sentence, word):
             return True  # the sentence itself names its addressee
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        sure = bool(there) and sentence.confidence >= s.sentence_confidence
-        return sure and all(span.deficit <= s.most_deficit for span in there)
+        sure = bool(there) and sentence.confidence >= SURE_SENTENCE
+        return sure and all(span.deficit <= MOST_DEFICIT for span in there)

@@ -3,35 +3,87 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
-from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
-from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.keyword.belief import Belief, BeliefSettings, Verdict
-from hvcpd.recognition.keyword.remainder import Remainder
-from hvcpd.recognition.keyword.words import KeywordSpotter, Net
-from hvcpd.recognition.stream import CHUNK_SAMPLES, Chunk
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
+from hvcpd.recognition.keyword.belief import Belief, Verdict
+from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, second_highest
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 
-TEXTS = frozenset(("stop", "stopped"))
-"""Words of which one in a sentence accounts for the detection."""
 CALL = "stop"
-LAST_WORD, LATE = 4 * SAMPLE_RATE_HZ // 5, 3 * SAMPLE_RATE_HZ // 10
-"""Samples before (0.8 s) and after (0.3 s) the end of a sentence within which its last word is detected."""
+LAST_WORD = 4 * SAMPLE_RATE_HZ // 5
+"""Samples (0.8 s) before the end of a sentence from which on its last word is detected."""
+AFTER = 3 * SAMPLE_RATE_HZ // 10
+"""Samples (0.3 s) after the end of a word within which the net detects it."""
+AFTER_CALL = 3 * SAMPLE_RATE_HZ // 4
+"""Samples (0.75 s) after the end of a word within which the net knows whether it was a call."""
 SPANS_KEPT = 32
 """Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
+KEPT_CHUNKS = 300
+"""12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and the sound before it."""
+BEFORE = 3 * SAMPLE_RATE_HZ // 2
+"""The net starts this long (1.5 s) before the word: its receptive field."""
+
+
+class Residual:
+    """The sound, and the keyword in it once a sentence with known samples is subtracted.
+
+    A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that nobody
+    made. Without the sentence the call stands alone (as radio receivers cancel the stronger signal: P. Patel & J.
+    Holtzman, "Analysis of a simple successive interference cancellation scheme", IEEE JSAC 12(5), 1994).
+    """
+
+    def __init__(self, net: KeywordNet) -> None:
+        """`net`: its own instance, because it starts again each time."""
+        self._net = net
+        self._kept = deque[Samples](maxlen=KEPT_CHUNKS)
+        self._end = 0
+
+    def hear(self, chunk: Chunk) -> None:
+        """Push the next samples."""
+        first = chunk.first_frame * HOP_SAMPLES
+        if first != self._end:
+            self._kept.clear()
+        self._kept.append(chunk.samples)
+        self._end = first + len(chunk.samples)
+
+    def probabilities(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
+        """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
+        sentence; None if the sentence's samples are unknown, or no longer kept."""
+        oldest = self._end - sum(map(len, self._kept))
+        first = max(start - BEFORE, oldest)
+        if sentence.received is None or first > start:
+            return None
+        heard = np.concatenate(self._kept)[first - oldest : end + AFTER_CALL - oldest]
+        energies = energies_of(heard - sentence.received.between(first, len(heard)))
+        chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
+        self._net.reset()
+        probabilities = [self._net.hear(chunk) for chunk in chunks][(start - first) // CHUNK_SAMPLES :]
+        in_word = (end + AFTER - start) // CHUNK_SAMPLES
+        word = _highest([each.word for each in probabilities[:in_word]])
+        call = _highest([each.call for each in probabilities])
+        return Probabilities(word, call) if word is not None and call is not None else None
+
+
+def _highest(probabilities: Sequence[float]) -> float | None:
+    """The highest probability that counts; None if there are too few."""
+    windows = (probabilities[k : k + LOOKS] for k in range(len(probabilities) - LOOKS + 1))
+    return max(map(second_highest, windows), default=None)
 
 
 class KeywordEars(EarsAround):
     """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
-    def __init__(
-        self, ears: Ears, net: Net, remainder: Remainder | None = None, settings: BeliefSettings | None = None
-    ) -> None:
+    def __init__(self, ears: Ears, net: KeywordNet, residual: Residual) -> None:
         super().__init__(ears)
         self._spotter = KeywordSpotter(net)
-        self._remainder = remainder
-        self._belief = Belief(TEXTS, settings, remainder.probabilities if remainder is not None else None)
+        self._residual = residual
+        self._belief = Belief(residual.probabilities)
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
@@ -53,7 +105,7 @@ class KeywordEars(EarsAround):
     def succeed(self, predecessor: KeywordEars) -> None:
         """Continue from `predecessor`, with what it knows of the keyword."""
         self._ears.succeed(predecessor._ears)
-        self._spotter, self._remainder = predecessor._spotter, predecessor._remainder
+        self._spotter, self._residual = predecessor._spotter, predecessor._residual
         self._belief, self._span, self._spans = predecessor._belief, predecessor._span, predecessor._spans
 
     def _with_calls(self, events: list[Event]) -> list[Event]:
@@ -65,8 +117,7 @@ class KeywordEars(EarsAround):
         return events + told
 
     def _hear(self, chunk: Chunk) -> list[Event]:
-        if self._remainder is not None:
-            self._remainder.hear(chunk)
+        self._residual.hear(chunk)
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told: list[Event] = []
         word = self._spotter.hear(chunk)
@@ -84,7 +135,7 @@ class KeywordEars(EarsAround):
         """The event, or garbled speech if templates alone found a call that the net did not hear."""
         if not isinstance(event, Recognised) or event.source is not Source.TEMPLATES or event.words[-1] != CALL:
             return event
-        begin, end = event.end_sample - LAST_WORD, event.end_sample + LATE
+        begin, end = event.end_sample - LAST_WORD, event.end_sample + AFTER
         heard = any(start < end and begin < last for start, last in self._spans)
         return event if heard else Garbled(event.start_sample, event.end_sample)
 
@@ -95,12 +146,4 @@ class KeywordEars(EarsAround):
 
     def _tell(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event, with the last position of the word."""
-        match verdict:
-            case Verdict.HELD:
-                return [Held(*self._span)]
-            case Verdict.RELEASED:
-                return [Released(*self._span)]
-            case Verdict.SAID:
-                return [Urgent(*self._span)]
-            case Verdict.UNCHANGED:
-                return []
+        return [verdict(*self._span)] if verdict is not None else []

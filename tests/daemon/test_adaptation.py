@@ -9,19 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.daemon.adaptation import LEAST, Adaptation
+from hvcpd.daemon.adaptation import CONFIRMED_S, LEAST, Adaptation, ConfirmedSentences
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import Claim, Confirmed, Order, TaskByNumber, ToAll, ToRobot, Utterance
-from hvcpd.people.enrolled import (
-    STRANGER,
-    Person,
-    SpokenSentence,
-    person_path,
-    read_person,
-    remove_person,
-    write_person,
-)
-from hvcpd.people.known_sentences import CONFIRMED_S, ConfirmedSentences
+from hvcpd.memory.people import person_path, read_person, remove_person, write_person
+from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import N_BANDS

@@ -1,4 +1,5 @@
-"""Takes of single words, from recordings of one word each: place, usability, and distances."""
+"""Checks of recordings that enrol a person: of one word each, its place, usability, and distance from others; and of
+a sentence whose words are known."""
 
 from __future__ import annotations
 
@@ -8,9 +9,12 @@ from itertools import combinations
 
 import numpy as np
 
-from hvcpd.people.enrolled import MAX_FRAMES, Takes, levelled
+from hvcpd.language.graph import graph_of
+from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, levelled
+from hvcpd.people.phones import CtcSearch, Pronounce, phones_of
+from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.decoder import StepCosts, dtw_column
+from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     ENERGY_FLOOR,
@@ -24,7 +28,9 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
-from hvcpd.recognition.scorer import MASK_DB
+from hvcpd.recognition.pruning import AHEAD
+from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.templates import MASK_DB
 
 FULL_SCALE = 0.985
 """Share of full scale from which a sample counts as clipped."""
@@ -50,7 +56,9 @@ CONFUSABLE = 0.9
 """Two words of a person are confusable if takes of them are nearer than this much of how far takes of one word are."""
 APART = 4.5
 """First takes of two words that are so far apart leave no doubt: the others are not compared."""
-_FAR = np.float32(1e9)
+MOST_LOSS = 1.9
+"""Of the phone net for each phone of the words, nepers. In four of Kokoro's voices at 20 dB, 108 of 108 sentences lost
+less; of 216 taken for another sentence, none did."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +129,23 @@ def check_take(sound: Samples) -> TakeCheck:
     return TakeCheck(clean, "", speech.level_dbfs, speech.snr_db)
 
 
+def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce) -> tuple[SpokenSentence | None, str]:
+    """The sentence in a recording, shape (n,), 16 kHz, of a person who was asked to say these words; or what is wrong
+    with it."""
+    speech = speech_in(sound)
+    if speech is None or speech.fault:
+        return None, speech.fault if speech is not None else NOTHING
+    start, end = speech.begin * HOP_SAMPLES, min(speech.end * HOP_SAMPLES, len(sound))
+    if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
+        return None, "it takes too long; say the sentence without long pauses"
+    sentence = spoken(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
+    search = CtcSearch(graph_of(words), pronounce)
+    fit = search.best(phones_of(sentence.logs).log_posteriors)
+    if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
+        return None, "that was not the sentence, or it was hardly to be understood"
+    return sentence, ""
+
+
 def _noise(energies: Energies, power: np.ndarray) -> Energies:
     """Mean energies of the noise around the word, shape (N_BANDS,); next to none if the recording was cut at it."""
     n = max(round(EDGE_S * SAMPLE_RATE_HZ / HOP_SAMPLES), 1)
@@ -167,14 +192,15 @@ def distance(one: Features, other: Features) -> float:
 def _cost(heard: Features, template: Features) -> float:
     """DTW cost of one take against the other, per frame of the first."""
     squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
-    distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ((0, 0), (2, 0)), constant_values=_FAR).astype(np.float32)
-    costs = np.full(distances.shape[1], _FAR, np.float32)
-    costs[1] = 0.0  # from which the first frame is one step, the second one skip
-    out = np.full_like(costs, _FAR)
+    ahead = ((0, 0), (AHEAD, 0))
+    distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ahead, constant_values=UNREACHABLE).astype(np.float32)
+    costs = np.full(distances.shape[1], UNREACHABLE, np.float32)
+    costs[AHEAD - 1] = 0.0  # from which the first frame is one step, the second one skip
+    out = np.full_like(costs, UNREACHABLE)
     for row in distances:
         dtw_column(costs, row, StepCosts(), out)
         costs, out = out, costs
-        out[:2] = costs[:2] = _FAR
+        out[:AHEAD] = costs[:AHEAD] = UNREACHABLE
     return float(costs[-1]) / len(heard)
 
 

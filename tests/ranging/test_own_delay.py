@@ -9,7 +9,7 @@ import pytest
 
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.overhearing import MOST_DELAY_S, OwnDelay
+from hvcpd.ranging.own_delay import MOST_DELAY_S, OwnDelay
 
 BLOCK = 400
 RT60_S = 0.45

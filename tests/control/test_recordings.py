@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.people.takes import check_take, confusable, distance, features, odd_takes
+from hvcpd.control.enrol.recordings import check_take, confusable, distance, features, odd_takes
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from tests.recognition.signals import word
 

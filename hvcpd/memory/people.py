@@ -1,0 +1,185 @@
+"""Files of enrolled people, one for each, which may come from anywhere.
+
+They hold energies, not recordings: these have a tenth of the size, and they cannot be played back as speech.
+"""
+
+from __future__ import annotations
+
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
+from hvcpd.errors import StoreError, unwritable
+from hvcpd.memory import PEOPLE_FOLDER
+from hvcpd.people.bands import N_BANDS as NET_BANDS
+from hvcpd.people.enrolled import (
+    MAX_FRAMES,
+    MAX_SENTENCE_FRAMES,
+    MAX_SENTENCES,
+    MAX_TAKES,
+    MIN_FRAMES,
+    Logs,
+    Person,
+    SpokenSentence,
+)
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
+
+FORMAT = 2
+"""Version of the file format; raised with every change of it, or of the front ends' bands."""
+READABLE = (1, FORMAT)
+"""Version 1 has no sentences."""
+SUFFIX = ".npz"
+MAX_FILE_BYTES = 32_000_000
+"""The phrasebook's 100 words in MAX_TAKES takes have 6 MB unpacked; a file that is larger is none of ours."""
+MAX_WORDS = 1000
+MAX_SENTENCE_WORDS = 40
+_SENTENCE, _SAID = "sentence ", "said"
+"""Names of arrays in a file: of each sentence, and of the words of all; no word has a space."""
+MAX_LOG = 40.0
+"""Of an energy's natural logarithm, either way: 174 dB."""
+
+
+def person_path(state_dir: Path, name: str) -> Path:
+    """The path of a person's file."""
+    return state_dir / PEOPLE_FOLDER / f"{name.lower()}{SUFFIX}"
+
+
+_BROKEN = (ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+"""What zipfile and numpy raise for files that are damaged, or were made to do harm."""
+
+
+def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]]:
+    """All enrolled people, by name in lower case, and the faults of unusable files."""
+    folder = state_dir / PEOPLE_FOLDER
+    files = sorted(folder.glob(f"[!.]*{SUFFIX}")) if folder.is_dir() else []
+    people: dict[str, Person] = {}
+    faults = []
+    for path in files:
+        try:
+            person = read_person(path)
+        except StoreError as error:
+            faults.append(str(error))
+        else:
+            people[person.name.lower()] = person
+    return people, tuple(faults)
+
+
+def write_person(path: Path, person: Person) -> None:
+    """Write the file whole, for its owner and group alone. Raises StoreError."""
+    arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
+    head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
+    partial = path.with_name(f".{path.name}.new")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.unlink(missing_ok=True)
+        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
+        with os.fdopen(handle, "wb") as file:
+            # The energies' digits beyond float16's of the logarithm are noise of the microphone.
+            logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
+            heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
+            said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
+            named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
+            np.savez_compressed(file, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    except OSError as error:
+        raise StoreError(unwritable(path, error, "run this as the daemon's user, or name another place")) from error
+
+
+def remove_person(path: Path) -> bool:
+    """Forget a person; return whether there was one. Raises StoreError."""
+    try:
+        path.unlink()
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise StoreError(f"{path} cannot be deleted ({error.strerror}); run this as the daemon's user") from error
+    return True
+
+
+def read_person(path: Path) -> Person:
+    """Read the person from an untrusted file. Raises StoreError that names the file and the fault."""
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise _WrongError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_FILE_BYTES:
+                raise _WrongError(f"unpacked it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
+        with np.load(path, allow_pickle=False) as file:
+            return _person(file)
+    except _WrongError as wrong:
+        raise StoreError(f"{path}: this is not an enrolment by hvcpd: {wrong}; enrol the person again") from None
+    except OSError as error:
+        raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
+    except _BROKEN as error:
+        raise StoreError(f"{path}: this is not an enrolment by hvcpd ({error}); enrol the person again") from None
+
+
+class _WrongError(Exception):
+    """The error for a faulty file."""
+
+
+def _filters() -> np.ndarray:
+    """The centre of each band, as a fingerprint of the front end."""
+    filters = mel_filterbank()
+    return np.asarray((np.arange(len(filters)) @ filters / filters.sum(axis=0)).astype(np.float32))
+
+
+def _person(file: Mapping[str, np.ndarray]) -> Person:
+    head, filters, name = file["head"], file["filters"], file["name"]
+    is_ours = head.shape == (3,) and head.dtype.kind == "i" and tuple(head[1:]) == (N_BANDS, HOP_SAMPLES)
+    _require(is_ours and head[0] in READABLE, "it was made by another version")
+    is_like = filters.shape == (N_BANDS,) and filters.dtype.kind == "f" and np.allclose(filters, _filters())
+    _require(is_like, "it was made with another front end")
+    is_name = name.shape == () and name.dtype.kind == "U" and name.dtype.itemsize <= 4 * MAX_NAME_LENGTH
+    _require(is_name, "it names nobody")
+    fault = valid_robot_name(str(name))
+    _require(fault is None, fault or "")
+    keys = [key for key in file if key not in ("head", "name", "filters", _SAID) and not key.startswith(_SENTENCE)]
+    _require(len(keys) <= MAX_WORDS * MAX_TAKES, "it has too many takes")
+    takes: dict[str, list[Energies]] = {}
+    for key in sorted(keys):
+        word, _, number = key.partition("/")
+        _require(_is_word(word), "a take is of no word")
+        _require(number.isdecimal() and int(number) < MAX_TAKES, f"a take of '{word}' has no number")
+        logs = _logs(file[key], N_BANDS, MAX_FRAMES, f"a take of '{word}'")
+        takes.setdefault(word, []).append(np.exp(logs))
+    return Person(str(name), takes, _sentences(file))
+
+
+def _sentences(file: Mapping[str, np.ndarray]) -> tuple[SpokenSentence, ...]:
+    if _SAID not in file:
+        return ()
+    said = file[_SAID]
+    is_text = said.dtype.kind == "U" and said.ndim == 1 and len(said) <= MAX_SENTENCES
+    _require(is_text, "its sentences have no words")
+    found = []
+    for number, text in enumerate(map(str, said)):
+        words = tuple(text.split(" "))
+        _require(len(words) <= MAX_SENTENCE_WORDS and all(map(_is_word, words)), "a sentence has no words")
+        logs = _logs(file[f"{_SENTENCE}{number}"], NET_BANDS, MAX_SENTENCE_FRAMES, "a sentence")
+        found.append(SpokenSentence(words, logs))
+    return tuple(found)
+
+
+def _require(holds: bool, fault: str) -> None:
+    if not holds:
+        raise _WrongError(fault)
+
+
+def _is_word(word: str) -> bool:
+    return word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH
+
+
+def _logs(logs: np.ndarray, n_bands: int, most_frames: int, what: str) -> Logs:
+    """The logarithms of energies, shape (frames, n_bands), as they are in a file."""
+    fits = logs.ndim == 2 and logs.shape[1] == n_bands and MIN_FRAMES <= len(logs) <= most_frames
+    _require(fits and logs.dtype == np.float16, f"{what} has the wrong shape")
+    _require(bool(np.isfinite(logs).all()) and float(np.abs(logs).max()) <= MAX_LOG, f"{what} holds no sound")
+    return logs.astype(np.float32)
