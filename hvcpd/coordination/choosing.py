@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import routes
+from hvcpd.coordination import routes, schedule
 from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.entry import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
@@ -55,12 +55,14 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 
 def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
     """The tasks that this robot may claim. A task for several robots counts only if another robot has claimed it, or if
-    enough robots are idle, and not soon after an unanswered call for helpers."""
+    enough robots are idle, and not soon after an unanswered call for helpers; see also `waits_for_next`."""
     me.expire(now)
-    shared = [entry for entry in me.board.entries() if entry.is_shared]
+    entries = me.board.entries()
+    shared = [entry for entry in entries if entry.is_shared]
     idle = 1 + _free_others(me, now) if shared else 0
-    later = (e.definition.number for e in shared if e.call_s > now or (e.definition.robots > idle and not e.has_room))
-    return me.board.free_for(me.role.name, now, me.role.unable.union(later))
+    later = {e.definition.number for e in shared if e.call_s > now or (e.definition.robots > idle and not e.has_room)}
+    later |= {e.definition.number for e in entries if schedule.waits_for_next(me, e, now)}
+    return me.board.free_for(me.role.name, now, me.role.unable | later)
 
 
 def next_call_s(me: Knowledge, now: float) -> float | None:
