@@ -8,7 +8,8 @@ own request: if another robot believes that it has the place, it objects, and th
 that leaves gives the place to the robot that has waited longest.
 
 The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper
-once it has listened for half a minute and heard of no other. If it is missing or was switched off, nobody answers
+once it has listened for half a minute and heard of no other. Two robots that have missed each other may both do so;
+therefore it gives the place to a robot that asks, even if it wants it as well. If it is missing or was switched off, nobody answers
 requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed, the robot that
 asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests restarts the
 count of the others.
@@ -41,8 +42,6 @@ FIRST_SLOT = 2
 """Slot of an answer from a robot that has the place only because it knows no other keeper; a keeper uses slot 0."""
 HELD_SLOT, HELD_SLOTS = 2, 3
 """First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
-REQUEST_S = 3.0
-"""Length of a request."""
 ANSWER_S = 1.5
 """From a request until an answer would have been noticed: recognition, the shortest gap, a slot, and a margin."""
 QUEUED_S = 7.0
@@ -60,8 +59,6 @@ ASKS_MAX = 6
 all of them with a probability of 0.3⁶ = 0.07 %."""
 LISTENED_S = 30.0
 """A robot that has heard nothing of a place for this long knows that nobody uses it: each use takes two sentences."""
-ALL_HEARD_S = 150.0
-"""A robot that was not heard for this long is not there: a robot that is has said five sentences or more."""
 ASKS_ALONE = 2
 """The same if no other robot was ever heard of."""
 LEASE_S = 45.0
@@ -69,10 +66,10 @@ LEASE_S = 45.0
 it hears renews the lease, because it answers."""
 REPEATED_S = 35.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
-is then repeated, and also when another robot asks and gets no answer."""
+is then repeated, by any robot that has heard it."""
 REST_S = 40.0
-"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. The robot that
-gave it would otherwise take this for the same request, and give a place that it no longer has."""
+"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. Robots that heard
+it given would otherwise take this for the same request, and give a place that another one has."""
 
 
 def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
@@ -159,14 +156,14 @@ def _is_idle(me: Knowledge, p: Pass) -> bool:
 def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
     p.waiting.pop(name, None)
     p.keep(name, now + LEASE_S)
-    p.given_s = now
-    _say_given(me, p, name, now, sure)
+    p.given_s, p.gave = now, True
+    _say_given(me, p, name, now, None if sure else FIRST_SLOT)
 
 
-def _say_given(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
-    """`sure`: this robot has been given the place. Otherwise it leaves the answer to a robot that may have been."""
-    said, topic, slot = m.PlaceGiven(p.place.name), f"give {p.place.name}", 0 if sure else FIRST_SLOT
-    composing.answer(me, name, topic, said, now, slot, tentative=not sure, still=lambda: p.keeper == name)
+def _say_given(me: Knowledge, p: Pass, name: str, now: float, slot: int | None = None) -> None:
+    """In the keeper's slot or, unless another robot speaks before it, in a later one."""
+    said, topic, others = m.PlaceGiven(p.place.name), f"give {p.place.name}", slot is not None
+    composing.answer(me, name, topic, said, now, slot or 0, tentative=others, still=lambda: p.keeper == name)
 
 
 def next_s(me: Knowledge) -> float:
@@ -202,18 +199,18 @@ def said(me: Knowledge, topic: str, now: float) -> None:
     """This robot has finished a sentence about that topic: an answer to a request may begin."""
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
-            p.asked_s, p.answer_s = now, now + ANSWER_S
+            p.began_s, p.asked_s, p.answer_s = me.floor.began_s, now, now + ANSWER_S
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
     """The time for an answer is over, and no answer was understood."""
-    somebody_spoke = me.floor.busy_since_s > p.asked_s - REQUEST_S * me.role.speech.stretch  # during or after it
+    somebody_spoke = me.floor.busy_since_s > p.began_s
     settled_s = me.floor.unsettled_until(now)
     if now < settled_s and (me.floor.busy or somebody_spoke or me.floor.speaking is not None):
         p.answer_s = settled_s
         return
     p.answer_s = math.inf
-    if somebody_spoke:
+    if me.floor.busy_since_s > p.asked_s:
         p.answered_s = now
     p.silences += not somebody_spoke
     chatter.raise_voice(me, now)
@@ -239,8 +236,7 @@ def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     heard_s = min(listened_s, now - p.answered_s)
     if p.keeper is not None or not me.roster or not me.peers.all() or heard_s < LISTENED_S:
         return p.keeper == me.role.name
-    absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
-    return own == min(absent.union(me.peers.present(now), (own,)))
+    return own == min(me.expected(now) | {own})
 
 
 def find(me: Knowledge, name: str) -> Pass | None:
@@ -257,20 +253,21 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     p.waiting[name] = (first_s, now)
     comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
     if _keeps(me, p, now):
-        if p.using or p.wanted_s is not None:
+        if p.using or (sure and p.wanted_s is not None):
             _refuse(me, p, name, now)
         else:
             _give(me, p, name, now, sure)
+            _wait(me, p, now + ASK_NEXT_S)
         return
     yield_s = YIELD_S if p.silences else ASK_NEXT_S
     _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
-    if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but the new keeper may not know
-        p.given_s = now if p.keeper == name else p.given_s
-        _say_given(me, p, p.keeper, now, sure=p.keeper == name)
     if p.keeper == name:
         p.waiting.pop(name)
+        if now - p.given_s <= REPEATED_S:
+            p.given_s = now
+            _say_given(me, p, name, now, None if p.gave else 1 + me.rank(name, 0, now))
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
@@ -304,6 +301,7 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
     else:
         p.waiting.pop(heard.to.name, None)
         p.keep(heard.to.name, now + LEASE_S)
+        p.given_s = now
         _wait(me, p, now + ASK_NEXT_S)
 
 
