@@ -67,6 +67,8 @@ it hears renews the lease, because it answers."""
 REPEATED_S = 35.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
 is then repeated, by any robot that has heard it."""
+LATELY_S = 25.0
+"""A robot that waits asks the one that was given the place this lately by name, because that one may not know it."""
 REST_S = 40.0
 """A robot that was given a place, which has since passed to another, does not ask for it again sooner. Robots that heard
 it given would otherwise take this for the same request, and give a place that another one has."""
@@ -188,11 +190,14 @@ def ask(me: Knowledge, now: float) -> None:
 def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
     """Before all turns; as urgently as an answer once the robot stands still, because it then blocks others too."""
     urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
-    me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), slot=slot, early=True), now)
+    was_given = p.held and p.keeper != me.role.name and now - p.given_s <= LATELY_S
+    request = composing.to_asker(me, p.keeper if was_given else None, m.PlaceWanted(p.place.name))
+    wants = partial(_wants, p)
+    me.floor.want(Intent(urgency, p.topic, lambda: request if wants() else None, slot=slot, early=True), now)
 
 
-def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
-    return composing.to_all(me, m.PlaceWanted(p.place.name)) if p.wanted_s is not None else None
+def _wants(p: Pass) -> bool:
+    return p.wanted_s is not None
 
 
 def said(me: Knowledge, topic: str, now: float) -> None:
@@ -249,6 +254,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     p, name, now = find(me, s.place), heard.speaker, heard.now
     if p is None or name is None:
         return
+    if is_for_me_alone(me, heard.to):
+        _note_given(me, p, now)
     first_s, _ = p.waiting.get(name, (now, now))
     p.waiting[name] = (first_s, now)
     comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
@@ -289,12 +296,9 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
         return
     p.waiting.pop(heard.speaker, None)  # it has been inside
     if is_for_me_alone(me, heard.to):
-        if p.wanted_s is not None:
-            _have(me, p, now, known=True)
-        elif not p.using and now >= p.again_s:  # otherwise it is a repetition of what was heard before
-            p.keep(me.role.name, now)
-            if p.waiting:
-                _leave(me, p, now)
+        _note_given(me, p, now)
+        if p.keeper == me.role.name and p.waiting and not p.using:
+            _leave(me, p, now)
     elif p.using:  # another robot believes that it has it
         p.announced = True
         _say_taken(me, p, now)
@@ -303,6 +307,14 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
         p.keep(heard.to.name, now + LEASE_S)
         p.given_s = now
         _wait(me, p, now + ASK_NEXT_S)
+
+
+def _note_given(me: Knowledge, p: Pass, now: float) -> None:
+    """Another robot has given this one the place, or says that it was given."""
+    if p.wanted_s is not None:
+        _have(me, p, now, known=True)
+    elif not p.using and now >= p.again_s:  # otherwise it is a repetition of what was heard before
+        p.keep(me.role.name, now)
 
 
 def _say_taken(me: Knowledge, p: Pass, now: float) -> None:
