@@ -9,10 +9,10 @@ that leaves gives the place to the robot that has waited longest.
 
 The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper
 once it has listened for half a minute and heard of no other. Two robots that have missed each other may both do so;
-therefore it gives the place to a robot that asks, even if it wants it as well. If it is missing or was switched off, nobody answers
-requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed, the robot that
-asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests restarts the
-count of the others.
+therefore it gives the place to a robot that asks, even if it wants it as well. If it is missing or was switched off,
+nobody answers requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed,
+the robot that asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests
+restarts the count of the others.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ is then repeated, by any robot that has heard it."""
 LATELY_S = 25.0
 """A robot that waits asks the one that was given the place this lately by name, because that one may not know it."""
 REST_S = 40.0
-"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. Robots that heard
-it given would otherwise take this for the same request, and give a place that another one has."""
+"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. Robots that
+heard it given would otherwise take this for the same request, and give a place that another one has."""
 
 
 def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
@@ -266,8 +266,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _give(me, p, name, now, sure)
             _wait(me, p, now + ASK_NEXT_S)
         return
-    yield_s = YIELD_S if p.silences else ASK_NEXT_S
-    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
+    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ANSWER_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
     if p.keeper == name:
@@ -335,7 +334,7 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
     if s.stands:
         p.lease_end_s = now + me.timing.absent_s
     heard_me = is_for_me_alone(me, heard.to)
-    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ASK_NEXT_S))
+    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ANSWER_S))
 
 
 def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:

@@ -150,12 +150,17 @@ def test_who_rests_in_a_place_drives_out_whatever_it_is_about_to_say(state: Stat
     assert bot.knowledge.missed.heard_work is (state in (State.ASKING, State.ASKED)), "it asks again outside"
 
 
-@pytest.mark.parametrize(("name", "other", "pause_s"), [("Bot", "Max", 1.5), ("Max", "Bot", 5.0)])
-def test_of_two_that_wait_the_first_name_asks_next(name: str, other: str, pause_s: float) -> None:
-    """Bot left the turn to Max after each request of Max, and so never asked often enough (seed 2045)."""
+@pytest.mark.parametrize(
+    ("name", "other", "silences", "pause_s"), [("Bot", "Max", 0, 1.5), ("Max", "Bot", 0, 1.5), ("Max", "Bot", 1, 12.0)]
+)
+def test_of_two_that_wait_while_nobody_answers_the_first_name_asks_next(
+    name: str, other: str, silences: int, pause_s: float
+) -> None:
+    """Bot left the turn to Max after each request of Max, and so never asked often enough (seed 2045). Zoe left it to
+    four others, that were answered, for 52 s, and nobody knew that it waited (seed 7088)."""
     p = (robot := Corridor(NAMES, (), starts=(WEST,) * 3).robots[name]).knowledge.passes[0]
     p.keep("Rob", 90.0)
-    p.wanted_s = 40.0
+    p.wanted_s, p.silences = 40.0, silences
     robot.heard(m.Utterance(other, m.ToAll(), None, m.PlaceWanted("corridor")), 50.0)
     assert p.ask_s == 50.0 + pause_s
 
@@ -270,6 +275,24 @@ def test_who_was_given_the_place_is_told_so_by_whoever_has_heard_it() -> None:
     heard(mission, "Max", "Bot", m.PlaceGiven("corridor"), 50.0, to="Rob")
     heard(mission, "Max", "Rob", m.PlaceWanted("corridor"), 60.0)
     assert gives(mission, "Max", 62.0) == ["Rob"]
+
+
+def test_a_place_that_was_just_given_is_asked_of_the_robot_that_may_not_know_it_by_name() -> None:
+    """Zoe knew that Bot had the place, and Bot did not; both waited for 90 s (seed 7006)."""
+    mission = Corridor(NAMES, (), starts=(WEST,) * 3)
+    max_ = mission.robots["Max"]
+    p = max_.knowledge.passes[0]
+    max_.knowledge.state, p.wanted_s, p.held = State.RETURNING, 40.0, True
+    heard(mission, "Max", "Rob", m.PlaceGiven("corridor"), 50.0, to="Bot")
+    said = []
+    for now in range(51, 60):
+        max_.tick(float(now))
+        said += [action.utterance for action in max_.actions(float(now)) if isinstance(action, Say)]
+    assert said == [m.Utterance("Max", m.ToRobot("Bot"), None, m.PlaceWanted("corridor"))]
+    bot = mission.robots["Bot"].knowledge.passes[0]
+    bot.wanted_s = 40.0
+    heard(mission, "Bot", "Max", m.PlaceWanted("corridor"), 60.0, to="Bot")
+    assert bot.using
 
 
 def test_that_a_place_was_given_is_not_repeated_for_another_one_that_asks() -> None:
