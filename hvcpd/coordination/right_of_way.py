@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import partial
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
@@ -146,13 +145,9 @@ def _leave(me: Knowledge, p: Pass, now: float) -> None:
     if p.waiting:
         _give(me, p, min(p.waiting, key=lambda name: p.waiting[name]), now)
     elif announced:
-        free = composing.to_all(me, m.PlaceFree(p.place.name))
-        mine = partial(_is_idle, me, p)
-        me.floor.want(Intent(Urgency.ANSWER, f"free {p.place.name}", lambda: free if mine() else None, slot=0), now)
-
-
-def _is_idle(me: Knowledge, p: Pass) -> bool:
-    return p.keeper == me.role.name and not p.using
+        own, free, topic = me.role.name, composing.to_all(me, m.PlaceFree(p.place.name)), f"free {p.place.name}"
+        told = Intent(Urgency.ANSWER, topic, lambda: free if p.keeper == own and not p.using else None, slot=0)
+        me.floor.want(told, now)
 
 
 def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
@@ -192,12 +187,8 @@ def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
     urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
     was_given = p.held and p.keeper != me.role.name and now - p.given_s <= LATELY_S
     request = composing.to_asker(me, p.keeper if was_given else None, m.PlaceWanted(p.place.name))
-    wants = partial(_wants, p)
-    me.floor.want(Intent(urgency, p.topic, lambda: request if wants() else None, slot=slot, early=True), now)
-
-
-def _wants(p: Pass) -> bool:
-    return p.wanted_s is not None
+    asked = Intent(urgency, p.topic, lambda: request if p.wanted_s is not None else None, slot=slot, early=True)
+    me.floor.want(asked, now)
 
 
 def said(me: Knowledge, topic: str, now: float) -> None:
