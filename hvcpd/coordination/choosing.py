@@ -22,7 +22,7 @@ MARGIN_S = 10.0
 
 
 def claims_max(me: Knowledge) -> int:
-    """Number of times that a sentence in need of a confirmation is said: more often while voices are heard meanwhile."""
+    """Number of times that a sentence in need of a confirmation is said: more often while voices are heard."""
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting

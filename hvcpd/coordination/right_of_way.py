@@ -228,9 +228,8 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be."""
-    listened_s, own = now - p.since_s, me.role.name.lower()
-    heard_s = min(listened_s, now - p.answered_s)
-    if p.keeper is not None or not me.roster or not me.peers.all() or heard_s < LISTENED_S:
+    own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
+    if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
         return p.keeper == me.role.name
     return own == min(me.expected(now) | {own})
 
