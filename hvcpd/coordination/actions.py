@@ -181,7 +181,7 @@ class Timing:
     """How often an unanswered claim or report is said, if others were there: at a loss of 30 % the probability that all
     of six rounds fail between two robots is (1 − 0.7²)⁶ = 1.8 %."""
     claims_among_talkers: int = 3
-    """Factor on `claims_max` if another speaker was heard meanwhile: then the air is crowded, not empty."""
+    """Greatest factor on `claims_max`, where voices are heard meanwhile: then the air is crowded, not empty."""
     claims_alone: int = 2
     """How often a claim or report is said if no other robot has been heard of, or none answered the last one."""
     stop_again_s: float = 1.2

@@ -7,7 +7,10 @@ from hvcpd.language import messages as m
 
 JUST_SPELLED_S = 20.0
 """A spelled name is not spelled again for this long: others who greet meanwhile have heard it too."""
-OPENERS = (m.HowFarAway, m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.ReportWanted, m.Completed, m.Failed)
+OPENERS = (
+    *(m.HowFarAway, m.Order, m.WhatDoing, m.WhatLeft, m.WhoHere, m.ReportWanted, m.Completed, m.Failed),
+    m.PlaceWanted,
+)
 """Statements said to one robot unasked; every other statement to one robot answers it."""
 
 OWNER_SLOT = 0

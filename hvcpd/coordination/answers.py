@@ -144,6 +144,8 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
     """
     now, speaker = heard.now, heard.speaker
     me.floor.withdraw("left")
+    if isinstance(heard.to, m.ToRobot) and (peer := me.peers.get(heard.to.name)) is not None:
+        peer.told = False
     for number in s.numbers:
         entry = me.board.find(m.TaskByNumber(number))
         if entry is not None and entry.state == DONE and entry.hearsay:

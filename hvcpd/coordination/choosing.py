@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from hvcpd.config.tasks import Place, TaskDefinition
-from hvcpd.coordination import routes
+from hvcpd.coordination import routes, schedule
 from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.entry import CLAIMED, OPEN
 from hvcpd.coordination.knowledge import Knowledge
@@ -22,14 +22,13 @@ MARGIN_S = 10.0
 
 
 def claims_max(me: Knowledge) -> int:
-    """Number of times that a sentence in need of a confirmation is said: largest if others are heard meanwhile."""
+    """Number of times that a sentence in need of a confirmation is said: more often while voices are heard."""
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
     if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting
         is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
         return me.timing.claims_alone + (me.timing.greetings_max if is_awaited else 0)
-    talkers = me.floor.busy_since_s > me.current.asked_since_s
-    return me.timing.claims_max * (me.timing.claims_among_talkers if talkers else 1)
+    return min(me.current.heard_at + me.timing.claims_max, me.timing.claims_max * me.timing.claims_among_talkers)
 
 
 def may_volunteer(me: Knowledge, now: float) -> bool:
@@ -55,12 +54,14 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 
 def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
     """The tasks that this robot may claim. A task for several robots counts only if another robot has claimed it, or if
-    enough robots are idle, and not soon after an unanswered call for helpers."""
+    enough robots are idle, and not soon after an unanswered call for helpers; see also `waits_for_next`."""
     me.expire(now)
-    shared = [entry for entry in me.board.entries() if entry.is_shared]
+    entries = me.board.entries()
+    shared = [entry for entry in entries if entry.is_shared]
     idle = 1 + _free_others(me, now) if shared else 0
-    later = (e.definition.number for e in shared if e.call_s > now or (e.definition.robots > idle and not e.has_room))
-    return me.board.free_for(me.role.name, now, me.role.unable.union(later))
+    later = {e.definition.number for e in shared if e.call_s > now or (e.definition.robots > idle and not e.has_room)}
+    later |= {e.definition.number for e in entries if schedule.waits_for_next(me, e, now)}
+    return me.board.free_for(me.role.name, now, me.role.unable | later)
 
 
 def next_call_s(me: Knowledge, now: float) -> float | None:

@@ -141,21 +141,36 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
         fire(me, Trigger.MOTION, now)
 
 
-def _answering(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance], one: bool = False) -> Reaction:
-    """A reaction in which all robots that are asked answer, or `one` for all: at once if asked alone, else in turn."""
+def _answering(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance]) -> Reaction:
+    """A reaction in which all robots that are asked answer: at once if asked alone, else in turn."""
 
     def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
-        alone, asker = is_for_me_alone(me, heard.to), heard.speaker
-        if not is_for(me, heard.to) or (one and me.state in NEWCOMER and not alone):
-            return
-        peer = me.peers.get(asker)
-        if one and peer is not None:
-            peer.assigned = None  # a robot that asks for the remaining tasks no longer has an order
-        name = asker or SOMEBODY
-        slot, call = 0 if alone else me.rank(name, 0, heard.now), name.lower() if one else None
-        me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, asker), slot=slot, call=call), heard.now)
+        if is_for(me, heard.to):
+            slot = 0 if is_for_me_alone(me, heard.to) else me.rank(heard.speaker or SOMEBODY, 0, heard.now)
+            me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, heard.speaker), slot=slot), heard.now)
 
     return reaction
+
+
+def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
+    """One robot answers for all: if the asker asks again, another one, because it believes two rather than one."""
+    alone, asker = is_for_me_alone(me, heard.to), heard.speaker
+    if not is_for(me, heard.to) or (me.state in NEWCOMER and not alone):
+        return
+    name, peer = asker or SOMEBODY, me.peers.get(asker)
+    told = peer is not None and peer.told
+    slot = 0 if alone else len(me.peers.present(heard.now)) if told else me.rank(name, 0, heard.now)
+    if peer is not None:
+        peer.assigned = None  # a robot that asks for the remaining tasks no longer has an order
+
+    def on_said() -> None:
+        if peer is not None:
+            peer.told = True
+
+    answer = Intent(
+        Urgency.ANSWER, "left", lambda: composing.left(me, asker), slot=slot, call=name.lower(), on_said=on_said
+    )
+    me.floor.want(answer, heard.now)
 
 
 REACTIONS: Reactions = {
@@ -169,5 +184,5 @@ REACTIONS: Reactions = {
     m.TurnBy: _move,
     m.WhatDoing: _answering("doing", composing.occupation),
     m.ReportWanted: _answering("report", composing.shift_report),
-    m.WhatLeft: _answering("left", composing.left, one=True),
+    m.WhatLeft: _what_left,
 }

@@ -43,9 +43,9 @@ def time_is_over(me: Knowledge, now: float) -> None:
         case State.MEETING if not me.peers.all() and me.acquaintance.greetings < me.timing.greetings_max:
             fire(me, Trigger.GAVE_UP, now)
         case State.PROPOSED | State.CHECKING | State.ASKED:
-            _again_or_give_up(me, choosing.claims_max(me), now)
+            _again_while_heard(me, now)
         case State.REPORTED if me.current.partner is None:
-            _again_or_give_up(me, choosing.claims_max(me), now)
+            _again_while_heard(me, now)
         case State.READ_BACK | State.ORDERED | State.REPORTED:
             _again_or_give_up(me, me.timing.repeats_max, now)
         case _:
@@ -66,6 +66,13 @@ def renew_lease(me: Knowledge, now: float) -> None:
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
         renewal = Intent(Urgency.TURN, "renewal", lambda: composing.renewal(me) if me.state in RENEWS else None)
         me.floor.want(renewal, now)
+
+
+def _again_while_heard(me: Knowledge, now: float) -> None:
+    """Repeat the sentence more often if voices are heard meanwhile."""
+    if me.floor.busy_since_s > me.current.asked_since_s:
+        me.current.asked_since_s, me.current.heard_at = now, me.current.repeats + 1
+    _again_or_give_up(me, choosing.claims_max(me), now)
 
 
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:

@@ -85,7 +85,7 @@ def wait_for_answer(me: Knowledge, now: float) -> None:
 
 def want_question(me: Knowledge, now: float) -> None:
     if me.current.repeats == 0:
-        me.current.asked_since_s = now
+        me.current.asked_since_s, me.current.heard_at = now, 0
     want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
 
 
@@ -137,7 +137,7 @@ def wait_for_objections(me: Knowledge, now: float) -> None:
         me.arm(now, me.timing.others_s)
         return
     if me.current.repeats == 0:
-        me.current.asked_since_s = now
+        me.current.asked_since_s, me.current.heard_at = now, 0
     slots = confirming_slot(me, now) + min(len(me.expected(now)), RANK_MAX) + waiting_slots(me, now)
     me.arm(now, me.timing.objection_s + slots * me.timing.slot_s)
 

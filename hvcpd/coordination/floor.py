@@ -138,6 +138,8 @@ class Floor:
         self.answer_slots = 0
         """Number of slots for answers after a sentence. Turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
+        self.began_s = -math.inf
+        """When this robot last began to speak."""
         self.waited_s = 0.0
         """How long the state machine's last sentence had waited for the floor."""
 
@@ -222,6 +224,7 @@ class Floor:
         late = [i for i in in_time if now - i.wanted_s > self._timing.answer_kept_s]
         self.speaking = min((i for i in due if i not in late), key=lambda i: (i.urgency, i.ready_s), default=None)
         self._intents = [i for i in self._intents if i not in late and i is not self.speaking]
+        self.began_s = now if self.speaking is not None else self.began_s
         if self.speaking is not None and self.speaking.topic == OWN_TURN:
             self.waited_s = now - self.speaking.wanted_s
         return self.speaking

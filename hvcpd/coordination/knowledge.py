@@ -69,7 +69,9 @@ class Current:
     repeats: int = 0
     """How often the sentence that waits for an answer was said without one."""
     asked_since_s: float = NEVER_S
-    """When that sentence was first said."""
+    """When that sentence was first said or, since then, a voice was last heard while it waited."""
+    heard_at: int = 0
+    """How often it had been said when a voice was last heard."""
     there: bool = False
     """Of a task for several robots: it has said that it is at its place."""
     confirmed_to: frozenset[str] = frozenset()

@@ -40,6 +40,8 @@ class Pass:
     """This robot has reached the line, and stands there."""
     ask_s: float = math.inf
     """When this robot's next request is due."""
+    began_s: float = -math.inf
+    """When this robot last began a request: a voice during it hides it from the others."""
     asked_s: float = -math.inf
     """When this robot last finished a request."""
     answer_s: float = math.inf
@@ -51,7 +53,9 @@ class Pass:
     again_s: float = -math.inf
     """This robot does not ask the keeper before then."""
     given_s: float = -math.inf
-    """When it last gave the place to the keeper, or heard that the keeper still waits for it."""
+    """When the place was last heard to be given to the keeper, or the keeper to wait for it."""
+    gave: bool = False
+    """It was this robot that gave it: it answers first when the keeper still waits for it."""
     announced: bool = False
     """This robot has said that it has the place, and says so when it leaves."""
     tell_s: float = math.inf
@@ -99,5 +103,5 @@ class Pass:
 
     def keep(self, keeper: str, lease_end_s: float) -> None:
         """This robot is the keeper from now on; forget all that was heard about giving it the place."""
-        self.taken_s = math.inf
+        self.taken_s, self.gave = math.inf, False
         self.keeper, self.lease_end_s, self.given_s, self.silences = keeper, lease_end_s, -math.inf, 0

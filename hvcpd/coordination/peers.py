@@ -46,6 +46,8 @@ class Peer:
     """It did not answer an order: it is not asked again before then."""
     silent: bool = False
     """It did not answer when all were asked, and was not heard since; or it said that it leaves."""
+    told: bool = False
+    """This robot was the last to tell it what is left."""
     assigned: int | None = None
     """The task that this robot ordered it to do and that it has not reported yet."""
     met: Place | None = None

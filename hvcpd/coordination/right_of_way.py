@@ -8,17 +8,17 @@ own request: if another robot believes that it has the place, it objects, and th
 that leaves gives the place to the robot that has waited longest.
 
 The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper
-once it has listened for half a minute and heard of no other. If it is missing or was switched off, nobody answers
-requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed, the robot that
-asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests restarts the
-count of the others.
+once it has listened for half a minute and heard of no other. Two robots that have missed each other may both do so;
+therefore it gives the place to a robot that asks, even if it wants it as well. If it is missing or was switched off,
+nobody answers requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed,
+the robot that asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests
+restarts the count of the others.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import partial
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
@@ -41,8 +41,6 @@ FIRST_SLOT = 2
 """Slot of an answer from a robot that has the place only because it knows no other keeper; a keeper uses slot 0."""
 HELD_SLOT, HELD_SLOTS = 2, 3
 """First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
-REQUEST_S = 3.0
-"""Length of a request."""
 ANSWER_S = 1.5
 """From a request until an answer would have been noticed: recognition, the shortest gap, a slot, and a margin."""
 QUEUED_S = 7.0
@@ -60,8 +58,6 @@ ASKS_MAX = 6
 all of them with a probability of 0.3⁶ = 0.07 %."""
 LISTENED_S = 30.0
 """A robot that has heard nothing of a place for this long knows that nobody uses it: each use takes two sentences."""
-ALL_HEARD_S = 150.0
-"""A robot that was not heard for this long is not there: a robot that is has said five sentences or more."""
 ASKS_ALONE = 2
 """The same if no other robot was ever heard of."""
 LEASE_S = 45.0
@@ -69,10 +65,12 @@ LEASE_S = 45.0
 it hears renews the lease, because it answers."""
 REPEATED_S = 35.0
 """A robot that was given a place and keeps asking for it, without a longer break, has not heard the answer. The answer
-is then repeated, and also when another robot asks and gets no answer."""
+is then repeated, by any robot that has heard it."""
+LATELY_S = 25.0
+"""A robot that waits asks the one that was given the place this lately by name, because that one may not know it."""
 REST_S = 40.0
-"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. The robot that
-gave it would otherwise take this for the same request, and give a place that it no longer has."""
+"""A robot that was given a place, which has since passed to another, does not ask for it again sooner. Robots that
+heard it given would otherwise take this for the same request, and give a place that another one has."""
 
 
 def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
@@ -147,26 +145,22 @@ def _leave(me: Knowledge, p: Pass, now: float) -> None:
     if p.waiting:
         _give(me, p, min(p.waiting, key=lambda name: p.waiting[name]), now)
     elif announced:
-        free = composing.to_all(me, m.PlaceFree(p.place.name))
-        mine = partial(_is_idle, me, p)
-        me.floor.want(Intent(Urgency.ANSWER, f"free {p.place.name}", lambda: free if mine() else None, slot=0), now)
-
-
-def _is_idle(me: Knowledge, p: Pass) -> bool:
-    return p.keeper == me.role.name and not p.using
+        own, free, topic = me.role.name, composing.to_all(me, m.PlaceFree(p.place.name)), f"free {p.place.name}"
+        told = Intent(Urgency.ANSWER, topic, lambda: free if p.keeper == own and not p.using else None, slot=0)
+        me.floor.want(told, now)
 
 
 def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
     p.waiting.pop(name, None)
     p.keep(name, now + LEASE_S)
-    p.given_s = now
-    _say_given(me, p, name, now, sure)
+    p.given_s, p.gave = now, True
+    _say_given(me, p, name, now, None if sure else FIRST_SLOT)
 
 
-def _say_given(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
-    """`sure`: this robot has been given the place. Otherwise it leaves the answer to a robot that may have been."""
-    said, topic, slot = m.PlaceGiven(p.place.name), f"give {p.place.name}", 0 if sure else FIRST_SLOT
-    composing.answer(me, name, topic, said, now, slot, tentative=not sure, still=lambda: p.keeper == name)
+def _say_given(me: Knowledge, p: Pass, name: str, now: float, slot: int | None = None) -> None:
+    """In the keeper's slot or, unless another robot speaks before it, in a later one."""
+    said, topic, others = m.PlaceGiven(p.place.name), f"give {p.place.name}", slot is not None
+    composing.answer(me, name, topic, said, now, slot or 0, tentative=others, still=lambda: p.keeper == name)
 
 
 def next_s(me: Knowledge) -> float:
@@ -191,29 +185,28 @@ def ask(me: Knowledge, now: float) -> None:
 def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
     """Before all turns; as urgently as an answer once the robot stands still, because it then blocks others too."""
     urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
-    me.floor.want(Intent(urgency, p.topic, partial(_request, me, p), slot=slot, early=True), now)
-
-
-def _request(me: Knowledge, p: Pass) -> m.Utterance | None:
-    return composing.to_all(me, m.PlaceWanted(p.place.name)) if p.wanted_s is not None else None
+    was_given = p.held and p.keeper != me.role.name and now - p.given_s <= LATELY_S
+    request = composing.to_asker(me, p.keeper if was_given else None, m.PlaceWanted(p.place.name))
+    asked = Intent(urgency, p.topic, lambda: request if p.wanted_s is not None else None, slot=slot, early=True)
+    me.floor.want(asked, now)
 
 
 def said(me: Knowledge, topic: str, now: float) -> None:
     """This robot has finished a sentence about that topic: an answer to a request may begin."""
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
-            p.asked_s, p.answer_s = now, now + ANSWER_S
+            p.began_s, p.asked_s, p.answer_s = me.floor.began_s, now, now + ANSWER_S
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
     """The time for an answer is over, and no answer was understood."""
-    somebody_spoke = me.floor.busy_since_s > p.asked_s - REQUEST_S * me.role.speech.stretch  # during or after it
+    somebody_spoke = me.floor.busy_since_s > p.began_s
     settled_s = me.floor.unsettled_until(now)
     if now < settled_s and (me.floor.busy or somebody_spoke or me.floor.speaking is not None):
         p.answer_s = settled_s
         return
     p.answer_s = math.inf
-    if somebody_spoke:
+    if me.floor.busy_since_s > p.asked_s:
         p.answered_s = now
     p.silences += not somebody_spoke
     chatter.raise_voice(me, now)
@@ -235,12 +228,10 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be."""
-    listened_s, own = now - p.since_s, me.role.name.lower()
-    heard_s = min(listened_s, now - p.answered_s)
-    if p.keeper is not None or not me.roster or not me.peers.all() or heard_s < LISTENED_S:
+    own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
+    if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
         return p.keeper == me.role.name
-    absent = me.roster if listened_s < ALL_HEARD_S else frozenset()
-    return own == min(absent.union(me.peers.present(now), (own,)))
+    return own == min(me.expected(now) | {own})
 
 
 def find(me: Knowledge, name: str) -> Pass | None:
@@ -253,24 +244,26 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     p, name, now = find(me, s.place), heard.speaker, heard.now
     if p is None or name is None:
         return
+    if is_for_me_alone(me, heard.to):
+        _note_given(me, p, now)
     first_s, _ = p.waiting.get(name, (now, now))
     p.waiting[name] = (first_s, now)
     comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
     if _keeps(me, p, now):
-        if p.using or p.wanted_s is not None:
+        if p.using or (sure and p.wanted_s is not None):
             _refuse(me, p, name, now)
         else:
             _give(me, p, name, now, sure)
+            _wait(me, p, now + ASK_NEXT_S)
         return
-    yield_s = YIELD_S if p.silences else ASK_NEXT_S
-    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
+    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ANSWER_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
-    if now - p.given_s <= REPEATED_S and p.keeper is not None:  # by this robot, but the new keeper may not know
-        p.given_s = now if p.keeper == name else p.given_s
-        _say_given(me, p, p.keeper, now, sure=p.keeper == name)
     if p.keeper == name:
         p.waiting.pop(name)
+        if now - p.given_s <= REPEATED_S:
+            p.given_s = now
+            _say_given(me, p, name, now, None if p.gave else 1 + me.rank(name, 0, now))
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
@@ -292,19 +285,25 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
         return
     p.waiting.pop(heard.speaker, None)  # it has been inside
     if is_for_me_alone(me, heard.to):
-        if p.wanted_s is not None:
-            _have(me, p, now, known=True)
-        elif not p.using and now >= p.again_s:  # otherwise it is a repetition of what was heard before
-            p.keep(me.role.name, now)
-            if p.waiting:
-                _leave(me, p, now)
+        _note_given(me, p, now)
+        if p.keeper == me.role.name and p.waiting and not p.using:
+            _leave(me, p, now)
     elif p.using:  # another robot believes that it has it
         p.announced = True
         _say_taken(me, p, now)
     else:
         p.waiting.pop(heard.to.name, None)
         p.keep(heard.to.name, now + LEASE_S)
+        p.given_s = now
         _wait(me, p, now + ASK_NEXT_S)
+
+
+def _note_given(me: Knowledge, p: Pass, now: float) -> None:
+    """Another robot has given this one the place, or says that it was given."""
+    if p.wanted_s is not None:
+        _have(me, p, now, known=True)
+    elif not p.using and now >= p.again_s:  # otherwise it is a repetition of what was heard before
+        p.keep(me.role.name, now)
 
 
 def _say_taken(me: Knowledge, p: Pass, now: float) -> None:
@@ -325,7 +324,7 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
     if s.stands:
         p.lease_end_s = now + me.timing.absent_s
     heard_me = is_for_me_alone(me, heard.to)
-    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ASK_NEXT_S))
+    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ANSWER_S))
 
 
 def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:

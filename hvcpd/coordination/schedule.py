@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.config.recurrence import Recurrence
-from hvcpd.coordination.entry import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.language import messages as m
 
@@ -133,15 +133,28 @@ def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
 
 def begin_what_comes(me: Knowledge, entry: Entry, now: float, within_s: float = SKEW_S) -> bool:
     """The entry now describes the coming occurrence, if that is so near by this robot's clock; whether it is."""
-    every = entry.definition.every
-    if every is None or me.clock_s is None:
-        return False
-    wall_s = now + me.clock_s
-    coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
-    if coming_s is None or coming_s - wall_s > within_s:
+    every, coming_s = entry.definition.every, _coming_s(me, entry, now, within_s)
+    if every is None or coming_s is None:
         return False
     _number(entry, every, coming_s)
     return True
+
+
+def waits_for_next(me: Knowledge, entry: Entry, now: float) -> bool:
+    """Whether a robot that has still to ask what is left leaves a task until it is due again: others may have done it,
+    and would take a claim so shortly before the next time for one of that time."""
+    return me.missed.heard_work and entry.state == OPEN and _coming_s(me, entry, now, 2.0 * SKEW_S) is not None
+
+
+def _coming_s(me: Knowledge, entry: Entry, now: float, within_s: float) -> float | None:
+    """When the occurrence after the one that the entry describes is due, s since 1970; None if that is later than
+    `within_s` from now by this robot's clock, or unknown."""
+    every = entry.definition.every
+    if every is None or me.clock_s is None:
+        return None
+    wall_s = now + me.clock_s
+    coming_s = every.next(max(entry.due_s, wall_s) if entry.due_s is not None else wall_s)
+    return coming_s if coming_s is not None and coming_s - wall_s <= within_s else None
 
 
 def is_just_due(entry: Entry, now: float) -> bool:

@@ -3,6 +3,7 @@ where that was looked into. Words and seeds lead to other missions when sentence
 """
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -98,6 +99,21 @@ def test_what_one_robot_has_concluded_does_not_come_back_to_it_as_another_ones_k
     bot.heard(composing.left(rob.knowledge, "Bot"), 130.0)
     assert not bot.board[1].known_done
     assert 1 in bot.board.not_done()
+
+
+def test_who_asks_again_what_is_left_is_told_by_another_robot() -> None:
+    """It believes two robots, and asked until one had said the same list four times."""
+    mission = Mission(("Rob", "Bot", "Max", "Zoe"), plants(1), seed=3, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    for name in ("Bot", "Max", "Zoe"):
+        mission.robots[name].board.complete(1, "Bot")
+    for at_s in (61.0, 81.0, 101.0):
+        mission.hear(at_s, "Hi all, I am Rob, what is left")
+    mission.air.run_until(120.0)
+    told = [who for at_s, who, u in mission.said if isinstance(u.statement, m.Left)]
+    assert len(told) >= 3
+    assert all(one != other for one, other in pairwise(told))
+    assert mission.robots["Rob"].board[1].known_done
 
 
 @pytest.mark.parametrize("hearsay", [False, True])

@@ -70,16 +70,28 @@ def test_who_was_not_heard_for_long_is_asked_as_often_as_others_once() -> None:
     assert choosing.claims_max(rob) == mission.plan.timing.claims_alone
 
 
-def test_a_voice_that_is_not_understood_is_not_silence() -> None:
-    """Rob understood none of six objections, and did what was done (seed 800661 of the missions over days)."""
+@pytest.mark.parametrize(("voices", "times"), [(0, 6), (1, 7), (4, 10), (20, 18)])
+def test_a_claim_is_said_until_nobody_was_heard_for_six_times(voices: int, times: int) -> None:
+    """Rob understood none of six objections, and did what was done (seed 800661 of the missions over days); it said its
+    claim eighteen times after Bot had vanished."""
     mission = Mission(("Rob", "Bot"), plants(2), seed=1)
-    mission.run()
-    rob, now = mission.robots["Rob"], mission.air.now + 100.0
-    rob.knowledge.current.asked_since_s = now
-    assert choosing.claims_max(rob.knowledge) == mission.plan.timing.claims_max
-    rob.channel(True, now + 5.0)
-    rob.channel(False, now + 8.0)
-    assert choosing.claims_max(rob.knowledge) == 3 * mission.plan.timing.claims_max
+    mission.air.run_until(20.0)
+    rob = mission.robots["Rob"]
+    mission.fail(Outage("Bot", 20.0, None))
+    rob.knowledge.state = State.READY
+    rob.knowledge.current.clear()
+    rob.knowledge.reconsider(20.0)
+    mission.said.clear()
+    heard = 0
+    while rob.state is not State.GOING:
+        mission.air.run_until(mission.air.now + 0.25)
+        mission.air.refresh()
+        said = len(mission.said)
+        if heard < min(said, voices) and rob.state is State.PROPOSED:
+            heard = said
+            rob.channel(True, mission.air.now)
+            rob.channel(False, mission.air.now + 0.1)
+    assert len(mission.said) == times
 
 
 @pytest.mark.parametrize("n_robots", [2, 4])

@@ -156,6 +156,18 @@ def test_what_is_still_open_just_before_it_is_due_again_is_done_for_its_own_occu
     assert len(mission.done) == before + 2
 
 
+def test_who_was_off_when_it_became_due_does_not_claim_it_shortly_before_the_next_time() -> None:
+    """Bot hears nothing until then; its claim was taken for one of the next time (seed 1124072)."""
+    plan = replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], conditions=Conditions(), limit_s=3 * HOUR_S)
+    due_s = HOUR_S - BEGIN_S % HOUR_S + HOUR_S
+    off = Outage("Bot", due_s - HOUR_S - 60.0, HOUR_S - 30.0)
+    mission = WordMission(replace(plan, clocks={"Rob": 0.0, "Bot": 0.0}, outages=(off,)))
+    mission.air.misses = lambda listener, _: listener == "Bot" and mission.air.now < due_s - 40.0
+    result = mission.run()
+    assert (result.missed, result.repeated) == (0, 0)
+    assert len(mission.occurrences()) == 3
+
+
 def test_a_robot_without_a_clock_believes_one_that_has_which_time_it_is() -> None:
     """Bot has misheard what was reported done, and knows a wrong number of the last time."""
     mission = WordMission(replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], limit_s=3 * HOUR_S), keep=True)
