@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives.ciphers.aead import AESCCM
 
 from hvcpd.synthesis.voices import VOICES
 from release import arm64
-from release.deb import REPOSITORY
+from release.libraries import REPOSITORY
 
 pytestmark = [pytest.mark.arm64, pytest.mark.slow]
 
