@@ -1,8 +1,8 @@
 """Takes out of OpenBLAS for arm64 what it has for processors that no Raspberry Pi has.
 
-The library has a table of functions for each of fourteen kinds of processor, and chooses one when it is loaded
-(driver/others/dynamic_arm64.c there): CORTEXA53 on a Raspberry Pi 3, CORTEXA57 on a Pi 4, NEOVERSEN1 on a Pi 5. The
-functions for ten others, a third of the library, lie behind these in one piece. That piece is not loaded any more, and
+The library has a table of functions for each of fourteen kinds of processor, and chooses one when it is loaded:
+CORTEXA53 on a Raspberry Pi 3, CORTEXA57 on a Pi 4, ARMV8 on a Pi 5 and on what it does not know. The functions for the
+eleven others, more than a third of the library, lie behind these in one piece. That piece is not loaded any more, and
 where one of their tables was chosen, ARMV8's is now, which every processor can use.
 """
 
@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-KEPT = frozenset({"gotoblas_ARMV8", "gotoblas_CORTEXA53", "gotoblas_CORTEXA57", "gotoblas_NEOVERSEN1"})
 GENERIC = "gotoblas_ARMV8"
+KEPT = frozenset({GENERIC, "gotoblas_CORTEXA53", "gotoblas_CORTEXA57"})
 _TABLE = re.compile(r"gotoblas_[A-Z0-9]{5,}")
 
 
@@ -51,6 +51,8 @@ def without_kernels(library: bytes) -> bytes:
     symbols = _records(whole, _SYMBOL, sections[".symtab"])
     names = _names(whole, sections[".strtab"], symbols["name"])
     tables = {name: symbol for name, symbol in zip(names, symbols, strict=True) if _TABLE.fullmatch(name)}
+    if GENERIC not in tables:
+        raise ValueError("no OpenBLAS for arm64 that chooses its functions by the processor")
     others = {name: table for name, table in tables.items() if name not in KEPT}
     piece = _piece(symbols, names, {name.removeprefix("gotoblas") for name in others})
     relocations = _records(whole, _RELOCATION, sections[".rela.dyn"])
@@ -84,8 +86,6 @@ def _piece(symbols: Records, names: Sequence[str], endings: Collection[str]) -> 
     function = symbols["kind"] & 15 == _FUNCTION
     ending = np.array([name[name.rfind("_") :] for name in names])
     wanted = symbols[function & np.isin(ending, list(endings))]
-    if not len(wanted):
-        raise ValueError("OpenBLAS has no functions of its own for other processors")
     piece = range(int(wanted["address"].min()), int((wanted["address"] + wanted["size"]).max()))
     kept = function & np.isin(ending, [table.removeprefix("gotoblas") for table in KEPT])
     if _within(symbols["address"][kept], piece).any():
