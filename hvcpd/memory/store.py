@@ -245,9 +245,9 @@ class TranscriptRow:
 
 
 class TranscriptReader:
-    """Reads the transcript of a store that a daemon may be writing at the same time, and changes nothing.
+    """Reads the transcript of a store, which another object of this process may be writing, and changes nothing.
 
-    Raises StoreError when there is no such file, or it is no robot's memory.
+    Raises StoreError when there is no such file, it is no robot's memory, or another process has it open.
     """
 
     def __init__(self, path: Path) -> None:
@@ -266,9 +266,11 @@ class TranscriptReader:
         try:
             found = self._db.execute(query, (after, max(since_wall_s, -1.0), limit)).fetchall()
         except sqlite3.DatabaseError as error:
-            raise StoreError(
-                f"{self._path}: no transcript can be read from it ({error}); start the daemon once to update it"
-            ) from error
+            reason = f"no transcript can be read from it ({error}); start the daemon once to update it"
+            if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_BUSY:
+                asking = "ask that, by `hvcpctl transcript` without --memory, or end it"
+                reason = f"the robot's daemon has it open; {asking}"
+            raise StoreError(f"{self._path}: {reason}") from error
         return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
 
     def close(self) -> None:

@@ -74,8 +74,13 @@ _log = structlog.get_logger(__name__)
 
 
 def connect(path: Path) -> sqlite3.Connection:
-    """A connection that commits each statement and waits 1 s for another process."""
-    return sqlite3.connect(path, timeout=1.0, isolation_level=None)
+    """A connection that commits each statement and waits 1 s for another process.
+
+    No other process reads the file meanwhile: so SQLite's index of its journal (NAME-shm), which changes with each
+    write, is in this process's memory and not on the card (sqlite.org/vfs.html#standard_unix_vfses).
+    """
+    name = str(path) if path == IN_MEMORY else f"{path.absolute().as_uri()}?vfs=unix-excl"
+    return sqlite3.connect(name, timeout=1.0, isolation_level=None, uri=True)
 
 
 @contextmanager
