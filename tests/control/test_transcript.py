@@ -63,6 +63,16 @@ def test_a_memory_that_a_daemon_has_open_is_not_read_past_it(memory: Path) -> No
     assert told.stderr == f"hvcpctl: {memory}: the robot's daemon has it open; {remedy}\n"
 
 
+@pytest.mark.parametrize("content", [b"", b"name: Rob\n"])
+def test_a_file_that_is_no_memory_is_not_said_to_need_a_daemon(
+    content: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_bytes(content)
+    assert main(["transcript", "--memory", str(path)]) == 2
+    assert capsys.readouterr().err == f"hvcpctl: {path}: this is no robot's memory; name another with --memory FILE\n"
+
+
 def test_seals_are_told(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with closing(Store(memory)) as store:
         for seal in ("encrypted", "not trusted"):
