@@ -33,7 +33,7 @@ MAX_WAITING = 1000
 LATER_S = 300.0
 """Interval (sample clock) at which what may be lost with the process is written, the transcript above all. A card
 writes whole pages of 4 KB, and the file system its own beside them: with every change of a task
-written at once, a busy hour is 3.0 MB, and 1.4 with this (`python -m benchmarks.daemon.writes`)."""
+written at once, a busy hour was 3.0 MB, and 1.4 with this (`python -m benchmarks.daemon.writes`)."""
 MAX_LATER = 200
 """Records that wait for it; robots that talk without a pause make 150."""
 CHECK_S = 5.0

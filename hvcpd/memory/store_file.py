@@ -24,8 +24,8 @@ _UPGRADES = {
 """The upgrade from each version to the next one; a store is upgraded when it is opened."""
 
 PAGE_BYTES = 1024
-"""Of a file: each write puts whole pages into the journal and later into the file. SQLite's usual 4,096 make a fifth
-more on the card."""
+"""Of a file: each write puts whole pages into the journal and later into the file. In an hour of much talk 1.41 MB
+reached a card whose own pages have 4,096; with 512 it was 1.50, with 2,048 1.74, with SQLite's usual 4,096 1.79."""
 
 JOURNAL_BYTES = 1 << 20
 """Kept for SQLite's own journal, which has 1,000 pages before it begins anew: where it need not grow, the file system
