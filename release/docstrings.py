@@ -8,9 +8,13 @@ _DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 def without_docstrings(source: str) -> str:
-    """The source with `...` for each docstring. Raises SyntaxError."""
+    """The source with `...` for each docstring; one that only a newer Python can read stays as it is."""
+    try:
+        tree = ast.parse(source)
+    except SyntaxError:
+        return source
     lines = source.encode().splitlines(keepends=True)  # columns of the syntax tree are of UTF-8
-    found = [node.body[0] for node in ast.walk(ast.parse(source)) if isinstance(node, _DOCUMENTED) and _has_one(node)]
+    found = [node.body[0] for node in ast.walk(tree) if isinstance(node, _DOCUMENTED) and _has_one(node)]
     for docstring in sorted(found, key=lambda statement: -statement.lineno):
         first, last = docstring.lineno - 1, (docstring.end_lineno or docstring.lineno) - 1
         before, after = lines[first][: docstring.col_offset], lines[last][docstring.end_col_offset :]

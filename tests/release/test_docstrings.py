@@ -44,6 +44,11 @@ def test_docstrings_alone_are_left_out() -> None:
     assert without_docstrings(LEFT) == LEFT
 
 
+def test_what_only_a_newer_python_can_read_stays() -> None:
+    newer = '"""A module for a later Python."""\ntype = like this\n'
+    assert without_docstrings(newer) == newer
+
+
 def test_a_module_computes_as_before() -> None:
     source = Path(statistics.__file__).read_text(encoding="utf-8")
     module: dict[str, Any] = {"__name__": "bare"}
