@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from hvcpd.control.bench.bench import ROWS, Row
 from release import arm64
-from release.deb import REPOSITORY, SHIPPED
+from release.libraries import REPOSITORY, SHIPPED
 
 CYCLES = np.array([1.0, 1.0, 1.5, 2.0])
 CLOCK_HZ = 1.4e9

@@ -162,6 +162,8 @@ def did_you_mean(wrong: str, known: Iterable[str]) -> str:
 def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file that you may write") -> str:
     """Why a file cannot be written, and what to do; `otherwise` is the remedy where the reason suggests none."""
     reason = getattr(error, "strerror", None) or str(error)
+    if isinstance(error, FileExistsError):
+        reason = "this is a file"  # where a folder should be made
     match getattr(error, "errno", None):
         case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:
             remedy = "make room there, or name another place"

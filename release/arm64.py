@@ -13,7 +13,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from release.deb import AT_ONCE, STRIP, build, build_natural
+from release.deb import AT_ONCE, build, build_natural
+from release.libraries import STRIP
 from release.lock import Target
 
 TARGET = Target("3.11", "arm64")

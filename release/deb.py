@@ -18,83 +18,23 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from email.utils import formatdate
 from pathlib import Path
-
-import numpy as np
 
 from hvcpd import __version__
 from hvcpd.cli import make_parser as make_hvcpd
 from hvcpd.control.cli import make_parser as make_hvcpctl
 from hvcpd.control.completion import completion_of
-from release.lock import GLIBC, MACHINES, Locked, LockError, Target, needed, read_lock
+from release.libraries import LEFT_OUT, REPOSITORY, WEIGHTS, put_libraries, run, write_bill_of_materials
+from release.lock import GLIBC, MACHINES, LockError, Target, needed, read_lock
 from release.manuals import put_manuals
-from release.symbols import without_symbols
-from release.words import default_words, write_words
 
-REPOSITORY = Path(__file__).parents[1]
 TEMPLATES = Path(__file__).parent / "debian"
 LIBRARIES = Path("usr/lib/hvcpd")
 DOCUMENTS = Path("usr/share/doc/hvcpd")
-WEIGHTS = Path("hvcpd/synthesis/acoustic_net.npz")
 MAINTAINER = "hvcpd maintainers <maintainers@hvcpd.invalid>"
 """There is no mailing list; whoever hands the package on puts a name with DEBFULLNAME and DEBEMAIL."""
 
-LEFT_OUT = frozenset(
-    {"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography", "idna"}
-)
-"""In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
-anyio for domain names beyond ASCII, and cffi to read C, which nobody asks of them; and what Debian has itself, with its
-security updates."""
-UNUSED = (
-    "anyio/_backends/_trio.py",
-    "anyio/pytest_plugin.py",
-    "cffi",
-    "click/shell_completion.py",
-    "click/testing.py",
-    "dynamixel_easy_sdk",
-    "numpy/char",
-    "numpy/ctypeslib",
-    "numpy/distutils",
-    "numpy/f2py",
-    "numpy/lib/recfunctions.py",
-    "numpy/ma/mrecords.py",
-    "numpy/matlib.py",
-    "numpy/polynomial",
-    "numpy/random/_examples",
-    "numpy/random/lib",
-    "numpy/strings",
-    "numpy/testing",
-    "numpy/_core/include",
-    "numpy/_core/defchararray.py",
-    "numpy/_core/lib",
-    "numpy/_core/strings.py",
-    "numpy/_core/_simd.*.so",
-    "numpy/_core/*_tests.*.so",
-    "numpy/linalg/lapack_lite.*.so",
-    "rich/_win*.py",
-    "rich/markdown.py",
-    "rich/syntax.py",
-    "rich/traceback.py",
-    "serial/rfc2217.py",
-    "serial/*win32.py",
-    "serial/tools/*_osx.py",
-    "serial/tools/*_windows.py",
-    "serial/tools/miniterm.py",
-    "serial/urlhandler",
-    "starlette/testclient.py",
-    "uvicorn/protocols/http/*tt*_impl.py",
-    "uvicorn/protocols/websockets/*_impl.py",
-    "**/*.pyi",
-    "**/*.pxd",
-    "*.dist-info/RECORD",
-)
-"""Parts of wheels that only compilers, type checkers, tests, pip and other systems need, or that need what is left out;
-of cffi soundfile and sounddevice load only `_cffi_backend`; and a second way to the motors."""
-STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
-"""Of Debian's binutils for each architecture."""
-SHIPPED = "hvcpd/synthesis/shipped"
 SHELLS = {
     "bash": "usr/share/bash-completion/completions/{command}",
     "zsh": "usr/share/zsh/vendor-completions/_{command}",
@@ -144,8 +84,7 @@ def build(target: Target, output: Path, version: str = __version__, compression:
     with tempfile.TemporaryDirectory(prefix="hvcpd-deb-") as scratch:
         root = Path(scratch) / "root"
         wanted = [locked for locked in needed(read_lock(), target) if locked.name not in LEFT_OUT]
-        _put_libraries(root / LIBRARIES, wanted, target)
-        _strip(root / LIBRARIES, target)
+        put_libraries(root / LIBRARIES, wanted, target)
         _put_files(root, full_version)
         put_manuals(root / "usr/share/man")
         put_completions(root)
@@ -171,68 +110,13 @@ def build_natural(output: Path, version: str = __version__, compression: Sequenc
         return _packed(root, output / f"{name}_{version}_all.deb", compression)
 
 
-def _put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> None:
-    """The locked wheels and our own two packages, without tests, compiled files and commands of theirs."""
-    folder.mkdir(parents=True)
-    install_wheels(wanted, target, folder)
-    for name in ("hvcpd", "hil_fakes"):
-        shutil.copytree(REPOSITORY / name, folder / name)
-    shutil.rmtree(folder / SHIPPED, ignore_errors=True)
-    write_words(default_words(), folder / SHIPPED)
-    (folder / WEIGHTS).unlink()
-    for weights in (folder / "hvcpd").rglob("*.npz"):
-        _store(weights)
-    for unused in ("bin", *UNUSED):
-        for path in folder.glob(unused):
-            if path.is_dir():
-                shutil.rmtree(path)
-            else:
-                path.unlink()
-    for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
-        shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
-
-
-def _store(weights: Path) -> None:
-    """Keep a file of arrays without compression of its own: the package's makes it smaller, and it is read sooner."""
-    with np.load(weights) as arrays:
-        np.savez(weights, allow_pickle=False, **arrays)
-
-
-def install_wheels(wanted: Sequence[Locked], target: Target, folder: Path) -> None:
-    """Unpack the wheels of exactly these versions and hashes for `target`. Raises CalledProcessError."""
-    with _requirements(wanted) as requirements:
-        pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
-        pip += ["--no-compile", "--require-hashes", "--target", str(folder), *target.pip_options()]
-        _run(*pip, "--requirement", requirements)
-
-
-def write_bill_of_materials(wanted: Sequence[Locked], path: Path) -> None:
-    """Write what the package is made of as CycloneDX 1.6 JSON; the same lock gives the same bytes.
-
-    Raises CalledProcessError.
-    """
-    with _requirements(wanted) as requirements:
-        bill = [sys.executable, "-W", "ignore", "-m", "cyclonedx_py", "requirements", requirements, "--sv", "1.6"]
-        bill += ["--pyproject", str(REPOSITORY / "pyproject.toml"), "--output-reproducible"]
-        _run(*bill, "--output-file", str(path))
-
-
-@contextmanager
-def _requirements(wanted: Sequence[Locked]) -> Iterator[str]:
-    """The name of a requirements file with these lines."""
-    with tempfile.NamedTemporaryFile("w", suffix=".txt") as file:
-        file.write("".join(f"{locked.line}\n" for locked in wanted))
-        file.flush()
-        yield file.name
-
-
 def _put_files(root: Path, version: str) -> None:
     for source, destination in FILES.items():
         path = root / destination
         path.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(REPOSITORY / source, path)
     _put_changelog(root, "hvcpd", version)
-    _run("gzip", "--best", "--no-name", str(root / DOCUMENTS / "CHANGELOG.md"))
+    run("gzip", "--best", "--no-name", str(root / DOCUMENTS / "CHANGELOG.md"))
     (root / "usr/bin").mkdir(parents=True)
     launcher = (TEMPLATES / "launcher").read_text()
     for command, module in COMMANDS.items():
@@ -249,7 +133,7 @@ def _put_changelog(root: Path, package: str, version: str) -> None:
     changes = (REPOSITORY / "CHANGELOG.md").stat().st_mtime
     path = root / "usr/share/doc" / package / "changelog"
     path.write_text(debian_changelog(version, maintainer(), changes, package), encoding="utf-8")
-    _run("gzip", "--best", "--no-name", str(path))
+    run("gzip", "--best", "--no-name", str(path))
 
 
 def debian_changelog(version: str, who: str, changed_s: float, package: str = "hvcpd") -> str:
@@ -266,14 +150,6 @@ def put_completions(root: Path) -> None:
             path = root / place.format(command=command)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(completion_of(parser, shell), encoding="utf-8")
-
-
-def _strip(folder: Path, target: Target) -> None:
-    """Leave out what only a debugger reads of compiled modules. Raises FileNotFoundError without the tool."""
-    modules = [str(path) for path in sorted(folder.rglob("*.so*")) if path.parent.suffix != ".libs"]
-    _run(STRIP[target.architecture], "--strip-unneeded", *modules)
-    for library in folder.glob("*.libs/*"):  # of auditwheel
-        library.write_bytes(without_symbols(library.read_bytes()))
 
 
 def _fields(target: Target, version: str) -> dict[str, str]:
@@ -308,7 +184,7 @@ def _put_scripts(control: Path) -> None:
 def _packed(root: Path, package: Path, compression: Sequence[str]) -> Path:
     _set_modes(root)
     package.parent.mkdir(parents=True, exist_ok=True)
-    _run("dpkg-deb", "--root-owner-group", *compression, "--build", str(root), str(package))
+    run("dpkg-deb", "--root-owner-group", *compression, "--build", str(root), str(package))
     return package
 
 
@@ -324,10 +200,6 @@ def _set_modes(root: Path) -> None:
 def _files(root: Path) -> Iterator[Path]:
     """Every file of the package itself, in order."""
     return (path for path in sorted(root.rglob("*")) if path.is_file() and "DEBIAN" not in path.relative_to(root).parts)
-
-
-def _run(*command: str) -> None:
-    subprocess.run(command, check=True, stdin=subprocess.DEVNULL)
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -16,7 +16,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from release.deb import REPOSITORY, SHIPPED
+from release.libraries import REPOSITORY, SHIPPED
 from release.manuals import put_manuals
 from release.words import default_words, write_words
 

@@ -123,12 +123,13 @@ def between(least: float, most: float, unit: str = "") -> Callable[[str], float]
     """Return a parser for numbers within bounds."""
 
     def number(text: str) -> float:
+        bounds = f"from {least:g} to {most:g}{unit and ' '}{unit}"
         try:
             value = float(text)
         except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a number; write for example {most:g}") from None
+            raise argparse.ArgumentTypeError(f"{text!r} is not a number {bounds}") from None
         if not least <= value <= most:
-            raise argparse.ArgumentTypeError(f"{text} is not from {least:g} to {most:g}{unit and ' '}{unit}")
+            raise argparse.ArgumentTypeError(f"{text} is not {bounds}")
         return value
 
     return number

@@ -1,7 +1,4 @@
-"""The robot's memory in one worker thread: a write to a memory card can take a tenth of a second.
-
-The stop latch has a thread of its own, so that a stop waits for nothing that is written before it.
-"""
+"""The robot's memory in one worker thread: a write to a memory card can take a tenth of a second."""
 
 from __future__ import annotations
 
@@ -11,7 +8,6 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing, suppress
-from dataclasses import replace
 from functools import partial
 
 import structlog
@@ -20,10 +16,11 @@ from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, socket_path
+from hvcpd.daemon.latch_service import RETRY_S, LatchService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
-from hvcpd.memory.latch import Permit, StopLatch, spare_places
+from hvcpd.memory.latch import Latched, StopLatch, spare_places
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.recent import OfTask, Recent
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
@@ -33,20 +30,15 @@ from hvcpd.security.codes import LOST
 
 MAX_WAITING = 1000
 """Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""
-RETRY_S = 1.0
-"""Pause after a failure (sample clock): each try may wait 1 s for another process."""
 LATER_S = 300.0
 """Interval (sample clock) at which what may be lost with the process is written, the transcript above all. A card
 writes whole pages of 4 KB, and the file system its own beside them: with every change of a task
-written at once, a busy hour is 3.0 MB, and 1.4 with this (`python -m benchmarks.daemon.writes`)."""
+written at once, a busy hour was 3.0 MB, and 1.4 with this (`python -m benchmarks.daemon.writes`)."""
 MAX_LATER = 200
 """Records that wait for it; robots that talk without a pause make 150."""
 CHECK_S = 5.0
 """Interval (sample clock) at which the file is checked, so that one that was cut or deleted is not first noticed when
 something is written: one stat() of it, in the memory's thread."""
-LATCH_S = 5.0
-"""Longest time that a client that sent "stop" waits until the stop is on the disk: half of the patience of
-`hvcpctl`."""
 
 TimedRecord = tuple[Record, float]
 """A record, and when it was handed over, s of the sample clock."""
@@ -64,15 +56,13 @@ class JournalService:
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
-        self._latch_thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="latch")
-        self._latch = StopLatch(wiring.latch_path, spare_places(wiring.latch_path, socket_path(wiring.settings)))
+        places = spare_places(wiring.latch_path, socket_path(wiring.settings))
+        self._latch = LatchService(StopLatch(wiring.latch_path, places))
         self._lock: int | None = None
         """On the memory, whichever socket a daemon has: one that stands must not be released by another one's latch."""
         self._memory: Memory | None = None
         self._journal: Journal | None = None
-        self._opened = asyncio.Event()
         self._flights: set[asyncio.Future[None]] = set()
-        self._latch_flight: asyncio.Future[None] | None = None
         self._unwritten: dict[tuple[object, ...], Record] = {}
         self._later: list[TimedRecord] = []
         """What waits for LATER_S."""
@@ -82,7 +72,6 @@ class JournalService:
         self._retry_s = -math.inf
         self._checked_s = 0.0
         self._now = 0.0
-        self._is_stopped = False
         self._broken: BaseException | None = None
         self.stopped = False
         """Whether the robot was stopped when it was switched off, or has lost its memory; known once it is open."""
@@ -90,12 +79,15 @@ class JournalService:
         """Why what the robot knew before this start is gone; known once the memory is open."""
         self.fault: str | None = None
         """Why what the robot learns is not kept at present."""
-        self.unkept: str | None = None
-        """Why the next start will not be as it ought to: a stop that cannot be kept, or a resume."""
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, who was heard last at the end; known once the memory is open."""
         self.lost = 0
         """Records that were not kept."""
+
+    @property
+    def unkept(self) -> str | None:
+        """Why the next start will not be as it ought to: a stop that cannot be kept, or a resume."""
+        return self._latch.unkept
 
     def know(self, tasks: TaskRepository) -> None:
         """There are these tasks from now on."""
@@ -104,8 +96,7 @@ class JournalService:
 
     async def open(self) -> MemoryPlan:
         """Open the memory; what it knows. Raises NewerStoreError, and RunningError if a daemon has it."""
-        memory = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
-        self._is_stopped = self._is_stopped or self.stopped
+        latched, memory = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
@@ -117,15 +108,14 @@ class JournalService:
                 "code of the sheet, and nobody believes it",
                 remedy="hvcpctl key rotate --after 0 --keep 0, and hand the new key to all robots",
             )
-        self._opened.set()
-        self._set_latch()
+        self._latch.begin(latched, self.stopped, self.fault is not None)
         return memory
 
     def write(self, records: Sequence[Record], now: float) -> None:
         """Have the records of one step kept."""
         self._now = now
-        if self._broken is not None:
-            raise self._broken
+        if (broken := self._broken or self._latch.broken) is not None:
+            raise broken
         stops = [record.stopped for record in records if isinstance(record, SaveStopped)]
         if stops:
             self.stop(stops[-1])  # the last alone: "resume, stop" must not be "free" for a moment
@@ -147,8 +137,7 @@ class JournalService:
             at_once = any(map(self._must_not_wait, records))
             self._later += [(record, now) for record in records]
             self._peers.update(record.name.casefold() for record in records if isinstance(record, SavePeer))
-        if self.unkept is not None and now >= self._retry_s:
-            self._set_latch()
+        self._latch.tick(now)
         if at_once or (self._later and (now - self._later[0][1] >= LATER_S or len(self._later) >= MAX_LATER)):
             self._send_later()
         elif self.fault is None and self._journal is not None and now - self._checked_s >= CHECK_S:
@@ -197,20 +186,11 @@ class JournalService:
 
     def stop(self, stopped: bool = True) -> None:
         """Have it kept at once that the robot is stopped, or no longer."""
-        self._is_stopped = stopped
-        self._set_latch()
+        self._latch.stop(stopped)
 
     async def stop_kept(self) -> str | None:
         """None once the stop, or its end, is on the disk; else why it is not."""
-        try:
-            async with asyncio.timeout(LATCH_S):
-                await self._opened.wait()
-                while self._latch_flight is not None:
-                    await asyncio.wait([self._latch_flight])
-                    await asyncio.sleep(0)
-        except TimeoutError:
-            return f"{self._latch.path}: its disk does not answer"
-        return self.unkept
+        return await self._latch.kept()
 
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         """The transcript, as by `TranscriptReader.rows`, after all pending writes. Raises StoreError."""
@@ -221,9 +201,10 @@ class JournalService:
     async def settled(self) -> None:
         """Wait until all is written."""
         self._send_later()
-        while flights := [*self._flights, *([self._latch_flight] if self._latch_flight is not None else [])]:
-            await asyncio.wait(flights)
+        while self._flights:
+            await asyncio.wait(self._flights)
             await asyncio.sleep(0)
+        await self._latch.settled()
 
     async def close(self) -> None:
         """Write what waits, close the file, end the thread."""
@@ -233,25 +214,24 @@ class JournalService:
             for store in (self._memory.store, self._memory.seals):
                 if store is not None:
                     await loop.run_in_executor(self._thread, store.close)
-            await loop.run_in_executor(self._latch_thread, self._latch.close)
+        await self._latch.close()
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
         self._thread.shutdown(wait=False)
-        self._latch_thread.shutdown(wait=False)
 
     @property
     def _is_only_in_memory(self) -> bool:
         """A file could not be used at all: only a restart helps."""
         return self._memory is not None and self._memory.fault is not None
 
-    def _open(self) -> MemoryPlan:
+    def _open(self) -> tuple[Latched, MemoryPlan]:
         wiring = self._wiring
         files = MemoryFiles(wiring.settings.memory_path, wiring.seals_path, wiring.latch_path)
         make_directory(files.tasks.parent)
         with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
             self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
-        memory = self._memory = open_memory(files, self._latch, wiring.keys is not None)
+        memory = self._memory = open_memory(files, self._latch.file, wiring.keys is not None)
         recent = Recent(socket_path(wiring.settings).with_suffix(".recent"), memory.latched.memory)
         self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
@@ -270,7 +250,8 @@ class JournalService:
         self.names = self._journal.names
         self._peers = {name.casefold() for name in self.names}
         journal = self._journal
-        return MemoryPlan(journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes)
+        plan = MemoryPlan(journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes)
+        return memory.latched, plan
 
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:
@@ -304,7 +285,7 @@ class JournalService:
             if self.fault is not None and not self._unwritten:
                 self.fault = None
                 _log.info("memory works again", lost=self.lost)
-                self._set_latch()
+                self._latch.doubt(False)
         elif isinstance(error, StoreError):
             self._lose(records, str(error))
         else:
@@ -316,33 +297,7 @@ class JournalService:
         if self.fault is None:
             _log.error("memory failed", reason=reason)
             self.fault = reason
-            self._set_latch()
-
-    def _set_latch(self) -> None:
-        """Have the latch say what it should by now; the last one to ask has the last word."""
-        memory = self._memory
-        if memory is None or not self._opened.is_set():
-            return  # it is set once the memory is open
-        permit = Permit.UNSURE if self.fault else Permit.STOPPED if self._is_stopped else Permit.FREE
-        wanted = replace(memory.latched, permit=permit)
-        flight = asyncio.get_running_loop().run_in_executor(self._latch_thread, self._latch.write, wanted)
-        self._latch_flight = flight
-        flight.add_done_callback(self._latch_landed)
-
-    def _latch_landed(self, flight: asyncio.Future[None]) -> None:
-        error = flight.exception()
-        if flight is not self._latch_flight:
-            return
-        self._latch_flight = None
-        if error is not None and not isinstance(error, StoreError):
-            self._broken = error
-        reason = str(error) if error is not None else None
-        if reason is not None and reason != self.unkept:
-            _log.error("stop not kept" if self._is_stopped else "latch not set", reason=reason)
-        elif reason is None and self.unkept is not None:
-            _log.info("stop saved" if self._is_stopped else "latch set again")
-        self.unkept = reason
-        self._retry_s = max(self._retry_s, self._now + RETRY_S) if reason is not None else self._retry_s
+            self._latch.doubt(True)
 
 
 def _key(record: Record) -> tuple[object, ...] | None:

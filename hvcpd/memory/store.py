@@ -245,9 +245,9 @@ class TranscriptRow:
 
 
 class TranscriptReader:
-    """Reads the transcript of a store that a daemon may be writing at the same time, and changes nothing.
+    """Reads the transcript of a store, which another object of this process may be writing, and changes nothing.
 
-    Raises StoreError when there is no such file, or it is no robot's memory.
+    Raises StoreError when there is no such file, it is no robot's memory, or another process has it open.
     """
 
     def __init__(self, path: Path) -> None:
@@ -266,11 +266,19 @@ class TranscriptReader:
         try:
             found = self._db.execute(query, (after, max(since_wall_s, -1.0), limit)).fetchall()
         except sqlite3.DatabaseError as error:
-            raise StoreError(
-                f"{self._path}: no transcript can be read from it ({error}); start the daemon once to update it"
-            ) from error
+            raise StoreError(f"{self._path}: {_unread(error)}") from error
         return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
 
     def close(self) -> None:
         """Let go of the file."""
         self._db.close()
+
+
+def _unread(error: sqlite3.DatabaseError) -> str:
+    """Why no transcript can be read from a file, and what to do."""
+    code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR)
+    if code == sqlite3.SQLITE_BUSY:
+        return "the robot's daemon has it open; ask that, by `hvcpctl transcript` without --memory, or end it"
+    if code == sqlite3.SQLITE_NOTADB or "no such table" in str(error):
+        return "this is no robot's memory; name another with --memory FILE"
+    return f"no transcript can be read from it ({error}); start the daemon once to update it"

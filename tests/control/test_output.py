@@ -136,3 +136,11 @@ def test_a_folder_that_exists_is_not_said_to_be_missing() -> None:
     with pytest.raises(FileNotFoundError) as raised:
         Path("/proc/none").mkdir()
     assert unwritable("/proc/none", raised.value).endswith("No such file or directory; name a file that you may write")
+
+
+def test_a_file_where_a_folder_should_be_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "team"
+    path.touch()
+    with pytest.raises(FileExistsError) as raised:
+        path.mkdir(exist_ok=True)
+    assert unwritable(path, raised.value, "name another") == f"{path}: cannot be written: this is a file; name another"

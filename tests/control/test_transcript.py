@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -50,6 +52,25 @@ def test_the_transcript_as_text_and_as_json(memory: Path, capsys: pytest.Capture
     assert main(["transcript", "--memory", str(memory), "--json"]) == 0
     objects = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [(o["kind"], o["speaker"], o["text"]) for o in objects] == list(TALK)
+
+
+def test_a_memory_that_a_daemon_has_open_is_not_read_past_it(memory: Path) -> None:
+    assert not memory.with_name(f"{memory.name}-shm").exists(), "it would be written to the card with each change"
+    other = [sys.executable, "-m", "hvcpd.control.cli", "transcript", "--memory", str(memory)]
+    told = subprocess.run(other, capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stdout) == (2, "")
+    remedy = "ask that, by `hvcpctl transcript` without --memory, or end it"
+    assert told.stderr == f"hvcpctl: {memory}: the robot's daemon has it open; {remedy}\n"
+
+
+@pytest.mark.parametrize("content", [b"", b"name: Rob\n"])
+def test_a_file_that_is_no_memory_is_not_said_to_need_a_daemon(
+    content: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_bytes(content)
+    assert main(["transcript", "--memory", str(path)]) == 2
+    assert capsys.readouterr().err == f"hvcpctl: {path}: this is no robot's memory; name another with --memory FILE\n"
 
 
 def test_seals_are_told(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:

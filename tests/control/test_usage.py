@@ -36,7 +36,7 @@ from tests.control.conftest import Refuse
         ),
         (["duet", "--port", "99999"], "argument --port: '99999' is not a port from 0 to 65535; see"),
         (["duet", "--as", "Rob,Bot"], "argument --as: give one name, as in: Rob; see"),
-        (["drive", "forward", "1m"], "argument M: '1m' is not a number; write for example 10; see"),
+        (["drive", "forward", "1m"], "argument M: '1m' is not a number from -10 to 10 m; see"),
         (["evaluate", "wak"], "'wak' is not one of the choices; did you mean 'wake'? See"),
         (["say", "-o", "x.MP3", "stop"], "argument -o/--output: only WAV is written; name it x.wav; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),

@@ -366,7 +366,7 @@ def test_no_transcript_where_there_is_no_memory(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match="--memory"):
         TranscriptReader(tmp_path / "nobody.sqlite3")
     (tmp_path / "other").write_text("no database at all, but long enough to be taken for one")
-    with pytest.raises(StoreError, match="no transcript"):
+    with pytest.raises(StoreError, match="this is no robot's memory"):
         TranscriptReader(tmp_path / "other").rows()
 
 

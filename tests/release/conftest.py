@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from release.deb import AT_ONCE, STRIP, build, this_computer
+from release.deb import AT_ONCE, build, this_computer
+from release.libraries import STRIP
 from release.lock import Target, read_lock
 from tests.release.container import PYTHON, base_root, locked, skip_unless_possible
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from release.deb import REPOSITORY
+from release.libraries import REPOSITORY
 from tests.release.container import Container
 
 pytestmark = [pytest.mark.container, pytest.mark.slow]

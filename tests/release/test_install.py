@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.errors import how_to_install
-from release.deb import REPOSITORY
+from release.libraries import REPOSITORY
 
 
 def installed(

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from hvcpd import __version__
-from release.deb import this_computer, write_bill_of_materials
+from release.deb import this_computer
+from release.libraries import write_bill_of_materials
 from release.lock import LOCK, LockError, Target, needed, read_lock
 
 PI = [Target("3.11", "arm64"), Target("3.13", "arm64")]

@@ -10,7 +10,8 @@ import pytest
 
 from hvcpd import __version__
 from hvcpd.synthesis import acoustic_net
-from release.deb import AT_ONCE, FILES, LIBRARIES, SHIPPED, TEMPLATES, WEIGHTS, build_natural
+from release.deb import AT_ONCE, FILES, LIBRARIES, TEMPLATES, build_natural
+from release.libraries import SHIPPED, WEIGHTS
 from tests.release.conftest import renamed
 from tests.release.container import Container
 

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from hvcpd.config.settings_file import load_settings
-from release.deb import REPOSITORY
+from release.libraries import REPOSITORY
 
 pytestmark = pytest.mark.slow
 

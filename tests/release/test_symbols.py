@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+import platform
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from release.kernels import without_kernels
 from release.symbols import without_symbols
 
 LIBRARIES = Path(np.__file__).parents[1] / "numpy.libs"
@@ -22,15 +24,31 @@ def blas(tmp_path: Path) -> Path:
     return next(shutil.copytree(LIBRARIES, tmp_path / "numpy.libs").glob("*openblas*"))
 
 
+def product(blas: Path) -> float:
+    """The library's scalar product of (1, 2, 3) with itself."""
+    dot = ctypes.CDLL(str(blas)).scipy_cblas_ddot64_
+    dot.restype = ctypes.c_double
+    vector = (ctypes.c_double * 3)(1.0, 2.0, 3.0)
+    return float(dot(ctypes.c_int64(3), vector, ctypes.c_int64(1), vector, ctypes.c_int64(1)))
+
+
 def test_a_library_without_symbols_is_smaller_and_computes(blas: Path) -> None:
     whole = blas.read_bytes()
     cut = without_symbols(whole)
     assert len(whole) - len(cut) > 500_000
     blas.write_bytes(cut)
-    product = ctypes.CDLL(str(blas)).scipy_cblas_ddot64_
-    product.restype = ctypes.c_double
-    two = (ctypes.c_double * 3)(1.0, 2.0, 3.0)
-    assert product(ctypes.c_int64(3), two, ctypes.c_int64(1), two, ctypes.c_int64(1)) == 14.0
+    assert product(blas) == 14.0
+
+
+def test_what_is_for_other_processors_is_cut_from_arm64s_library_alone(blas: Path) -> None:
+    whole = blas.read_bytes()
+    if platform.machine() == "aarch64":
+        blas.write_bytes(without_symbols(without_kernels(whole)))
+        assert len(whole) - blas.stat().st_size > 10_000_000
+        assert product(blas) == 14.0
+    else:
+        with pytest.raises(ValueError, match="no OpenBLAS for arm64"):
+            without_kernels(whole)
 
 
 def test_twice_is_harmless(blas: Path) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from release.deb import REPOSITORY
+from release.libraries import REPOSITORY
 from release.wheel import build_archive, source_files
 
 OF_THE_REPOSITORY = (".github", ".gitignore", ".pre-commit-config.yaml")
