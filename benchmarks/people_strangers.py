@@ -38,7 +38,8 @@ from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
-from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment
+from hvcpd.recognition.second_ears import SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

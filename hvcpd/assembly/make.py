@@ -32,7 +32,8 @@ from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
-from hvcpd.recognition.second_pass import AtOnce, SecondEars, Worker
+from hvcpd.recognition.second_ears import SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Worker
 from hvcpd.recognition.watch import Watch
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.performer import Performer

@@ -26,7 +26,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment
+from hvcpd.recognition.second_ears import SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 

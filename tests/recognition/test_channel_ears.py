@@ -15,7 +15,8 @@ from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchR
 from hvcpd.recognition.channel.stretches import CLATTER, CUT
 from hvcpd.recognition.channel.weighting import _blocks_of
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener, Worker
+from hvcpd.recognition.second_ears import SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Segment, SegmentListener, Worker
 from hvcpd.recognition.stream import Chunk
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 

@@ -10,7 +10,8 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.second_pass import AtOnce, SecondEars, Segment, SegmentListener
+from hvcpd.recognition.second_ears import SecondEars
+from hvcpd.recognition.second_pass import AtOnce, Segment, SegmentListener
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
