@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ START_S = (ORIGIN + SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ
 
 
 def learn(
-    read_back: Utterance | None = READ_BACK, confirmed_s: float = START_S + 8.0, yes: Utterance = YES, **of: bool
+    read_back: Utterance | None = READ_BACK, confirmed_s: float = START_S + 8.0, yes: Utterance = YES, **of: Any
 ) -> tuple[str, SpokenSentence] | None:
     learning = ConfirmedSentences("Rob")
     segment, sentence = piece_of("water", "rose")
@@ -77,6 +78,7 @@ def test_what_was_read_back_and_confirmed_is_learned_once() -> None:
         {"yes": replace(YES, speaker="Rob")},
         {"yes": ORDER},
         {"within_talk": True},
+        {"later": (1,)},
     ],
 )
 def test_nothing_is_learned_of_what_was_not_read_back_or_not_confirmed(wrong: dict[str, object]) -> None:
