@@ -1,7 +1,7 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people] [--calibration]
+        [--people] [--boxes] [--calibration]
 
 Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
 (`recorded`), and noise in which nobody speaks.
@@ -61,13 +61,15 @@ def phones_of(words: Sequence[str], lexicon: Lexicon, known: Mapping[str, Sequen
 class Air:
     """What happens to speech on its way."""
 
-    def __init__(self, seed: int, data: Path) -> None:
+    def __init__(self, seed: int, data: Path, boxes: bool = False) -> None:
+        """`boxes`: all of it in simulated rooms."""
         self._rng = np.random.default_rng(seed)
+        self._in_rooms = 1.0 if boxes else 0.5
         n = 60 * SAMPLE_RATE_HZ
         self._noises = [steady(colour, n, seed) for colour in ("white", "pink")]
         self._noises += [fan(n, self._rng), motor(n, self._rng), *noises(data, "train")]
         self._others = joined(data / "negatives", "train")
-        self._rooms = Rooms(data / "rooms", self._rng)
+        self._rooms = Rooms(data / "rooms", self._rng, boxes)
         self._talk: list[Samples] = []
 
     def nothing(self) -> NDArray[np.float32]:
@@ -100,7 +102,7 @@ class Air:
             sound = resampled(sound, rng.uniform(0.85, 1.18))
         if rng.random() < 0.3:
             sound = stretched(sound, float(2.0 ** rng.uniform(-0.3, 0.4)))
-        tail = self._rooms.draw() if rng.random() < 0.5 else None
+        tail = self._rooms.draw() if rng.random() < self._in_rooms else None
         if tail is not None:
             n = len(sound) + len(tail)
             size = 1 << (n - 1).bit_length()
@@ -171,10 +173,11 @@ def main() -> None:
     parser.add_argument("--takes", type=int, default=2, help="of each text, as it is heard in different places")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--people", action="store_true", help="by people")
+    parser.add_argument("--boxes", action="store_true", help="all in simulated rooms (needs pyroomacoustics)")
     parser.add_argument("--calibration", action="store_true", help="by the voices and people kept for it")
     o = parser.parse_args()
     lexicon, known = Lexicon.load(), common_words()
-    air = Air(o.seed, o.data)
+    air = Air(o.seed, o.data, o.boxes)
     found = []
     for number, (words, sound) in enumerate(by_people(o) if o.people else by_voices(o, known, lexicon)):
         phones = np.array(phones_of(words, lexicon, known))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.hearing.worlds.rooms import Box, Place, response
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
@@ -37,17 +38,39 @@ def stretched(sound: Samples, factor: float) -> Samples:
     return out[hop : hop + round(len(sound) * factor)]
 
 
-class Rooms:
-    """Impulse responses: some measured, and many made of decaying noise."""
+BOXES = 150
+"""Number of simulated rooms."""
+LEAST_M, MOST_M = (3.0, 2.5, 2.3), (10.0, 8.0, 3.5)
+"""Range of their sizes."""
+BOX_RT60_S, DISTANCE_M = (0.25, 1.1), (0.7, 4.0)
 
-    def __init__(self, folder: Path | None, rng: np.random.Generator) -> None:
+
+def simulated(rng: np.random.Generator) -> list[Samples]:
+    """Responses of BOXES boxes, each with a speaker and a robot somewhere in it. Raises ImportError without
+    pyroomacoustics."""
+    found = []
+    for _ in range(BOXES):
+        length, width, height = np.sort(rng.uniform(LEAST_M, MOST_M))[::-1].round(1).tolist()
+        box = Box((length, width, height), round(float(np.exp(rng.uniform(*np.log(BOX_RT60_S)))), 2))
+        distance_m = round(float(rng.uniform(DISTANCE_M[0], min(DISTANCE_M[1], 0.5 * length))), 1)
+        found.append(response(Place(box, distance_m, int(rng.integers(1 << 30)), float(rng.uniform(-2.0, 5.0)))))
+    return found
+
+
+class Rooms:
+    """Impulse responses: some measured, and many made of decaying noise; or boxes alone."""
+
+    def __init__(self, folder: Path | None, rng: np.random.Generator, boxes: bool = False) -> None:
         self._rng = rng
+        self._boxes = simulated(rng) if boxes else []
         paths = sorted(folder.glob("unis_a_*.wav")) if folder is not None else []
         self._measured = [np.asarray(read_wav(path), np.float32) for path in paths]
 
     def draw(self) -> Samples | None:
         """A response with its direct sound first, of RMS 1; None: close to the microphone."""
         rng = self._rng
+        if self._boxes:
+            return self._boxes[rng.integers(len(self._boxes))]
         kind = rng.random()
         if kind < 0.3:
             return None

@@ -27,7 +27,7 @@ from hvcpd.people.bands import N_BANDS
 from hvcpd.people.phones import APART, HALVES, PHONES, whole_weights
 
 BLANK = len(PHONES)
-WIDTH = 192
+WIDTH = 256
 LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
 """Of each layer: how many frames it sees, its step, and how far apart they are."""
 BATCH_FRAMES = 6000
