@@ -32,8 +32,10 @@ _SECTION = _fields("name:u4 type:u4 flags:u8 address:u8 offset:u8 size:u8 more:V
 _SYMBOL = _fields("name:u4 kind:u1 other:u1 section:u2 address:u8 size:u8")
 _RELOCATION = _fields("place:u8 kind:u8 value:u8")
 """Of ELF-64 (man 5 elf)."""
-_LOAD, _PHDR = 1, 6
-"""Kinds of segment. The second says where the list of segments is; a program needs that, a library does not."""
+_LOAD = 1
+_SPARE = (6, 0x6474E550)
+"""Kinds of segment that a library is loaded without: PHDR, where the list of segments is, and GNU_EH_FRAME, how an
+exception of C++ passes through, of which it has none."""
 _FUNCTION = 2
 _RELATIVE = 1027
 """R_AARCH64_RELATIVE: an address in the library itself (ELF for the Arm 64-bit Architecture, 5.7.12)."""
@@ -127,7 +129,8 @@ def _unload(whole: NDArray[np.uint8], piece: range) -> None:
     """Have the segment around the piece loaded as two, without the whole pages of the piece."""
     (header,) = whole[: _HEADER.itemsize].view(_HEADER)
     table = whole[int(header["segments"]) :][: int(header["n_segments"]) * _SEGMENT.itemsize].view(_SEGMENT)
-    segments = [segment.copy() for segment in table if segment["type"] != _PHDR]
+    spare = next(kind for kind in _SPARE if kind in table["type"])
+    segments = [segment.copy() for segment in table if segment["type"] != spare]
     loaded = [segment for segment in segments if segment["type"] == _LOAD and segment["address"] <= piece.start]
     before = loaded[-1]
     after = before.copy()
