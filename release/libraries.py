@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from release.docstrings import without_docstrings
-from release.kernels import without_kernels
 from release.lock import Locked, Target
 from release.symbols import without_symbols
 from release.words import default_words, write_words
@@ -144,10 +143,7 @@ def _strip(folder: Path, target: Target) -> None:
     modules = [str(path) for path in sorted(folder.rglob("*.so*")) if path.parent.suffix != ".libs"]
     run(STRIP[target.architecture], "--strip-unneeded", *modules)
     for library in folder.glob("*.libs/*"):  # of auditwheel
-        whole = library.read_bytes()
-        if target.architecture == "arm64" and "openblas" in library.name:
-            whole = without_kernels(whole)
-        library.write_bytes(without_symbols(whole))
+        library.write_bytes(without_symbols(library.read_bytes()))
 
 
 def run(*command: str) -> None:

@@ -30,8 +30,9 @@ COMPRESSION = 1.0
 """libsndfile's most: 3 % smaller than its usual, and no slower to read."""
 
 
-COMMON_NAMES = ("Ada", "Anna", "Max", "Mia", "Zoe")
-"""Names that the documentation's teams have, beside the default ones: 0.16 MB each. A robot renders others itself."""
+COMMON_NAMES = ("Anna", "Max")
+"""Names that the documentation's teams have, beside the default ones: 0.16 MB each, and two have room. A robot renders
+others itself."""
 
 
 def default_words() -> tuple[str, ...]:

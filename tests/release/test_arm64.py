@@ -41,16 +41,6 @@ lexicon = Lexicon.load()
 units = [unit for voice in VOICES for word in sys.argv[2:] for _, unit in Speaker(voice, lexicon).keyed(word)]
 np.savez(sys.argv[1], *units)
 """
-MATRICES = """
-import numpy as np
-rng = np.random.default_rng(1)
-for kind in "fdFD":
-    a, b = (rng.standard_normal((70, 70)).astype(kind) for _ in range(2))
-    close = 1e-3 if kind in "fF" else 1e-9
-    assert np.allclose(a @ b, np.einsum("ij,jk->ik", a, b), atol=close)
-    assert np.allclose(a @ b[0], np.einsum("ij,j->i", a, b[0]), atol=close)
-    assert np.allclose(a @ np.linalg.solve(a, b), b, atol=10 * close)
-"""
 ONE_TASK = "tasks:\n  - {number: 1, name: water the yellow rose, actions: [forward: 0.2, wait: 1]}\n"
 
 
@@ -149,12 +139,6 @@ def test_every_voice_sounds_as_it_does_on_this_computer(pi: Path, tmp_path: Path
         assert there_sound.shape == here_sound.shape
         error = float(np.sum((there_sound - here_sound) ** 2))
         assert error <= 10.0 ** (AGREED_DB / 10.0) * float(np.sum(here_sound**2))
-
-
-@pytest.mark.parametrize("core", ["CORTEXA53", "CORTEXA57", "ARMV8", "NEOVERSEN1", "A64FX", "THUNDERX3T110"])
-def test_matrices_are_right_whatever_processor_openblas_believes_it_has(pi: Path, core: str) -> None:
-    environment = {**arm64.environment(pi), "OPENBLAS_CORETYPE": core}
-    subprocess.run([*LIMITED, *arm64.command(pi, ["-c", MATRICES])], env=environment, cwd=pi, check=True)
 
 
 def test_the_check_finds_all_but_a_sound_card(pi: Path, settings: str) -> None:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-import platform
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from release.kernels import without_kernels
 from release.symbols import without_symbols
 
 LIBRARIES = Path(np.__file__).parents[1] / "numpy.libs"
@@ -38,17 +36,6 @@ def test_a_library_without_symbols_is_smaller_and_computes(blas: Path) -> None:
     assert len(whole) - len(cut) > 500_000
     blas.write_bytes(cut)
     assert product(blas) == 14.0
-
-
-def test_what_is_for_other_processors_is_cut_from_arm64s_library_alone(blas: Path) -> None:
-    whole = blas.read_bytes()
-    if platform.machine() == "aarch64":
-        blas.write_bytes(without_symbols(without_kernels(whole)))
-        assert len(whole) - blas.stat().st_size > 10_000_000
-        assert product(blas) == 14.0
-    else:
-        with pytest.raises(ValueError, match="no OpenBLAS for arm64"):
-            without_kernels(whole)
 
 
 def test_twice_is_harmless(blas: Path) -> None:
