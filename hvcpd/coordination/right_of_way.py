@@ -256,7 +256,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _give(me, p, name, now, sure)
             _wait(me, p, now + ASK_NEXT_S)
         return
-    _wait(me, p, now + (YIELD_S if comes_first and p.silences else ANSWER_S))  # an answer takes precedence
+    yield_s = YIELD_S if p.silences else ASK_NEXT_S
+    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
     if comes_first and p.keeper != name:
         p.silences = 0
     if p.keeper == name:
@@ -324,7 +325,7 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
     if s.stands:
         p.lease_end_s = now + me.timing.absent_s
     heard_me = is_for_me_alone(me, heard.to)
-    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ANSWER_S))
+    _wait(me, p, now + (STANDS_S if s.stands else QUEUED_S if heard_me else ASK_NEXT_S))
 
 
 def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:

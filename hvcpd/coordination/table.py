@@ -119,7 +119,7 @@ TRANSITIONS |= {
 }
 TRANSITIONS |= {
     (state, T.IN_THE_WAY): (S.RETURNING, effects.make_room)
-    for state in (S.READY, S.CLAIMING, S.PROPOSED, S.REPORTING, S.REPORTED)
+    for state in (S.WAKING, S.GREETING, S.MEETING, S.READY, S.CLAIMING, S.PROPOSED, S.REPORTING, S.REPORTED)
 }
 TRANSITIONS |= {(state, T.IN_THE_WAY): (S.RETURNING, effects.make_room_and_ask) for state in (S.ASKING, S.ASKED)}
 TRANSITIONS |= {
