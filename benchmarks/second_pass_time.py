@@ -5,7 +5,7 @@
 Each person is one of our own synthesizer's voices with three takes of every word of the phrasebook, at other rates; all
 say sentences of the phrasebook, alone at 20 dB SNR in white noise. Prints the median and the longest time of a look on
 one core that does nothing else, for the enrolled alone and for strangers too, and how long the speech is. A look that
-takes longer than `hvcpd.recognition.second_pass.MOST_WAIT_S` is given up.
+takes longer than `hvcpd.recognition.second_ears.MOST_WAIT_S` is given up.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from benchmarks.people_stage import SNR_DB, Stage
 from hvcpd.people.enrolled import Person, stretched
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.second_pass import MOST_WAIT_S, Segment
+from hvcpd.recognition.second_ears import MOST_WAIT_S
+from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

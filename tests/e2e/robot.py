@@ -49,6 +49,9 @@ class Part:
     seed: int
 
 
+TASKS_KEPT = "SELECT number, state, owner FROM tasks"
+
+
 class RobotProcess:
     """A robot on stage. `folder` takes all its files; `environment` leads to its sound devices."""
 
@@ -163,18 +166,19 @@ class RobotProcess:
     # --- what is seen from outside ----------------------------------------------------------------------------------
 
     def tasks(self) -> dict[int, tuple[str, str | None]]:
-        """Its tasks, number to state and owner: as its daemon has them, or else its file."""
+        """Its tasks, number to state and owner: as its daemon has them, or else its file; none while it is starting."""
         try:
             with closing(DaemonClient(self.control_socket)) as client:
                 return {task["number"]: (task["state"], task["owner"]) for task in client.ask("tasks")["tasks"]}
-        except (NotRunningError, NotDoneError):
-            pass  # it does not run, or is still starting
-        if not self.memory.exists():
+        except NotDoneError:
             return {}
-        with closing(sqlite3.connect(f"file:{self.memory}?mode=ro", uri=True)) as db:
-            return {
-                number: (state, owner) for number, state, owner in db.execute("SELECT number, state, owner FROM tasks")
-            }
+        except NotRunningError:
+            pass
+        try:
+            with closing(sqlite3.connect(f"file:{self.memory}?mode=ro", uri=True)) as db:
+                return {number: (state, owner) for number, state, owner in db.execute(TASKS_KEPT)}
+        except sqlite3.OperationalError:  # there is none yet, or a daemon that has no socket yet keeps it
+            return {}
 
     def transcript(self) -> tuple[TranscriptRecord, ...]:
         """All that it said and heard, as its daemon has it, or else its file."""

@@ -45,8 +45,8 @@ class Scene:
 
     @property
     def speed(self) -> float:
-        """Of the base just now, m/s or rad/s, the larger."""
-        return max(map(abs, self.seen("pose")[-1][3:]))
+        """Of the base just now, m/s or rad/s, the larger; 0 before its first message."""
+        return max((abs(value) for pose in self.seen("pose")[-1:] for value in pose[3:]), default=0.0)
 
     def command(self, topic: str, value: object) -> None:
         self.base.stdin.write(json.dumps([topic, value]) + "\n")
