@@ -14,7 +14,6 @@ from pathlib import Path
 
 import numpy as np
 
-from release.docstrings import without_docstrings
 from release.lock import Locked, Target
 from release.symbols import without_symbols
 from release.words import default_words, write_words
@@ -99,8 +98,6 @@ def put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> Non
                 path.unlink()
     for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
         shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
-    for source in (folder / "numpy").rglob("*.py"):
-        source.write_text(without_docstrings(source.read_text(encoding="utf-8")), encoding="utf-8")
     _strip(folder, target)
 
 
