@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.keyword.model import in_bytes
+from benchmarks.phones.train import stored
 from hvcpd.people.phones import whole_weights
 
 
@@ -24,13 +24,10 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     o = parser.parse_args()
     first, second = (whole_weights(dict(np.load(path))) for path in o.nets)
+    mean = {name: (1.0 - o.share) * values + o.share * second[name] for name, values in first.items()}
     written = {}
-    for name, values in first.items():
-        mean = (1.0 - o.share) * values + o.share * second[name]
-        if name.startswith("weights"):
-            written[name], written[name.replace("weights", "scale")] = in_bytes(mean)
-        else:
-            written[name] = mean.astype(np.float32)
+    for layer in (name.removeprefix("weights") for name in mean if name.startswith("weights")):
+        written |= stored(layer, mean[f"weights{layer}"], mean[f"bias{layer}"])
     np.savez_compressed(o.out, **written)
 
 

@@ -182,11 +182,12 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
         weights = (layer.weight.detach() * gain[:, None, None]).permute(2, 1, 0).numpy()
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
-        found |= _stored(f"{number}", weights, bias)
-    return found | _stored("_out", net.out.weight.detach()[:, :, 0].T.numpy(), net.out.bias.detach().numpy())
+        found |= stored(f"{number}", weights, bias)
+    return found | stored("_out", net.out.weight.detach()[:, :, 0].T.numpy(), net.out.bias.detach().numpy())
 
 
-def _stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
+def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
+    """The arrays of one layer in a file, whose names end in `name`."""
     whole, scale = in_bytes(weights)
     return {f"weights{name}": whole, f"scale{name}": scale, f"bias{name}": bias.astype(np.float32)}
 

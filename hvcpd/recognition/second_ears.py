@@ -44,9 +44,10 @@ class PeopleListener(SegmentListener[Segment, Recognised | None], Protocol):
 class SecondEars(LaterEars[Segment, Recognised | None]):
     """Ears with a second pass for people's speech."""
 
+    _listener: PeopleListener
+
     def __init__(self, ears: Ears, listener: PeopleListener, worker: Worker[Segment, Recognised | None]) -> None:
         super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
-        self._people = listener
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
@@ -145,7 +146,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         if segment.within_talk:
             return [found] if found is not None else []
         events = self._let_go()
-        if found is not None and not self._people.may_go_on(found.words):
+        if found is not None and not self._listener.may_go_on(found.words):
             self._last = None
             return [*events, found]
         self._last = segment
