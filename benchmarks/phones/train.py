@@ -7,7 +7,7 @@ Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Sc
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
 by a longer or shorter vocal tract (N. Jaitly & G. Hinton, "Vocal tract length perturbation", ICML 2013).
 
-With --start the net goes on from other weights.
+With --start the net goes on from other weights, of as many units or fewer.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from hvcpd.people.bands import N_BANDS
 from hvcpd.people.phones import APART, HALVES, PHONES, whole_weights
 
 BLANK = len(PHONES)
-WIDTH = 256
+WIDTH = 320
 LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
 """Of each layer: how many frames it sees, its step, and how far apart they are."""
 BATCH_FRAMES = 6000
@@ -37,47 +37,72 @@ PRINTED = 400
 
 
 class Net(nn.Module):
-    """Convolutions in time; after HALVES what a layer finds is added to what it was given."""
+    """Convolutions in time; after HALVES what a layer finds is added to what it was given.
+
+    Each is one product of matrices, its inputs side by side: two thirds of the time of `nn.Conv1d`.
+    """
 
     def __init__(self) -> None:
         super().__init__()
         inputs = [N_BANDS, *[WIDTH] * (len(LAYERS) - 1)]
-        self.layers = nn.ModuleList(
-            nn.Conv1d(n, WIDTH, size, step, (size - 1) // 2 * apart, apart)
-            for n, (size, step, apart) in zip(inputs, LAYERS, strict=True)
-        )
+        self.layers = nn.ModuleList(nn.Linear(size * n, WIDTH) for n, (size, _, _) in zip(inputs, LAYERS, strict=True))
         self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in LAYERS)
-        self.out = nn.Conv1d(WIDTH, BLANK + 1, 1)
+        self.out = nn.Linear(WIDTH, BLANK + 1)
         self.drop = nn.Dropout(0.1)
 
     def forward(self, sound: Tensor) -> Tensor:
         """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
-        for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
-            found = self.drop(torch.relu(norm(layer(sound))))
+        sound = sound.transpose(1, 2)
+        for number in range(len(LAYERS)):
+            found = torch.relu(self.normed(number, self.sums(number, sound)))
+            kept = self.drop(torch.ones(len(found), 1, WIDTH, dtype=found.dtype))  # the same in all of a take: faster
+            found = found * kept
             sound = found if number <= HALVES else sound + found
         logits: Tensor = self.out(sound)
-        return logits
+        return logits.transpose(1, 2)
+
+    def sums(self, number: int, sound: Tensor) -> Tensor:
+        """A layer's weighted sums of (batch, frames, inputs), with silence at both ends."""
+        size, step, apart = LAYERS[number]
+        reach, n = (size - 1) // 2 * apart, sound.shape[1]
+        padded = nn.functional.pad(sound, (0, 0, reach, reach))
+        seen = torch.cat([padded[:, k * apart : k * apart + n : step] for k in range(size)], dim=2)
+        found: Tensor = self.layers[number](seen)
+        return found
+
+    def normed(self, number: int, sums: Tensor) -> Tensor:
+        """A layer's sums after its norm."""
+        found: Tensor = self.norms[number](sums.flatten(0, 1)).view(sums.shape)
+        return found
 
 
 def started(net: Net, path: Path, sound: Tensor) -> None:
-    """Give the net the weights of a file that `weights_of` wrote.
+    """Give the net the weights of a file that `weights_of` wrote, of as many units or fewer.
 
-    There the norms are folded in. Here each gets the mean and variance that its layer has for `sound`, a batch, and is
-    scaled so that it changes nothing at first.
+    Units that the file does not have begin with random weights, and nothing listens to them yet. In the file the norms
+    are folded in. Here each gets the mean and variance that its layer has for `sound`, a batch, and is scaled so that
+    it changes nothing at first.
     """
     file = {name: torch.from_numpy(values) for name, values in whole_weights(dict(np.load(path))).items()}
+    old = len(file["bias0"])
     with torch.no_grad():
+        sound = sound.transpose(1, 2)
         for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
-            layer.weight.copy_(file[f"weights{number}"].permute(2, 1, 0))
-            layer.bias.copy_(file[f"bias{number}"])
-            found = layer(sound)
-            norm.running_mean.copy_(found.mean(dim=(0, 2)))
-            norm.running_var.copy_(found.var(dim=(0, 2)))
+            weights = file[f"weights{number}"]
+            size, inputs, _ = weights.shape
+            given = layer.weight.view(WIDTH, size, -1)
+            given[:old, :, :inputs] = weights.permute(2, 0, 1)
+            given[:old, :, inputs:] = 0.0
+            layer.bias[:old] = file[f"bias{number}"]
+            found = net.sums(number, sound)
+            norm.running_mean.copy_(found.mean(dim=(0, 1)))
+            norm.running_var.copy_(found.var(dim=(0, 1)))
             norm.weight.copy_(torch.sqrt(norm.running_var + norm.eps))
             norm.bias.copy_(norm.running_mean)
             found = torch.relu(found)
             sound = found if number <= HALVES else sound + found
-        net.out.weight.copy_(file["weights_out"].T[:, :, None])
+        net.out.weight.zero_()
+        net.out.weight[:, :old] = file["weights_out"].T
         net.out.bias.copy_(file["bias_out"])
 
 
@@ -180,10 +205,10 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
     found = {}
     for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
-        weights = (layer.weight.detach() * gain[:, None, None]).permute(2, 1, 0).numpy()
+        weights = (layer.weight.detach() * gain[:, None]).view(WIDTH, LAYERS[number][0], -1).permute(1, 2, 0).numpy()
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
         found |= stored(f"{number}", weights, bias)
-    return found | stored("_out", net.out.weight.detach()[:, :, 0].T.numpy(), net.out.bias.detach().numpy())
+    return found | stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
 
 
 def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
