@@ -29,15 +29,13 @@ Floats = NDArray[np.float64]
 RIDGE = 0.05
 FOLDS = 5
 SUPPORT_SIGNS = "---"
-PROBABILITY_SIGNS = "?---+?++?"
+PROBABILITY_SIGNS = "?-+?++?"
 """Of each weight, where it is known which it must have."""
 SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
     "bias",
-    "loss_a_phone",
-    "worst_word",
     "unclear",
-    "lead_by_length",
+    "log_odds",
     "is_nearest",
     "nearest_logit",
     "is_nearest_by_net",

@@ -23,9 +23,8 @@ MOST_LOSS = 60.0
 """Largest extra loss of a sentence; more carries no information."""
 MOST_FARTHER = 100.0
 """Largest extra distance from enrolled people's words; more carries no information."""
-MOST_LEAD = 6.0
-"""Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
-MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
+MOST_LOG_ODDS = 8.0
+"""Largest natural logarithm of the odds of a sentence by the net; the net is not right more often than that."""
 LEAST_SPEECH_S = 0.2
 URGENT = "stop"
 MOST_CALL_WORDS = 3
@@ -37,11 +36,13 @@ class Hypotheses:
     """Results of the phone net and of the enrolled people's templates for one segment of sound.
 
     `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `known` are the results of the
-    enrolled people's templates; None where there are none. `speech_s` is the duration of the speech.
+    enrolled people's templates; None where there are none. `speech_s` is the duration of the speech. `talk` is the
+    network of other talk.
     """
 
     log_posteriors: LogPosteriors
     search: CtcSearch
+    talk: CtcSearch
     by_phones: CtcSentence | None
     known: Known | None
     speech_s: float
@@ -89,24 +90,18 @@ class Hypotheses:
         aligned = self._aligned(words)
         return min(aligned.loss, least + MOST_LOSS) if aligned is not None else least + MOST_LOSS
 
-    def worst_word(self, words: Words) -> tuple[str, float]:
-        """The word of a sentence with the largest loss per frame by the net, and that loss."""
-        aligned = self._aligned(words)
-        if aligned is None:
-            return words[0], math.inf
-        lost = self.search.word_losses(self.log_posteriors, aligned)
-        return max(zip(aligned.words, lost, strict=True), key=lambda word: word[1])
-
-    def lead(self, words: Words) -> float:
-        """The extra loss by the net of the best other sentence, MOST_LEAD at most; for calls for a halt, of the best
-        one without the halt."""
-        loss = math.inf
+    def log_odds(self, words: Words) -> float:
+        """The log odds by the net that a sentence was said, not another one or other talk, MOST_LOG_ODDS at most; for
+        calls for a halt, any of them."""
+        whole = self.search.log_likelihood(self.log_posteriors)
         if is_call(words):
-            other = self.search.best(self.log_posteriors, without=URGENT)
-            loss = other.loss if other is not None else loss
-        elif self.by_phones is not None:
-            loss = self.search.least_other_loss(self.log_posteriors, self.by_phones, words)
-        return min(loss - self.loss(words), MOST_LEAD)
+            others = self.search.log_likelihood(self.log_posteriors, without=URGENT)
+            mine = _without(whole, others)
+        else:
+            mine = self.search.log_likelihood_of(self.log_posteriors, words)
+            others = _without(whole, mine)
+        against = float(np.logaddexp(others, self.talk.log_likelihood(self.log_posteriors)))
+        return min(max(mine - against, -MOST_LOG_ODDS), MOST_LOG_ODDS)
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
@@ -175,11 +170,8 @@ def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
 def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     """Features of the confidence of the most likely sentence.
 
-    Its loss against the best phone sequence, for each of its phones: a strange voice loses a little in each, a wrong
-    sentence much in a few. The worst word's loss per frame; the net's certainty of any phones; the extra loss of the
-    best other sentence, times the logarithm of the number of phones, since a short word that is no sentence is like
-    none of the others either; whether it is nearest to enrolled people's words by cepstra, and how certainly, and by
-    tandem features; the phones a second.
+    The net's certainty of any phones; the log odds of the sentence by the net; whether it is nearest to enrolled
+    people's words by cepstra, and how certainly, and by tandem features; the phones a second.
     """
     n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = [0.0, 0.0, 0.0]
@@ -191,13 +183,16 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     n_frames = max(len(hypotheses.log_posteriors), 1)
     return (
         1.0,
-        min(hypotheses.loss(words) / n_phones, MOST_LOSS_A_PHONE),
-        min(hypotheses.worst_word(words)[1], MOST_OF_A_WORD),
         float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
-        hypotheses.lead(words) * math.log(n_phones),
+        hypotheses.log_odds(words),
         *heard,
         n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
     )
+
+
+def _without(whole: float, part: float) -> float:
+    """The logarithm of what is left of a probability without a part of it; all of them are logarithms."""
+    return whole + math.log1p(-math.exp(min(part - whole, -1e-12))) if math.isfinite(part) else whole
 
 
 def deficit_of(known: Recognised) -> float:

@@ -5,21 +5,21 @@ synthetic speech and people's words (`benchmarks/phones`): between two sounds it
 
 The sentence of a network whose phones fit best is found by Viterbi's search over the topology of that classification:
 each phone lasts for a frame or more, and between two phones there may be frames of none. Pauses between words are such
-frames, too.
+frames, too. How likely all sentences of a network are together is the sum over the same paths (the forward algorithm).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.language.graph import WordGraph, graph_of
+from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.bands import Bands, stored
 
 Logs = NDArray[np.float32]
@@ -136,14 +136,12 @@ NEVER = np.float32(-1e9)
 class CtcSentence:
     """A sentence, each word with its first frame and the one after its last, and its loss.
 
-    `loss`, 0 or more: the logarithm of the ratio of the best phone sequence's probability to its own. `gained`: what
-    the best path to the end of each word of the network in each frame has gained, shape (frames, words).
+    `loss`, 0 or more: the logarithm of the ratio of the best phone sequence's probability to its own.
     """
 
     words: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
     loss: float
-    gained: Scores = field(repr=False, compare=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,22 +149,22 @@ class _Ends:
     """Back pointers of the Viterbi search.
 
     `way[t, n]`: the word by which the best path that is at node n after frame t came there, and `since[t, n]` the frame
-    at which it did, or -1; `began[t, w]`: the frame at which the word w began that ends in frame t, and `gained[t, w]`
-    what the best path has gained by then.
+    at which it did, or -1; `began[t, w]`: the frame at which the word w began that ends in frame t.
     """
 
     way: Index
     since: Index
     began: Index
-    gained: Scores
 
 
 class CtcSearch:
     """A network's words as phones, side by side."""
 
-    def __init__(self, graph: WordGraph, pronounce: Pronounce) -> None:
-        """`pronounce`: the pronunciations of a word, in PHONES."""
-        known = {word: [[PHONES.index(p) for p in said] for said in pronounce(word) if said] for word in graph.words}
+    def __init__(self, graph: WordGraph, pronounce: Pronounce, word_cost: float = 0.0) -> None:
+        """`pronounce`: the pronunciations of a word, in PHONES; `word_cost`: of each word in `log_likelihood`, natural
+        logarithm."""
+        said_as = {word: sorted({tuple(said) for said in pronounce(word) if said}) for word in graph.words}
+        known = {word: [[PHONES.index(p) for p in said] for said in ways] for word, ways in said_as.items()}
         ways = sorted(((arc, said) for arc in graph.arcs for said in known[arc.word]), key=lambda way: way[0].target)
         self._graph = graph
         self._pronounce = pronounce
@@ -180,6 +178,7 @@ class CtcSearch:
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
         self._nodes, self._begins = np.unique(self._target, return_index=True)
         self._ends = np.append(self._begins[1:], len(ways))
+        self._word_weight = math.exp(-word_cost)
 
     def best(self, log_posteriors: LogPosteriors, without: str | None = None) -> CtcSentence | None:
         """The sentence, `without` a word, that fits all of the frames best; None if they are too few for any."""
@@ -190,51 +189,38 @@ class CtcSearch:
             return None
         most = float(log_posteriors.max(axis=1).sum())
         words, spans = self._back(ends, node)
-        return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]), ends.gained)
+        return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]))
 
     def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
         """The fit of one sentence; None if there are too few frames for it."""
         return CtcSearch(graph_of(words), self._pronounce).best(log_posteriors)
 
-    def word_losses(self, log_posteriors: LogPosteriors, sentence: CtcSentence) -> list[float]:
-        """The loss of each word of a sentence per frame of its own."""
-        lost = []
-        for word, (begin, end) in zip(sentence.words, sentence.spans, strict=True):
-            fit = self.fit(log_posteriors[begin:end], [word])
-            lost.append(fit.loss / (end - begin) if fit is not None else math.inf)
-        return lost
+    def log_likelihood(self, log_posteriors: LogPosteriors, without: str | None = None) -> float:
+        """The logarithm of the sum of the probabilities of all sentences, `without` those that have a word: over every
+        way in which their phones may be spread over the frames. Minus infinity if there are too few frames for any."""
+        phone = gap = np.zeros(len(self._phones))
+        rest = np.zeros(self._graph.n_nodes)
+        rest[self._graph.start] = 1.0
+        weight = np.array([0.0 if word == without else self._word_weight for word in self._words])
+        scale = 0.0
+        for row in np.exp(log_posteriors.astype(np.float64)):
+            entered = np.roll(phone, 1)
+            entered[self._repeated] = 0.0
+            entered += np.roll(gap, 1)
+            entered[self._first] = weight * rest[self._source]
+            gap = (gap + phone) * row[-1]
+            phone = (phone + entered) * row[self._phones]
+            rest = rest * row[-1]
+            rest[self._nodes] += np.add.reduceat(phone[self._last], self._begins)
+            most = max(float(phone.max()), float(gap.max()), float(rest.max()))
+            phone, gap, rest = phone / most, gap / most, rest / most
+            scale += math.log(most)
+        whole = float(rest[sorted(self._graph.finals)].sum())
+        return scale + math.log(whole) if whole > 0.0 and len(log_posteriors) else -math.inf
 
-    def least_other_loss(self, log_posteriors: LogPosteriors, best: CtcSentence, words: Sequence[str]) -> float:
-        """The loss of the best sentence other than `words`: of the best path through a word where they have another.
-
-        By the search forward that found the `best` sentence of all, and one backward ("max-marginals"); infinite where
-        there is no other sentence."""
-        own, node = set(), self._graph.start
-        for word in words:
-            own.add((word, node))
-            node = dict(self._graph.following[node])[word]
-        other = [each not in own for each in zip(self._words, self._source, strict=True)]
-        through = best.gained[:, other] + self._after(log_posteriors)[1:, self._target[other]]
-        most = float(through.max(initial=NEVER))
-        return float(log_posteriors.max(axis=1).sum()) - most if most > NEVER / 2 else math.inf
-
-    def _after(self, log_posteriors: LogPosteriors) -> Scores:
-        """What the best path from each node to the end of a sentence gains from each frame on, shape (frames + 1,
-        nodes)."""
-        after = np.full((len(log_posteriors) + 1, self._graph.n_nodes), NEVER, np.float32)
-        after[-1, sorted(self._graph.finals)] = 0.0
-        phone = gap = np.full(len(self._phones), NEVER, np.float32)
-        for frame in range(len(log_posteriors) - 1, -1, -1):
-            row, rest = log_posteriors[frame], after[frame + 1]
-            straight = np.roll(phone, -1)
-            straight[self._repeated - 1] = NEVER
-            entered = np.maximum(straight, np.roll(gap, -1))
-            entered[self._last] = rest[self._target]
-            gap = np.maximum(phone, gap) + row[-1]
-            phone = np.maximum(entered, phone) + row[self._phones]
-            after[frame] = rest + row[-1]
-            np.maximum.at(after[frame], self._source, phone[self._first])
-        return after
+    def log_likelihood_of(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> float:
+        """`log_likelihood` of one sentence."""
+        return CtcSearch(graph_of(words), self._pronounce).log_likelihood(log_posteriors)
 
     def n_phones(self, word: str) -> int:
         """Number of phones in the shortest pronunciation of a word."""
@@ -243,8 +229,7 @@ class CtcSearch:
     def _forward(self, log_posteriors: LogPosteriors, barred: Sequence[int]) -> tuple[_Ends, Scores]:
         """Ends of words, none of them `barred`, and what the best path to each node has gained in the end."""
         n, n_nodes = len(log_posteriors), self._graph.n_nodes
-        began, gained = np.zeros((n, len(self._words)), np.int64), np.zeros((n, len(self._words)), np.float32)
-        ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), began, gained)
+        ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64))
         rest = np.full(n_nodes, NEVER, np.float32)
         rest[self._graph.start] = 0.0
         since = np.full(n_nodes, -1)
@@ -259,8 +244,8 @@ class CtcSearch:
             phone_began = np.where(entered > phone, entered_began, phone_began)
             phone = np.maximum(entered, phone) + row[self._phones]
             rest = rest + row[-1]
-            ends.began[frame], ends.gained[frame] = phone_began[self._last], phone[self._last]
-            self._arrive(rest, since, frame, ends)
+            ends.began[frame] = phone_began[self._last]
+            self._arrive(phone[self._last], rest, since, frame, ends)
             ends.since[frame] = since
         return ends, rest
 
@@ -272,9 +257,8 @@ class CtcSearch:
         began = np.where(around > straight, np.roll(gap_began, 1), np.roll(phone_began, 1))
         return np.maximum(straight, around), began
 
-    def _arrive(self, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
+    def _arrive(self, scores: Scores, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
         """Pass the words that end in a frame to their nodes, where that is better than having rested there."""
-        scores = ends.gained[frame]
         best = np.maximum.reduceat(scores, self._begins)
         arriving = np.flatnonzero(best > rest[self._nodes])
         nodes = self._nodes[arriving]
@@ -291,3 +275,10 @@ class CtcSearch:
             spans.append((begin, frame + 1))
             frame = int(ends.since[begin - 1, node]) if begin > 0 else -1
         return words[::-1], spans[::-1]
+
+
+def any_words(words: Iterable[str], pronounce: Pronounce, word_cost: float) -> CtcSearch:
+    """A network of these words in any number and order; those that sound the same count once."""
+    sounds = sorted({" ".join(said) for word in words for said in pronounce(word) if said})
+    loop = WordGraph(1, tuple(Arc(0, 0, said) for said in sounds), 0, frozenset((0,)), frozenset())
+    return CtcSearch(loop, lambda said: [said.split()], word_cost)

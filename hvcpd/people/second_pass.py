@@ -11,12 +11,12 @@ from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.fusion import Fused, Hypotheses, fuse
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, centred, phones_of
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, any_words, centred, phones_of
 from hvcpd.people.speaker_adaptation import adapted
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.second_pass import Segment
-from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.lexicon import Lexicon, common_words
 
 MIN_PROBABILITY = 0.8
 """Least confidence, as in the robots' own recogniser."""
@@ -35,6 +35,10 @@ MOST_SURE = 0.94
 """Highest confidence of a stranger's sentence, below what coordination needs to move wheels without a confirmed
 read-back: clearly spoken words that form no sentence have fitted as well as some right sentences."""
 
+TALK_WORD_COST = 4.0
+"""Of each word of other talk, natural logarithm. Of 2, 4 and 6, 4 tells sentences from all else best
+(docs/decisions/phones.md)."""
+
 COURTESY = "please"
 """Said after an order, it changes nothing."""
 
@@ -51,7 +55,8 @@ class SecondPassRecogniser:
         self._strangers = strangers
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
-        self._search: CtcSearch | None = None
+        self._searches: tuple[CtcSearch, CtcSearch] | None = None
+        """Of sentences, and of other talk."""
         self._layer = lru_cache(LAYERS_KEPT)(partial(adapted, pronounce=lexicon.sounds))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -116,14 +121,16 @@ class SecondPassRecogniser:
         return self._heard(segment)[0]
 
     def _heard(self, segment: Segment) -> tuple[Hypotheses, NetOutput]:
-        if self._search is None:
-            self._search = CtcSearch(self._graph, self._lexicon.sounds)
+        if self._searches is None:
+            talk = any_words([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
+            self._searches = CtcSearch(self._graph, self._lexicon.sounds), talk
+        search, talk = self._searches
         logs = logs_of_segment(segment)
         output = phones_of(centred(logs))
         listener = self._listener()
         known = listener.known(segment, logs, output) if listener is not None else None
-        by_phones, speech_s = self._search.best(output.log_posteriors), (segment.end - segment.start) / SAMPLE_RATE_HZ
-        return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s), output
+        by_phones, speech_s = search.best(output.log_posteriors), (segment.end - segment.start) / SAMPLE_RATE_HZ
+        return Hypotheses(output.log_posteriors, search, talk, by_phones, known, speech_s), output
 
     def _listener(self) -> EnrolledListener | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""

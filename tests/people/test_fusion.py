@@ -11,12 +11,17 @@ import pytest
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled_listener import Known
-from hvcpd.people.fusion import MOST_FARTHER, MOST_LOSS, Fused, Hypotheses, evidence, fuse
-from hvcpd.people.phones import PHONES, CtcSearch
+from hvcpd.people.fusion import MOST_FARTHER, MOST_LOG_ODDS, MOST_LOSS, Fused, Hypotheses, fuse
+from hvcpd.people.phones import PHONES, CtcSearch, any_words
 from hvcpd.recognition.events import Recognised, WordSpan
 
 SAID = {"turn": [("T", "ER", "N")], "left": [("L", "EH", "F", "T")], "right": [("R", "AY", "T")]}
 GRAPH = WordGraph(3, (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(1, 2, "right")), 0, frozenset((2,)), frozenset())
+TALK = any_words(
+    ("turn", "left", "right", "life", "earn"),
+    {**SAID, "life": [("L", "AY", "F")], "earn": [("ER", "N")]}.__getitem__,
+    4.0,
+)
 NONE = len(PHONES)
 LEFT, RIGHT = ("turn", "left"), ("turn", "right")
 
@@ -28,7 +33,7 @@ def hypotheses(*said: str, clear: float = 8.0, known: Known | None = None, speec
     for k, phone in enumerate(phones):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
     search = CtcSearch(GRAPH, SAID.__getitem__)
-    return Hypotheses(log_posteriors, search, search.best(log_posteriors), known, speech_s)
+    return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), known, speech_s)
 
 
 def enrolled(
@@ -64,13 +69,14 @@ def test_who_hears_the_same_makes_it_surer_and_who_hears_another_less() -> None:
     assert agreed > alone > disputed
 
 
-def test_a_lead_says_less_of_a_short_sentence() -> None:
-    """A short word that is none of the robots' is like none of the others either."""
-    short, longer = hypotheses("left"), hypotheses("turn", "left")
-    short = replace(short, search=(search := CtcSearch(graph_of(("left",)), SAID.__getitem__)))
-    short = replace(short, by_phones=search.best(short.log_posteriors))
-    assert short.lead(("left",)) == longer.lead(LEFT)
-    assert evidence(short, ("left",))[4] < evidence(longer, LEFT)[4]
+def test_the_odds_are_those_against_all_other_sentences_and_other_talk() -> None:
+    """A word that could be another says less, a short sentence less than a long one: any talk has such words."""
+    clear, unclear = (hypotheses("turn", "left", clear=each) for each in (8.0, 0.6))
+    assert MOST_LOG_ODDS >= clear.log_odds(LEFT) > 7.0 > unclear.log_odds(LEFT)
+    assert clear.log_odds(RIGHT) == -MOST_LOG_ODDS
+    search = CtcSearch(graph_of(("left",)), SAID.__getitem__)
+    short = replace(hypotheses("left"), search=search)
+    assert short.log_odds(("left",)) < 4.1
 
 
 def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:
@@ -97,17 +103,16 @@ def test_what_cannot_be_told_of_a_sentence_counts_neither_for_nor_against_it() -
     assert hypotheses("turn", "left").farther(LEFT) == (0.0, 0.0)
 
 
-def test_silence_around_a_sentence_makes_it_no_better() -> None:
+def test_silence_around_a_sentence_does_not_change_its_odds() -> None:
     strange = hypotheses("turn", "left").log_posteriors
     strange[6:12, PHONES.index("AA")] = 0.4  # in a strange voice
     silence = np.full((40, NONE + 1), -8.0, np.float32)
     silence[:, NONE] = 0.0
-    search, lost = CtcSearch(GRAPH, SAID.__getitem__), []
+    search, odds = CtcSearch(GRAPH, SAID.__getitem__), []
     for heard in (strange, np.concatenate([silence, strange, silence])):
-        found = Hypotheses(heard, search, search.best(heard), None, 0.7)
-        lost.append(evidence(found, LEFT)[1])
-    assert lost[0] > 0.0
-    assert lost[1] == pytest.approx(lost[0])
+        odds.append(Hypotheses(heard, search, TALK, search.best(heard), None, 0.7).log_odds(LEFT))
+    assert odds[0] > 0.0
+    assert odds[1] == pytest.approx(odds[0], abs=0.1)
 
 
 def test_few_words_do_not_take_long() -> None:
@@ -118,13 +123,13 @@ def test_few_words_do_not_take_long() -> None:
 def test_what_no_row_of_phones_explains_is_unlikely() -> None:
     noise = hypotheses("turn", "left")
     log_posteriors = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
-    found = Hypotheses(log_posteriors, noise.search, noise.search.best(log_posteriors), None, 1.2)
+    found = Hypotheses(log_posteriors, noise.search, TALK, noise.search.best(log_posteriors), None, 1.2)
     assert fused(found).probability < 0.1
 
 
 def test_a_sentence_that_cannot_be_loses_no_more_than_most() -> None:
     short = hypotheses("turn", "left")
-    brief = Hypotheses(short.log_posteriors[:3], short.search, None, enrolled(RIGHT, 0.2, 0.9), 0.1)
+    brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.2, 0.9), 0.1)
     assert brief.loss(RIGHT) == MOST_LOSS
     assert len(brief.spans(RIGHT)) == 2
     assert fused(brief).words == RIGHT
@@ -137,7 +142,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
     log_posteriors = np.full((12, NONE + 1), -8.0, np.float32)
     for k, phone in enumerate(("AO", "L", "S", "T", "AA", "P")):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
-    alone = Hypotheses(log_posteriors, search, search.best(log_posteriors), None, 0.7)
+    alone = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None, 0.7)
     same, other, else_ = (
         fused(replace(alone, known=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
@@ -147,4 +152,4 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
 
 def test_nothing_heard_is_no_sentence() -> None:
     heard = hypotheses("turn", "left")
-    assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, None, None, 0.0)) is None
+    assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, TALK, None, None, 0.0)) is None
