@@ -36,8 +36,8 @@ MIN_FRAMES = 30
 """0.3 s: shorter sounds are knocks and clicks."""
 MIN_MODULATION = 0.35
 """Standard deviation over time of the mean log energy, natural log: steady noise has 0.1, speech 0.7 and more."""
-WAIT_FRAMES = 50
-"""0.5 s of quiet before speech without a sentence is given up and searched for people's."""
+WAIT_FRAMES = 30
+"""0.3 s of quiet before speech without a sentence is given up and searched for people's."""
 LONGER_WAIT_FRAMES = 110
 """The same while a sentence seems to be under way (1.1 s): its faint end may still come (a final n in noise)."""
 

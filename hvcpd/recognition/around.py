@@ -20,6 +20,11 @@ class EarsAround:
         return self._ears.busy
 
     @property
+    def speaking(self) -> bool:
+        """As `Ears.speaking`."""
+        return self._ears.speaking
+
+    @property
     def signs(self) -> bool:
         """As `Ears.signs`."""
         return self._ears.signs

@@ -119,6 +119,9 @@ class Ears(Protocol):
     def busy(self) -> bool: ...
 
     @property
+    def speaking(self) -> bool: ...
+
+    @property
     def signs(self) -> bool: ...
 
     @property

@@ -90,6 +90,11 @@ class Recogniser:
         return self.watch.activity.busy or self.under_way
 
     @property
+    def speaking(self) -> bool:
+        """Whether somebody else is speaking right now, or paused a moment ago."""
+        return self.watch.activity.busy
+
+    @property
     def signs(self) -> bool:
         """Whether the most recent sound may be speech, however faint."""
         return self.busy or self.watch.activity.alert

@@ -79,13 +79,13 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
 
     def _follow(self, block: Samples) -> None:
-        busy = self._ears.busy
-        if busy:
+        speaking = self._ears.speaking
+        if speaking:
             self._spoke_until = self._now
             if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
                 self._kept = [Garbled(self._last.start, self._last.end)]
                 self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
-        self._stretches += self._talk.push(self._began, block, busy)
+        self._stretches += self._talk.push(self._began, block, speaking)
 
     def _mask(self) -> None:
         self._talk.end_talk()

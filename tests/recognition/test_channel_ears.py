@@ -36,12 +36,12 @@ class Script:
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
         self.now = 0
-        self.signs = self.busy = self.prepared = self.ends = False
+        self.signs = self.speaking = self.busy = self.prepared = self.ends = False
         self.chunks: Sequence[Chunk] = ()
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         before, self.now = self.now, self.now + len(samples)
-        self.signs = self.busy = any(begin < self.now and before < end for begin, end in self.speech)
+        self.signs = self.speaking = self.busy = any(begin < self.now and before < end for begin, end in self.speech)
         return [event for at, event in self.events if before < at <= self.now]
 
     def lost(self, n_samples: int) -> list[Event]:

@@ -105,7 +105,7 @@ class Scripted:
 class Silent:
     """Ears that understand nothing and pass chunks on."""
 
-    busy = signs = ends = False
+    busy = speaking = signs = ends = False
 
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []

@@ -24,7 +24,7 @@ Finding = tuple[Segment, Recognised | None]
 class Script:
     """First ears that tell what they are told to tell at a block, counted from 0."""
 
-    busy = signs = False
+    busy = speaking = signs = False
 
     def __init__(self, events: dict[int, list[Event]]) -> None:
         self.events = events
@@ -168,9 +168,9 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
     looker = Looker(half, goes_on=True)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, AtOnce())
     assert run(ears, 30) == []
-    ears._ears.busy = True  # type: ignore[misc]
+    ears._ears.speaking = True  # type: ignore[misc]
     assert run(ears, 10, 30) == []
-    ears._ears.busy = False  # type: ignore[misc]
+    ears._ears.speaking = False  # type: ignore[misc]
     looker.found, looker.goes_on = SENTENCE, False
     assert run(ears, 10, 40) == [SENTENCE]
     [_, whole] = looker.segments
@@ -182,12 +182,20 @@ def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late
     looker = Looker(replace(SENTENCE, words=("hi", "rob")), goes_on=True)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, AtOnce())
     assert run(ears, 30) == []
-    ears._ears.busy = True  # type: ignore[misc]
+    ears._ears.speaking = True  # type: ignore[misc]
     assert run(ears, 10, 30) == []
-    ears._ears.busy = False  # type: ignore[misc]
+    ears._ears.speaking = False  # type: ignore[misc]
     assert run(ears, 20, 40) == [Garbled(32000, 40000)]
     looker.found, looker.goes_on = SENTENCE, False
     assert run(ears, 10, 60) == [SENTENCE]
+
+
+def test_a_sentence_is_told_although_another_search_of_it_goes_on() -> None:
+    """The channel search may still hold its last sound: that is nobody who goes on."""
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), AtOnce())
+    assert run(ears, 30) == []
+    ears._ears.busy = True  # type: ignore[misc]
+    assert run(ears, 10, 30) == [SENTENCE]
 
 
 def test_what_is_said_long_after_is_looked_at_alone() -> None:
@@ -212,7 +220,7 @@ def talk_without_an_end(looker: Looker, worker: AtOnce, understood: dict[int, li
     rng = np.random.default_rng(3)
     events = []
     for k in range(200):
-        first.busy = k >= 10
+        first.speaking = k >= 10
         rms = 0.1 if k >= 10 and k % 8 < 5 else 0.002
         events += ears.push((rms * rng.standard_normal(BLOCK)).astype(np.float32))
     return events
@@ -296,9 +304,9 @@ def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
 def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, after: int, seen: bool) -> None:
     looker, script = Looker(SENTENCE), Script({})
     ears = SecondEars(script, looker, AtOnce())
-    script.busy = True
+    script.speaking = True
     run(ears, 10)
-    script.busy = False
+    script.speaking = False
     run(ears, quiet_blocks, 10)
     ears.lost(lost)
     start = (10 + quiet_blocks) * BLOCK + lost + after
