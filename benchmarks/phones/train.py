@@ -1,7 +1,7 @@
 """Trains the net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
     python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --out FILE.npz [--minutes 40] [--seed 1]
-        [--start FILE.npz] [--rate 2e-3]
+        [--start FILE.npz] [--width 320] [--rate 2e-3]
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
@@ -42,12 +42,13 @@ class Net(nn.Module):
     Each is one product of matrices, its inputs side by side: two thirds of the time of `nn.Conv1d`.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, width: int = WIDTH) -> None:
         super().__init__()
-        inputs = [N_BANDS, *[WIDTH] * (len(LAYERS) - 1)]
-        self.layers = nn.ModuleList(nn.Linear(size * n, WIDTH) for n, (size, _, _) in zip(inputs, LAYERS, strict=True))
-        self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in LAYERS)
-        self.out = nn.Linear(WIDTH, BLANK + 1)
+        self.width = width
+        inputs = [N_BANDS, *[width] * (len(LAYERS) - 1)]
+        self.layers = nn.ModuleList(nn.Linear(size * n, width) for n, (size, _, _) in zip(inputs, LAYERS, strict=True))
+        self.norms = nn.ModuleList(nn.BatchNorm1d(width) for _ in LAYERS)
+        self.out = nn.Linear(width, BLANK + 1)
         self.drop = nn.Dropout(0.1)
 
     def forward(self, sound: Tensor) -> Tensor:
@@ -55,7 +56,9 @@ class Net(nn.Module):
         sound = sound.transpose(1, 2)
         for number in range(len(LAYERS)):
             found = torch.relu(self.normed(number, self.sums(number, sound)))
-            kept = self.drop(torch.ones(len(found), 1, WIDTH, dtype=found.dtype))  # the same in all of a take: faster
+            kept = self.drop(
+                torch.ones(len(found), 1, self.width, dtype=found.dtype)
+            )  # the same in all of a take: faster
             found = found * kept
             sound = found if number <= HALVES else sound + found
         logits: Tensor = self.out(sound)
@@ -90,7 +93,7 @@ def started(net: Net, path: Path, sound: Tensor) -> None:
         for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
             weights = file[f"weights{number}"]
             size, inputs, _ = weights.shape
-            given = layer.weight.view(WIDTH, size, -1)
+            given = layer.weight.view(net.width, size, -1)
             given[:old, :, :inputs] = weights.permute(2, 0, 1)
             given[:old, :, inputs:] = 0.0
             layer.bias[:old] = file[f"bias{number}"]
@@ -205,7 +208,9 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
     found = {}
     for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
-        weights = (layer.weight.detach() * gain[:, None]).view(WIDTH, LAYERS[number][0], -1).permute(1, 2, 0).numpy()
+        weights = (
+            (layer.weight.detach() * gain[:, None]).view(net.width, LAYERS[number][0], -1).permute(1, 2, 0).numpy()
+        )
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
         found |= stored(f"{number}", weights, bias)
     return found | stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
@@ -222,6 +227,7 @@ def main() -> None:
     parser.add_argument("data", type=Path, nargs="+")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="voices that are not trained on")
     parser.add_argument("--start", type=Path, help="weights to begin with, else random ones")
+    parser.add_argument("--width", type=int, default=WIDTH, help="units of a layer")
     parser.add_argument("--rate", type=float, default=2e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=40.0, help="of a processor")
@@ -230,7 +236,7 @@ def main() -> None:
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(o.seed)
-    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net()
+    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net(o.width)
     if o.start is not None:
         first = next(iter(data.batches(rng)))
         started(net, o.start, data.batch(first, None)[0])

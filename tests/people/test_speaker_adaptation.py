@@ -100,7 +100,7 @@ def test_who_enrolled_by_sentences_is_understood_better() -> None:
     known = SecondPassRecogniser(graph, LEXICON, {"anna": anna}, True).likeliest(segment(text))
     assert alone is not None
     assert known is not None
-    assert known.confidence > alone.confidence
+    assert known.spans[0].confidence > alone.spans[0].confidence
     assert known.voice == anna.voice == STRANGER  # a layer says nothing about who speaks
 
 
