@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol, Self
+from typing import Protocol
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
@@ -68,15 +68,6 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or bool(self._waiting or self._kept)
-
-    def succeed(self, predecessor: Self) -> None:
-        """As `LaterEars.succeed`."""
-        super().succeed(predecessor)
-        self._waiting = predecessor._waiting
-        self._last = predecessor._last
-        self._kept, self._kept_until = predecessor._kept, predecessor._kept_until
-        self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
-        self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
 
     def _follow(self, block: Samples) -> None:
         busy = self._ears.busy

@@ -168,11 +168,10 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         self._now += n_samples
         return self.take(events)
 
-    def succeed(self, predecessor: Self) -> None:
-        """Continue from `predecessor`, with its pending jobs."""
-        self._ears.succeed(predecessor._ears)
-        self._worker, self._now = predecessor._worker, predecessor._now
-        self._history = self._earlier._history if self._earlier is not None else predecessor._history
+    def adopt(self, others: Self) -> None:
+        """As `EarsAround.adopt`, and with their listener."""
+        super().adopt(others)
+        self._listener = others._listener
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:

@@ -37,8 +37,8 @@ class Script:
     def lost(self, n_samples: int) -> list[Event]:
         return []
 
-    def succeed(self, predecessor: object) -> None:
-        self.blocks = predecessor.blocks  # type: ignore[attr-defined]
+    def adopt(self, others: object) -> None:
+        pass
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         pass
@@ -264,15 +264,16 @@ def test_what_is_no_sound_is_not_looked_at() -> None:
     assert np.abs(looker.segments[0].sound).max() <= 1.0
 
 
-def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:
-    worker = Slow()
-    old = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
-    run(old, 30)
-    new = SecondEars(Script({}), Looker(None), Slow())
-    new.succeed(old)
-    assert new.busy
+def test_what_was_asked_before_something_was_learned_is_still_told() -> None:
+    worker, first, second = Slow(), Looker(SENTENCE), Looker(None)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 49: [Garbled(72000, 80000)]}), first, worker)
+    run(ears, 30)
+    ears.adopt(SecondEars(Script({}), second, Slow()))
+    assert ears.busy
     worker.end()
-    assert new.push(block(30)) == [SENTENCE]
+    assert run(ears, 20, 30) == [SENTENCE]
+    worker.end()
+    assert [len(first.segments), len(second.segments)] == [1, 1]
 
 
 def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
