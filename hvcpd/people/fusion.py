@@ -10,9 +10,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from hvcpd.people.enrolled_listener import Known
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import fitted, logistic, logit
@@ -21,8 +18,6 @@ Words = tuple[str, ...]
 
 MOST_LOSS = 60.0
 """Largest extra loss of a sentence; more carries no information."""
-MOST_FARTHER = 100.0
-"""Largest extra distance from enrolled people's words; more carries no information."""
 MOST_LEAD = 6.0
 """Largest extra loss of the best other sentence, natural logarithm; more carries no information."""
 MOST_LOSS_A_PHONE, MOST_OF_A_WORD = 6.0, 2.0
@@ -36,14 +31,14 @@ MOST_CALL_WORDS = 3
 class Hypotheses:
     """Results of the phone net and of the enrolled people's templates for one segment of sound.
 
-    `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `known` are the results of the
-    enrolled people's templates; None where there are none. `speech_s` is the duration of the speech.
+    `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `nearest` the one that is
+    nearest to the words of enrolled people; None where there is none. `speech_s` is the duration of the speech.
     """
 
     log_posteriors: LogPosteriors
     search: CtcSearch
     by_phones: CtcSentence | None
-    known: Known | None
+    nearest: Recognised | None
     speech_s: float
     fits: dict[Words, CtcSentence | None] = field(default_factory=dict)
     """The fits of sentences other than `by_phones`, where requested."""
@@ -56,32 +51,12 @@ class Hypotheses:
     def sentences(self) -> list[Words]:
         """All sentences that were found, each once."""
         found = [each.words for each in (self.by_phones, self.nearest) if each is not None]
-        return list(dict.fromkeys([*found, self.tandem] if self.tandem is not None else found))
-
-    @property
-    def nearest(self) -> Recognised | None:
-        """The sentence that is nearest to the words of enrolled people."""
-        return self.known.nearest if self.known is not None else None
+        return list(dict.fromkeys(found))
 
     @property
     def tandem(self) -> Words | None:
-        """The sentence nearest to their words by tandem features."""
-        return self.known.tandem if self.known is not None else None
-
-    def farther(self, words: Words) -> tuple[float, float]:
-        """The extra distance of a sentence from the enrolled people's words, compared with the nearest of all sentences
-        found, by cepstra and by tandem features, MOST_FARTHER at most; less where even the nearest is far, and 0 where
-        it is unknown."""
-        mine = self.known.votes(words) if self.known is not None else None
-        if self.known is None or self.nearest is None or mine is None:
-            return 0.0, 0.0
-        votes = (self.known.votes(other) for other in self.sentences)
-        least = np.min([each for each in votes if each is not None], axis=0)
-        near = 1.0 / (1.0 + deficit_of(self.nearest) ** 2)
-        by_cepstra, by_net = (
-            near * min(far - float(best), MOST_FARTHER) for far, best in zip(mine, least, strict=True)
-        )
-        return by_cepstra, by_net
+        """None: of the fitted weights one is of tandem features, which are gone. The next fit leaves it out."""
+        return None
 
     def loss(self, words: Words) -> float:
         """A sentence's loss by the net, MOST_LOSS above the best at most."""
@@ -131,17 +106,13 @@ class Fused:
 
 def fuse(hypotheses: Hypotheses) -> Fused | None:
     """The most likely of the sentences that were found; None if there is none."""
-    scored = ranked(hypotheses)
-    if not scored:
-        return None
-    words = scored[0][1]
-    found = evidence(hypotheses, words)
-    return Fused(words, logistic(sum(weight * value for weight, value in zip(PROBABILITY, found, strict=True))))
+    found = [Fused(words, probability(evidence(hypotheses, words))) for words in hypotheses.sentences]
+    return max(found, key=lambda each: each.probability, default=None)
 
 
-def ranked(hypotheses: Hypotheses) -> list[tuple[float, Words]]:
-    """The sentences that were found, each with its support, the best first."""
-    return sorted(((support(hypotheses, words), words) for words in hypotheses.sentences), reverse=True)
+def probability(found: Sequence[float]) -> float:
+    """The probability, 0 to 1, that a sentence with this `evidence` is right."""
+    return logistic(sum(weight * value for weight, value in zip(PROBABILITY, found, strict=True)))
 
 
 def is_call(words: Words) -> bool:
@@ -154,22 +125,8 @@ def alike(one: Words, other: Words) -> bool:
     return one == other or (is_call(one) and is_call(other))
 
 
-_WEIGHTS = fitted("people_fusion")["weights"]
-SUPPORT: tuple[float, ...] = tuple(_WEIGHTS["support"].values())
-"""Weights of `supporting`, in its order."""
-PROBABILITY: tuple[float, ...] = tuple(_WEIGHTS["probability"].values())
+PROBABILITY: tuple[float, ...] = tuple(fitted("people_fusion")["weights"]["probability"].values())
 """Weights of `evidence`, in its order."""
-
-
-def support(hypotheses: Hypotheses, words: Words) -> float:
-    """Support of a sentence compared with the others that were found; natural logarithm of odds."""
-    return sum(weight * value for weight, value in zip(SUPPORT, supporting(hypotheses, words), strict=True))
-
-
-def supporting(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
-    """Features that support a sentence: its loss, and its distance from enrolled people's words compared with
-    others."""
-    return (hypotheses.loss(words), *hypotheses.farther(words))
 
 
 def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
@@ -198,9 +155,3 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
         *heard,
         n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
     )
-
-
-def deficit_of(known: Recognised) -> float:
-    """The mean distance of a frame to the takes beyond that to the nearest frame."""
-    lengths = [span.end_sample - span.start_sample for span in known.spans]
-    return sum(n * span.deficit for n, span in zip(lengths, known.spans, strict=True)) / max(sum(lengths), 1)

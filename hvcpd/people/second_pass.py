@@ -56,9 +56,7 @@ class SecondPassRecogniser:
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
-        listener = self._listener()
-        if listener is not None and self._strangers:
-            listener.prepare(go_on)
+        self._listener()
         for person in self._people.values() if self._strangers else ():
             if not go_on():
                 return
@@ -118,12 +116,11 @@ class SecondPassRecogniser:
     def _heard(self, segment: Segment) -> tuple[Hypotheses, NetOutput]:
         if self._search is None:
             self._search = CtcSearch(self._graph, self._lexicon.sounds)
-        logs = logs_of_segment(segment)
-        output = phones_of(centred(logs))
+        output = phones_of(centred(logs_of_segment(segment)))
         listener = self._listener()
-        known = listener.known(segment, logs, output) if listener is not None else None
+        nearest = listener.nearest(segment) if listener is not None else None
         by_phones, speech_s = self._search.best(output.log_posteriors), (segment.end - segment.start) / SAMPLE_RATE_HZ
-        return Hypotheses(output.log_posteriors, self._search, by_phones, known, speech_s), output
+        return Hypotheses(output.log_posteriors, self._search, by_phones, nearest, speech_s), output
 
     def _listener(self) -> EnrolledListener | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""

@@ -6,7 +6,7 @@ from datetime import date
 
 import pytest
 
-from hvcpd.people.fusion import PROBABILITY, SUPPORT
+from hvcpd.people.fusion import PROBABILITY
 from hvcpd.recognition.confidence import ConfidenceCurve
 from hvcpd.recognition.fitted import fitted
 
@@ -33,7 +33,6 @@ def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
     weights = ConfidenceCurve().weights
     assert max(weights.deficit, weights.worst, weights.slowness, weights.haste) < 0.0
     assert min(weights.log_margin, weights.log_gain, weights.log_fit, weights.word_fit) > 0.0
-    assert max(SUPPORT) < 0.0
     against, for_it = PROBABILITY[1:4], (PROBABILITY[4], *PROBABILITY[6:9])
     assert max(against) <= 0.0 <= min(for_it)
     assert min(against) < 0.0 < max(for_it)
