@@ -1,7 +1,7 @@
-"""Hypothesis fusion: selects one of the sentences found in a segment of sound, and gives its confidence.
+"""Hypothesis fusion: the likeliest of the sentences found in a segment of sound, and its confidence.
 
-Two logistic curves, fitted by `python -m benchmarks.fit` to people and synthetic voices that the net was not trained
-on, and to an equal amount of other speech: other words, parts of longer sentences, talk that addresses nobody.
+A logistic curve, fitted by `python -m benchmarks.fit` to people and synthetic voices that the net was not trained on,
+and to an equal amount of other speech: other words, parts of longer sentences, talk that addresses nobody.
 """
 
 from __future__ import annotations
