@@ -156,7 +156,7 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         if not masked:
             if self._earlier is None:
                 self._history.push(self._began, cleaned(samples))
-            self._follow(samples)
+            self._follow()
         else:
             self._mask()
         return self.take(events)
@@ -178,13 +178,12 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         """The results of the first ears' events, and of finished second passes."""
 
     @abstractmethod
-    def _follow(self, block: Samples) -> None:
-        """Process the block, shape (n,), that was heard from sample `_began` on."""
+    def _follow(self) -> None:
+        """Process the block that was heard from sample `_began` on."""
 
     @abstractmethod
     def _break_off(self, n_samples: int) -> None:
         """Start again: this number of samples was lost, from `_now` on."""
 
-    @abstractmethod
     def _mask(self) -> None:
-        """Start again: the robot itself speaks."""
+        """The robot itself speaks."""

@@ -12,6 +12,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.second_ears import SecondEars
 from hvcpd.recognition.second_pass import AtOnce, Segment, SegmentListener
+from hvcpd.recognition.stream import Chunk, FrameStream
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
@@ -29,9 +30,12 @@ class Script:
     def __init__(self, events: dict[int, list[Event]]) -> None:
         self.events = events
         self.blocks = 0
+        self.chunks: list[Chunk] = []
+        self._frames = FrameStream()
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.blocks += 1
+        self.chunks = list(self._frames.push(samples, masked))
         return self.events.get(self.blocks - 1, [])
 
     def lost(self, n_samples: int) -> list[Event]:

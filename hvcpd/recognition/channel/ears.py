@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Self
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.beginnings import SIZE, STEP
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.channel.stretches import (
@@ -139,7 +139,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def _mask(self) -> None:
         self._break_off(0)
 
-    def _follow(self, _block: Samples) -> None:
+    def _follow(self) -> None:
         """Track beginnings and signs of speech."""
         at, busy = self._began, self._ears.busy
         rises, self._busy = busy and not self._busy, busy
