@@ -29,8 +29,8 @@ from hvcpd.recognition.templates import TemplateBank
 FILLER_COST = 1.2
 """Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
 RETUNE_DB = 3.0
-"""The templates' gain follows the level heard when that is so far off, also within a sentence: the first word, "hi", can
-be much weaker than the rest."""
+"""The templates' gain follows the level heard when that is so far off, also within a sentence: the first word, "hi",
+can be much weaker than the rest."""
 END_FRAMES = 25
 """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 40

@@ -116,9 +116,7 @@ def search(net: Network, given_input: Input) -> Path:
     @cache
     def word_end(frame: int, node: int) -> Path:
         instances = np.flatnonzero(net.target_node == node)
-        return min(
-            (more(within(frame, c, net.length[c] - 1), 0.0, net.word[c]) for c in instances), default=NONE
-        )
+        return min((more(within(frame, c, net.length[c] - 1), 0.0, net.word[c]) for c in instances), default=NONE)
 
     @cache
     def resting(frame: int, node: int) -> Path:

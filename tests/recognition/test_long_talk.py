@@ -26,7 +26,9 @@ def heard(sound: Samples, block: int, busy_from_s: float = 1.0) -> list[Stretch]
     return fed(LongTalk(LONGEST), FrameStream(), sound, block, busy_from_s)
 
 
-def fed(ears: LongTalk, frames: FrameStream, sound: Samples, block: int = 400, busy_from_s: float = 1.0) -> list[Stretch]:
+def fed(
+    ears: LongTalk, frames: FrameStream, sound: Samples, block: int = 400, busy_from_s: float = 1.0
+) -> list[Stretch]:
     found = []
     for at in range(0, len(sound), block):
         chunks = list(frames.push(sound[at : at + block], False))
