@@ -21,46 +21,25 @@ from scipy.optimize import minimize
 from benchmarks.fusion_cases import Case, all_cases
 from benchmarks.people_stage import Stage
 from hvcpd.people import fusion
-from hvcpd.people.fusion import evidence, supporting
+from hvcpd.people.fusion import evidence
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY
 
 Floats = NDArray[np.float64]
 
 RIDGE = 0.05
 FOLDS = 5
-SUPPORT_SIGNS = "---"
-PROBABILITY_SIGNS = "?-+?++?"
+PROBABILITY_SIGNS = "?-+?+?"
 """Of each weight, where it is known which it must have."""
-SUPPORTING = ("loss", "farther_by_cepstra", "farther_by_net")
 EVIDENCE = (
     "bias",
     "unclear",
     "log_odds",
     "is_nearest",
     "nearest_logit",
-    "is_nearest_by_net",
     "phones_a_second",
 )
-"""Names of the weights of `fusion.supporting` and `fusion.evidence`."""
+"""Names of the weights of `fusion.evidence`."""
 LEVELS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.01)
-
-
-def fit_support(cases: Sequence[Case]) -> Floats:
-    """Conditional logit: of the sentences that were found, the one that was said."""
-    choices = []
-    for case in cases:
-        found = case.hypotheses.sentences
-        if len(found) > 1 and case.words in found:
-            values = np.array([supporting(case.hypotheses, words) for words in found])
-            choices.append((case.weight, values - values[found.index(case.words)]))
-    scale = np.maximum(np.concatenate([values for _, values in choices]).std(axis=0), 1e-6)
-
-    def cost(weights: Floats) -> float:
-        losses = (w * np.log(np.exp(np.minimum(each / scale @ weights, 500.0)).sum()) for w, each in choices)
-        return float(sum(losses) + RIDGE * (weights**2).sum())
-
-    print(f"{len(choices)} choices")
-    return np.asarray(minimize(cost, np.zeros(len(scale)), bounds=_bounds(SUPPORT_SIGNS)).x / scale)
 
 
 def _bounds(signs: str) -> list[tuple[float | None, float | None]]:
@@ -87,12 +66,10 @@ def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floa
 
 
 def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float]]]:
-    """The best supported sentence in each case, and the features that tell whether it is right."""
-    found = []
-    for case in cases:
-        words = fusion.ranked(case.hypotheses)[0][1]
-        found.append((words, evidence(case.hypotheses, words)))
-    return found
+    """The likeliest sentence in each case by the weights as they are, and the features that tell whether it is
+    right."""
+    found = ([(words, evidence(c.hypotheses, words)) for words in c.hypotheses.sentences] for c in cases)
+    return [max(each, key=lambda one: fusion.probability(one[1])) for each in found]
 
 
 def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities: Floats) -> None:
@@ -127,9 +104,8 @@ def reliability(values: Floats, right: Floats, counts: Floats) -> None:
 
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
-    """Weights of both curves, and the data that they were fitted to."""
+    """The weights, and the data that they were fitted to."""
     cases = all_cases(Stage(False), o.data, o.sentences, o.seed)
-    fusion.SUPPORT = tuple(round(w, 4) for w in fit_support(cases).tolist())
     found = winners(cases)
     values = np.array([each for _, each in found])
     right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
@@ -145,10 +121,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
         f"no sentence, enrolled voices{people}; in rooms and noises; seed {o.seed}",
         "score": f"at {MIN_STRANGERS_PROBABILITY}: {int((sure * right).sum())} of {int(right.sum())} right ones, "
         f"{int((sure * (1 - right)).sum())} of {int((1 - right).sum())} wrong ones",
-        "weights": {
-            "support": dict(zip(SUPPORTING, fusion.SUPPORT, strict=True)),
-            "probability": {name: round(float(w), 3) for name, w in zip(EVIDENCE, weights, strict=True)},
-        },
+        "weights": {"probability": {name: round(float(w), 3) for name, w in zip(EVIDENCE, weights, strict=True)}},
     }
 
 

@@ -73,14 +73,12 @@ PARTS_S = (0.5, 3.0)
 class Case:
     """What was said, empty if nothing to the robots, and what the listeners make of it.
 
-    `weight`: in the fit of what is chosen (who is enrolled speaks oftener than others where somebody is), and
-    `counts` in that of how sure it is, where digits should not be most of all.
+    `counts`: its weight in the fit, where digits should not be most of all.
     """
 
     kind: str
     words: tuple[str, ...]
     hypotheses: Hypotheses
-    weight: float = 1.0
     counts: float = 1.0
 
 
@@ -243,10 +241,9 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
             for kept in KEPT:
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    hypotheses = replace(by_nobody, known=ears.hypotheses(segment).known)
+                    hypotheses = replace(by_nobody, nearest=ears.hypotheses(segment).nearest)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
-                    weight = 3.0 if kind == "enrolled" else 1.0
-                    yield Case(name, (DIGITS[digit],), hypotheses, weight, DIGITS_COUNT)
+                    yield Case(name, (DIGITS[digit],), hypotheses, DIGITS_COUNT)
 
 
 def all_cases(stage: Stage, data: Path | None, n: int, seed: int) -> Sequence[Case]:

@@ -18,9 +18,10 @@ import numpy as np
 
 from benchmarks.people_material import alone, enrol, levelled, sentences
 from benchmarks.people_stage import SNR_DB, Stage
-from hvcpd.people.enrolled import Person, stretched
+from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.second_ears import MOST_WAIT_S
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.speaker import Speaker
@@ -36,6 +37,11 @@ def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
     return Person(
         name, {w: [stretched(take, rate) for take in takes for rate in RATES] for w, takes in once.takes.items()}
     )
+
+
+def stretched(energies: Energies, factor: float) -> Energies:
+    """A take with its number of frames multiplied."""
+    return energies[np.linspace(0, len(energies) - 1, round(len(energies) * factor)).round().astype(int)]
 
 
 def told(label: str, opinion: SecondPassRecogniser, segments: Sequence[Segment]) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.frontend import ENERGY_FLOOR, Energies, mel_edges_hz, power_ratio
+from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
 from hvcpd.recognition.second_pass import Segment
 
 Bands = NDArray[np.float64]
@@ -161,26 +161,6 @@ def _regression() -> NDArray[np.float64]:
 def _extrapolated(lower: NDArray[np.float64]) -> NDArray[np.float64]:
     weights = _regression()
     return np.asarray(weights[0] + lower @ weights[1:])
-
-
-def masked_logs(energies: Energies, silence: int = 0) -> Bands:
-    """Logarithms of a take's energies, shape (frames, N_BANDS of the front end), with this many frames of silence
-    before and after it; nothing is below the net's floor."""
-    mask = mask_of(energies) + float(ENERGY_FLOOR)
-    return np.asarray(np.log(np.pad(energies, ((silence, silence), (0, 0))) + mask))
-
-
-@cache
-def _take_regression() -> NDArray[np.float64]:
-    """Shape (1 + the front end's N_BANDS, the net's), the constants first."""
-    return np.asarray(stored("take_bands.npz")["weights"], np.float64)
-
-
-def heard_alone(energies: Energies, silence: int) -> Bands:
-    """Logarithms of the net's bands, shape (silence + frames + silence, N_BANDS), of a take in silence."""
-    weights = _take_regression()
-    logs = weights[0] + masked_logs(energies, silence) @ weights[1:]
-    return completed(logs, np.exp(logs))
 
 
 def stored(name: str) -> dict[str, NDArray[Any]]:

@@ -83,35 +83,14 @@ def voice_of(name: str) -> str:
     return f"{name.lower()}, enrolled"
 
 
-REDUCED = frozenset("a am and are do have i is not of the to will you".split())
-"""Words that have a weak form in a sentence (A. C. Gimson, "An Introduction to the Pronunciation of English")."""
-WEAK = 0.5
-"""Weak forms are half as long, or less; the steps of the template decoder span the rest. Nine synthetic voices: of
-90 sentences 86 were right without and 88 with such takes."""
-
-
 def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:
-    """The person's takes of `words`, and shortened ones of REDUCED words as in a sentence. All takes have the same
-    loudness, since people do not keep theirs from one word to the next."""
-    found: dict[str, list[Energies]] = {}
-    for word in (word for word in words if word in person.takes):
-        takes = [levelled(take) for take in person.takes[word]]
-        found[word] = [*takes, *(stretched(take, WEAK) for take in takes if word in REDUCED)]
-    return found
+    """The person's takes of `words`, all of the same loudness, since people do not keep theirs from one word to the
+    next."""
+    return {word: [levelled(take) for take in person.takes[word]] for word in words if word in person.takes}
 
 
 def levelled(energies: Energies) -> Energies:
     """The take with a mean power of 1 in the louder half of its frames."""
     power = energies.sum(axis=1)
     out: Energies = energies / power[power >= np.median(power)].mean()
-    return out
-
-
-def stretched(energies: Energies, factor: float) -> Energies:
-    """The take with its number of frames multiplied, linearly interpolated; MIN_FRAMES at least."""
-    n = max(round(len(energies) * factor), MIN_FRAMES)
-    at = np.linspace(0.0, len(energies) - 1.0, n)
-    low = np.minimum(at.astype(np.intp), len(energies) - 2)
-    part = (at - low).astype(np.float32)[:, None]
-    out: Energies = (1 - part) * energies[low] + part * energies[low + 1]
     return out

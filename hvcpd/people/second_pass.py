@@ -61,9 +61,7 @@ class SecondPassRecogniser:
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
-        listener = self._listener()
-        if listener is not None and self._strangers:
-            listener.prepare(go_on)
+        self._listener()
         for person in self._people.values() if self._strangers else ():
             if not go_on():
                 return
@@ -125,12 +123,11 @@ class SecondPassRecogniser:
             talk = any_words([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
             self._searches = CtcSearch(self._graph, self._lexicon.sounds), talk
         search, talk = self._searches
-        logs = logs_of_segment(segment)
-        output = phones_of(centred(logs))
+        output = phones_of(centred(logs_of_segment(segment)))
         listener = self._listener()
-        known = listener.known(segment, logs, output) if listener is not None else None
+        nearest = listener.nearest(segment) if listener is not None else None
         by_phones, speech_s = search.best(output.log_posteriors), (segment.end - segment.start) / SAMPLE_RATE_HZ
-        return Hypotheses(output.log_posteriors, search, talk, by_phones, known, speech_s), output
+        return Hypotheses(output.log_posteriors, search, talk, by_phones, nearest, speech_s), output
 
     def _listener(self) -> EnrolledListener | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Self
 
 from hvcpd.recognition.events import Ears
 from hvcpd.recognition.stream import Chunk
@@ -38,6 +39,10 @@ class EarsAround:
     def ends(self) -> bool:
         """As `Ears.ends`."""
         return self._ears.ends
+
+    def adopt(self, others: Self) -> None:
+        """As `Ears.adopt`."""
+        self._ears.adopt(others._ears)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations while `go_on` holds, in any thread."""

@@ -70,12 +70,6 @@ class Listening(EarsAround):
             spelled.begin_late()
             self._spelled = spelled
 
-    def succeed(self, predecessor: Listening) -> None:
-        """Continue from `predecessor`: take over its sample clock and its noise estimate."""
-        self._sentences.succeed(predecessor._sentences)
-        self._spelled, self._later = predecessor._spelled, predecessor._later
-        self._understood = predecessor._understood
-
     def _once(self, sentences: list[Event], spelled: list[Event]) -> list[Event]:
         if not sentences and not spelled:
             return []

@@ -137,11 +137,9 @@ class Recogniser:
         """Note that speech that begins now may be the end of something longer that was lost."""
         self._lost_until = self.watch.stream.next_frame + CHUNK_FRAMES
 
-    def succeed(self, predecessor: Recogniser) -> None:
-        """Continue from `predecessor`, between two sentences: take over its sample clock and its noise estimate."""
-        self.watch, self._segments = predecessor.watch, predecessor._segments
-        self._dealt_with, self._lost_until = predecessor._dealt_with, predecessor._lost_until
-        self._unheard_until = predecessor._unheard_until
+    def adopt(self, others: Recogniser) -> None:
+        """As `Ears.adopt`."""
+        self._session = others._session
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `Ears.prepare`: there is nothing to prepare."""

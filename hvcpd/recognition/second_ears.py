@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol, Self
+from typing import Protocol
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.long_talk import MOST_PAUSES, LongTalk, Stretch
 from hvcpd.recognition.second_pass import AFTER_S, PAUSES_S, LaterEars, Segment, SegmentListener, Worker
@@ -69,33 +69,20 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         return self._ears.busy or bool(self._waiting or self._kept)
 
-    def succeed(self, predecessor: Self) -> None:
-        """As `LaterEars.succeed`."""
-        super().succeed(predecessor)
-        self._waiting = predecessor._waiting
-        self._last = predecessor._last
-        self._kept, self._kept_until = predecessor._kept, predecessor._kept_until
-        self._spoke_until, self._torn_until = predecessor._spoke_until, predecessor._torn_until
-        self._talk, self._understood_until = predecessor._talk, predecessor._understood_until
-
-    def _follow(self, block: Samples) -> None:
+    def _follow(self) -> None:
         speaking = self._ears.speaking
         if speaking:
             self._spoke_until = self._now
             if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
                 self._kept = [Garbled(self._last.start, self._last.end)]
                 self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
-        self._stretches += self._talk.push(self._began, block, speaking)
-
-    def _mask(self) -> None:
-        self._talk.end_talk()
+        self._stretches += self._talk.push(self._ears.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
         quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
         whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
         until = self._now + n_samples + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ)
         self._torn_until = max(self._torn_until, until)
-        self._talk.end_talk()
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""

@@ -156,7 +156,7 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         if not masked:
             if self._earlier is None:
                 self._history.push(self._began, cleaned(samples))
-            self._follow(samples)
+            self._follow()
         else:
             self._mask()
         return self.take(events)
@@ -168,24 +168,22 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         self._now += n_samples
         return self.take(events)
 
-    def succeed(self, predecessor: Self) -> None:
-        """Continue from `predecessor`, with its pending jobs."""
-        self._ears.succeed(predecessor._ears)
-        self._worker, self._now = predecessor._worker, predecessor._now
-        self._history = self._earlier._history if self._earlier is not None else predecessor._history
+    def adopt(self, others: Self) -> None:
+        """As `EarsAround.adopt`, and with their listener."""
+        super().adopt(others)
+        self._listener = others._listener
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
 
     @abstractmethod
-    def _follow(self, block: Samples) -> None:
-        """Process the block, shape (n,), that was heard from sample `_began` on."""
+    def _follow(self) -> None:
+        """Process the block that was heard from sample `_began` on."""
 
     @abstractmethod
     def _break_off(self, n_samples: int) -> None:
         """Start again: this number of samples was lost, from `_now` on."""
 
-    @abstractmethod
     def _mask(self) -> None:
-        """Start again: the robot itself speaks."""
+        """The robot itself speaks."""

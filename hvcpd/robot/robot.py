@@ -198,8 +198,7 @@ class Robot:
         if self._lesson is None or self._ears.busy or self._held_s is not None:
             return  # only these ears can tell the reason for the halt
         (self.phrasebook, ears), self._lesson = self._lesson, None
-        ears.succeed(self._ears)
-        self._ears = ears
+        self._ears.adopt(ears)
         while self._on_adopted:
             self._on_adopted.pop(0)()
         for name, event in tuple(self._strangers.items()):

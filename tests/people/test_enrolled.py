@@ -21,12 +21,11 @@ def test_only_the_newest_takes_are_kept() -> None:
     assert person.words == {"stop", "hi", "all"}
 
 
-def test_templates_are_as_loud_as_one_another_and_weak_forms_come_also_short() -> None:
+def test_templates_are_as_loud_as_one_another() -> None:
     quiet = Person("Anna", {"stop": [take(1) * 1e-4], "will": [take(3)]})
     found = spoken_takes(quiet, ["stop", "will", "water"])
     assert sorted(found) == ["stop", "will"]
-    assert [len(t) for t in found["stop"]] == [40]
-    assert [len(t) for t in found["will"]] == [40, 20]
+    assert [len(t) for of_word in found.values() for t in of_word] == [40, 40]
     loudness = [float(np.median(t.sum(axis=1))) for t in (found["stop"][0], found["will"][0])]
     assert 0.2 < loudness[0] / loudness[1] < 5.0
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
-from hvcpd.people.enrolled_listener import Known
-from hvcpd.people.fusion import MOST_FARTHER, MOST_LOG_ODDS, MOST_LOSS, Fused, Hypotheses, fuse
+from hvcpd.people.fusion import MOST_LOG_ODDS, Fused, Hypotheses, fuse
 from hvcpd.people.phones import PHONES, CtcSearch, any_words
 from hvcpd.recognition.events import Recognised, WordSpan
 
@@ -26,27 +24,20 @@ NONE = len(PHONES)
 LEFT, RIGHT = ("turn", "left"), ("turn", "right")
 
 
-def hypotheses(*said: str, clear: float = 8.0, known: Known | None = None, speech_s: float = 0.7) -> Hypotheses:
+def hypotheses(*said: str, clear: float = 8.0, nearest: Recognised | None = None, speech_s: float = 0.7) -> Hypotheses:
     """Words that the net hears, each phone so much likelier than any other as `clear` says, natural logarithm."""
     phones = [phone for word in said for phone in (*SAID[word][0], "")]
     log_posteriors = np.full((2 * len(phones), NONE + 1), -clear, np.float32)
     for k, phone in enumerate(phones):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
     search = CtcSearch(GRAPH, SAID.__getitem__)
-    return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), known, speech_s)
+    return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), nearest, speech_s)
 
 
-def enrolled(
-    words: tuple[str, ...],
-    deficit: float,
-    confidence: float,
-    tandem: tuple[str, ...] | None = None,
-    votes: Mapping[tuple[str, ...], tuple[float, float]] | None = None,
-) -> Known:
-    """The sentence that is nearest to enrolled people's words, the one that is for the net, and what some cost."""
+def enrolled(words: tuple[str, ...], deficit: float, confidence: float) -> Recognised:
+    """The sentence that is nearest to enrolled people's words."""
     spans = tuple(WordSpan(w, 3200 * k, 3200 * (k + 1), confidence, deficit) for k, w in enumerate(words))
-    nearest = Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
-    return Known(nearest, tandem, (votes or {}).get)
+    return Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
 
 
 def fused(found: Hypotheses) -> Fused:
@@ -61,12 +52,13 @@ def test_what_is_clearly_heard_is_right() -> None:
     assert found.probability > 0.8
 
 
-def test_who_hears_the_same_makes_it_surer_and_who_hears_another_less() -> None:
-    alone = fused(hypotheses("turn", "left")).probability
-    same, another = ({LEFT: (cost, cost), RIGHT: (210.0 - cost, 210.0 - cost)} for cost in (100.0, 110.0))
-    agreed = fused(hypotheses("turn", "left", known=enrolled(LEFT, 0.2, 0.9, LEFT, same))).probability
-    disputed = fused(hypotheses("turn", "left", clear=1.2, known=enrolled(RIGHT, 0.2, 0.9, RIGHT, another))).probability
-    assert agreed > alone > disputed
+def test_who_hears_the_same_makes_it_surer_and_who_hears_another_does_not() -> None:
+    alone, doubtful = (fused(hypotheses("turn", "left", clear=clear)).probability for clear in (8.0, 1.2))
+    agreed = fused(hypotheses("turn", "left", nearest=enrolled(LEFT, 0.2, 0.9)))
+    disputed = fused(hypotheses("turn", "left", clear=1.2, nearest=enrolled(RIGHT, 0.2, 0.6)))
+    assert (agreed.words, disputed.words) == (LEFT, LEFT)
+    assert agreed.probability > alone
+    assert disputed.probability == doubtful
 
 
 def test_the_odds_are_those_against_all_other_sentences_and_other_talk() -> None:
@@ -79,28 +71,10 @@ def test_the_odds_are_those_against_all_other_sentences_and_other_talk() -> None
     assert short.log_odds(("left",)) < 4.1
 
 
-def test_the_nearer_an_enrolled_sentence_the_more_it_counts() -> None:
-    for deficit, confidence, words in ((0.1, 0.99, RIGHT), (3.0, 0.05, LEFT)):
-        known = enrolled(RIGHT, deficit, confidence, RIGHT, {LEFT: (120.0, 140.0), RIGHT: (100.0, 100.0)})
-        assert fused(hypotheses("turn", "left", clear=0.8, known=known)).words == words
-
-
-def test_how_much_farther_another_sentence_is_counts_too() -> None:
-    """Both ways: what is nearest by cepstra is not always what is for the net."""
-    for lefts, words in (((30.0, 60.0), RIGHT), ((2.0, -60.0), LEFT)):
-        known = enrolled(RIGHT, 0.5, 0.8, LEFT, {LEFT: (100.0 + lefts[0], 100.0 + lefts[1]), RIGHT: (100.0, 100.0)})
-        assert fused(hypotheses("turn", "left", clear=0.4, known=known)).words == words
-
-
-def test_what_cannot_be_told_of_a_sentence_counts_neither_for_nor_against_it() -> None:
-    heard = hypotheses("turn", "left", known=enrolled(RIGHT, 0.5, 0.8, RIGHT, {RIGHT: (100.0, 100.0)}))
-    assert heard.farther(LEFT) == heard.farther(RIGHT) == (0.0, 0.0)
-    known = enrolled(RIGHT, 0.5, 0.8, LEFT, {LEFT: (900.0, 95.0), RIGHT: (100.0, 100.0)})
-    heard = hypotheses("turn", "left", known=known)
-    near = 1.0 / (1.0 + 0.5**2)  # takes that are far themselves tell less
-    assert heard.farther(LEFT) == pytest.approx((near * MOST_FARTHER, 0.0))
-    assert heard.farther(RIGHT) == pytest.approx((0.0, near * 5.0))
-    assert hypotheses("turn", "left").farther(LEFT) == (0.0, 0.0)
+def test_the_surer_an_enrolled_sentence_the_more_it_counts() -> None:
+    for confidence, words in ((0.999, RIGHT), (0.05, LEFT)):
+        nearest = enrolled(RIGHT, 0.1, confidence)
+        assert fused(hypotheses("turn", "left", clear=0.4, nearest=nearest)).words == words
 
 
 def test_silence_around_a_sentence_does_not_change_its_odds() -> None:
@@ -127,10 +101,10 @@ def test_what_no_row_of_phones_explains_is_unlikely() -> None:
     assert fused(found).probability < 0.1
 
 
-def test_a_sentence_that_cannot_be_loses_no_more_than_most() -> None:
+def test_a_sentence_that_cannot_be_has_the_least_odds() -> None:
     short = hypotheses("turn", "left")
     brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.2, 0.9), 0.1)
-    assert brief.loss(RIGHT) == MOST_LOSS
+    assert brief.log_odds(RIGHT) == -MOST_LOG_ODDS
     assert len(brief.spans(RIGHT)) == 2
     assert fused(brief).words == RIGHT
 
@@ -144,7 +118,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
     alone = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None, 0.7)
     same, other, else_ = (
-        fused(replace(alone, known=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
+        fused(replace(alone, nearest=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
     assert {same.words, other.words, else_.words} == {("all", "stop")}
     assert same.probability == other.probability > else_.probability

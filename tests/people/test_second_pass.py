@@ -19,9 +19,8 @@ from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import _features_of, probability
+from hvcpd.people.enrolled_listener import Match, MatchedWord, probability
 from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
-from hvcpd.people.template_decoder import Match, MatchedWord
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised
@@ -239,22 +238,6 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
         after = opinion.search(alone(stranger(sound), "rob stop"))
         assert after is not None
         assert after.words == ("rob", "stop")
-
-
-def test_takes_are_made_ready_once_for_all_looks(book: Phrasebook, sound: Sound) -> None:
-    _features_of.cache_clear()
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
-    known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
-    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True)
-    opinion.prepare(lambda: False)
-    assert _features_of.cache_info().misses == 0
-    opinion.prepare(lambda: True)
-    assert _features_of.cache_info().misses == 3
-    known["anna"] = known["anna"].with_takes(takes_of(speaker, "stop"))
-    found = opinion.search(alone(speaker, "turn left"))
-    assert found is not None
-    assert found.words == ("turn", "left")
-    assert _features_of.cache_info().misses == 4  # the new word's
 
 
 def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound) -> None:

@@ -37,6 +37,7 @@ class Script:
         self.events, self.speech = list(events), speech
         self.now = 0
         self.signs = self.speaking = self.busy = self.prepared = self.ends = False
+        self.learned: object = None
         self.chunks: Sequence[Chunk] = ()
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
@@ -51,8 +52,8 @@ class Script:
     def flush(self) -> list[Event]:
         return []
 
-    def succeed(self, predecessor: object) -> None:
-        self.now = predecessor.now  # type: ignore[attr-defined]
+    def adopt(self, others: object) -> None:
+        self.learned = others
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         self.prepared = go_on()
@@ -289,23 +290,13 @@ def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
     the_sentence(run(listening, END + 12_000))
 
 
-def test_new_ears_go_on_with_what_the_old_ones_hold() -> None:
-    worker = Slow()
-    old = ears(Script([(END + 2000, GARBLED)]), worker)
-    run(old, 0, END + 10_000)
-    new = ears(Script(speech=()))
-    new.succeed(old)
-    assert new.busy
-    worker.end()
-    the_sentence(run(new, END + 10_000))
-
-
-def test_new_ears_hear_on_in_the_middle_of_a_sentence() -> None:
-    old = ears(Script())
-    run(old, 0, AT + 8000)
-    new = ears(Script([(END + 2000, GARBLED)]))
-    new.succeed(old)
-    the_sentence(run(new, AT + 8000))
+def test_what_is_learned_in_the_middle_of_a_sentence_counts_for_it() -> None:
+    listening = ChannelEars(Script([(END + 2000, GARBLED)]), ChannelListener(GRAPH, ()), AtOnce())
+    run(listening, 0, AT + 8000)
+    others = Script()
+    listening.adopt(ears(others))
+    assert listening._ears.learned is others  # type: ignore[attr-defined]
+    the_sentence(run(listening, AT + 8000))
 
 
 @pytest.mark.parametrize(("block", "event"), [(67, GARBLED), (400, guess()), (1000, GARBLED), (8000, guess())])
@@ -357,17 +348,6 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
     assert _blocks_of.cache_info().currsize == 0
 
 
-def test_new_ears_forget_what_searches_of_the_old_ones_made() -> None:
-    old = ears(Script([(END + 2000, guess())]))
-    run(old)
-    assert _blocks_of.cache_info().currsize > 0
-    new = ears(Script(speech=()))
-    new.succeed(old)
-    quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
-    run(new, 0, len(quiet), quiet)
-    assert _blocks_of.cache_info().currsize == 0
-
-
 def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
     events = [(at, Garbled(at - 8000, at)) for at in range(2 * CLATTER, 6 * CLATTER, SAMPLE_RATE_HZ)]
     sound = scene(6 * CLATTER)
@@ -386,9 +366,6 @@ def test_ears_around_them_share_what_they_keep() -> None:
     sound, before = inner._history.around(0, BLOCK, 10 * BLOCK)
     assert (len(sound), before) == (10 * BLOCK, BLOCK)
     assert outer._history is inner._history
-    later = SecondEars(ears(Script([])), Deaf(), AtOnce())
-    later.succeed(outer)
-    assert later._history is inner._history
 
 
 class Deaf:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import gc
-import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -84,14 +82,6 @@ def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) 
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
 
-def test_new_ears_let_go_of_the_old_ones() -> None:
-    old, new = ears(), ears()
-    new.succeed(old)
-    kept, old = weakref.ref(old), new
-    gc.collect()
-    assert kept() is None
-
-
 class Scripted:
     """A net that has found what it is told to have found."""
 
@@ -122,7 +112,7 @@ class Silent:
     def flush(self) -> list[Event]:
         return []
 
-    def succeed(self, predecessor: object) -> None:
+    def adopt(self, others: object) -> None:
         pass
 
     def prepare(self, go_on: Callable[[], bool]) -> None:

@@ -64,15 +64,16 @@ def test_a_name_is_heard_in_every_voice_and_once(sound: Sound) -> None:
         assert not [e for e in events if isinstance(e, Garbled)], voice.name
 
 
-def test_new_ears_that_may_yet_hear_spelled_names_let_go_of_the_old_ones(sound: Sound) -> None:
+def test_ears_that_learn_keep_no_other_ears(sound: Sound) -> None:
     hearing = HearingPlan(prepared=False)
-    old, new = make_ears(BOOK, ("Rob",), sound, hearing, strangers=True), make_ears(BOOK, ("Rob",), sound, hearing)
-    new.succeed(old)
-    kept, old = weakref.ref(old._ears._sentences), new  # type: ignore[attr-defined]
+    ears, others = make_ears(BOOK, ("Rob",), sound, hearing, strangers=True), make_ears(BOOK, ("Rob",), sound, hearing)
+    ears.adopt(others)
+    kept = weakref.ref(others._ears._sentences)  # type: ignore[attr-defined]
+    del others
     gc.collect()
     assert kept() is None
-    new.prepare(lambda: True)
-    assert new._ears._spelled is not None  # type: ignore[attr-defined]
+    ears.prepare(lambda: True)
+    assert ears._ears._spelled is not None  # type: ignore[attr-defined]
 
 
 def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:

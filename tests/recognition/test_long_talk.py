@@ -7,6 +7,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.long_talk import LongTalk, Stretch
+from hvcpd.recognition.stream import FrameStream
 
 LONGEST = 3 * SAMPLE_RATE_HZ
 
@@ -22,9 +23,16 @@ SOUND = talk((1.0, FAINT), (3.2, LOUD), (0.3, FAINT), (1.0, LOUD), (0.3, FAINT),
 
 
 def heard(sound: Samples, block: int, busy_from_s: float = 1.0) -> list[Stretch]:
-    ears, found = LongTalk(LONGEST), []
+    return fed(LongTalk(LONGEST), FrameStream(), sound, block, busy_from_s)
+
+
+def fed(
+    ears: LongTalk, frames: FrameStream, sound: Samples, block: int = 400, busy_from_s: float = 1.0
+) -> list[Stretch]:
+    found = []
     for at in range(0, len(sound), block):
-        found += ears.push(at, sound[at : at + block], at >= busy_from_s * SAMPLE_RATE_HZ)
+        chunks = list(frames.push(sound[at : at + block], False))
+        found += ears.push(chunks, at >= busy_from_s * SAMPLE_RATE_HZ)
     return found
 
 
@@ -45,13 +53,9 @@ def test_what_is_short_is_left_to_those_who_look_at_all_of_it() -> None:
 
 
 def test_talk_that_has_ended_begins_anew() -> None:
-    ears = LongTalk(LONGEST)
-    quiet = talk((1.0, FAINT))
-    for at in range(0, len(SOUND), 400):
-        ears.push(at, SOUND[at : at + 400], at >= SAMPLE_RATE_HZ)
-    n = len(SOUND) // 400 * 400 + 400
-    again = np.concatenate([quiet, talk((1.0, LOUD), (0.4, FAINT))])
-    assert [s for at in range(0, len(again), 400) for s in ears.push(n + at, again[at : at + 400], at >= 16000)] == []
+    ears, frames = LongTalk(LONGEST), FrameStream()
+    assert fed(ears, frames, SOUND)
+    assert fed(ears, frames, talk((1.0, FAINT), (1.0, LOUD), (0.4, FAINT))) == []
 
 
 def test_noise_that_does_not_change_has_no_pauses() -> None:
@@ -59,8 +63,7 @@ def test_noise_that_does_not_change_has_no_pauses() -> None:
 
 
 def test_lost_sound_ends_what_was_followed() -> None:
-    ears = LongTalk(LONGEST)
-    half = round(4.0 * SAMPLE_RATE_HZ)
-    found = ears.push(0, SOUND[:half], True)
-    found += ears.push(half + 5000, SOUND[half:], True)
-    assert found == []
+    ears, frames, half = LongTalk(LONGEST), FrameStream(), round(4.0 * SAMPLE_RATE_HZ)
+    assert fed(ears, frames, SOUND[:half], busy_from_s=0.0) == []
+    list(frames.lose(5000))
+    assert fed(ears, frames, SOUND[half:], busy_from_s=0.0) == []

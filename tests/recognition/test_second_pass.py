@@ -12,6 +12,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.second_ears import SecondEars
 from hvcpd.recognition.second_pass import AtOnce, Segment, SegmentListener
+from hvcpd.recognition.stream import Chunk, FrameStream
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
@@ -29,16 +30,19 @@ class Script:
     def __init__(self, events: dict[int, list[Event]]) -> None:
         self.events = events
         self.blocks = 0
+        self.chunks: list[Chunk] = []
+        self._frames = FrameStream()
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.blocks += 1
+        self.chunks = list(self._frames.push(samples, masked))
         return self.events.get(self.blocks - 1, [])
 
     def lost(self, n_samples: int) -> list[Event]:
         return []
 
-    def succeed(self, predecessor: object) -> None:
-        self.blocks = predecessor.blocks  # type: ignore[attr-defined]
+    def adopt(self, others: object) -> None:
+        pass
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         pass
@@ -272,15 +276,16 @@ def test_what_is_no_sound_is_not_looked_at() -> None:
     assert np.abs(looker.segments[0].sound).max() <= 1.0
 
 
-def test_new_ears_go_on_waiting_for_what_the_old_ones_asked() -> None:
-    worker = Slow()
-    old = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
-    run(old, 30)
-    new = SecondEars(Script({}), Looker(None), Slow())
-    new.succeed(old)
-    assert new.busy
+def test_what_was_asked_before_something_was_learned_is_still_told() -> None:
+    worker, first, second = Slow(), Looker(SENTENCE), Looker(None)
+    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 49: [Garbled(72000, 80000)]}), first, worker)
+    run(ears, 30)
+    ears.adopt(SecondEars(Script({}), second, Slow()))
+    assert ears.busy
     worker.end()
-    assert new.push(block(30)) == [SENTENCE]
+    assert run(ears, 20, 30) == [SENTENCE]
+    worker.end()
+    assert [len(first.segments), len(second.segments)] == [1, 1]
 
 
 def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:

@@ -43,7 +43,7 @@ class ScriptedEars:
     def lost(self, n_samples: int) -> list[Event]:
         return []
 
-    def succeed(self, predecessor: ScriptedEars) -> None:
+    def adopt(self, others: ScriptedEars) -> None:
         raise AssertionError("nobody spells a name here")
 
     def prepare(self, go_on: Callable[[], bool]) -> None:

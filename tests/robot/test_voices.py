@@ -43,8 +43,8 @@ class Told:
     def lost(self, n_samples: int) -> list[Event]:
         return []
 
-    def succeed(self, predecessor: object) -> None:
-        """Nothing to go on with."""
+    def adopt(self, others: object) -> None:
+        """It tells what it tells."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         pass
@@ -76,7 +76,7 @@ def plan(tasks: TaskRepository) -> RobotPlan:
 def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, other: bool) -> None:
     tasks = load_tasks(default_tasks_path())
     robot = make_robot(plan(tasks), sound)
-    robot.adopt(robot.phrasebook, Told(words, voice))
+    robot._ears = Told(words, voice)  # type: ignore[assignment]
     records = robot.step(BLOCK, None).records
     assert any(isinstance(r, HeardRecord) for r in records)
     noted = [r for r in records if isinstance(r, VoiceRecord)]
@@ -104,7 +104,7 @@ class Repeated(Told):
 def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -> None:
     tasks = load_tasks(default_tasks_path())
     robot = make_robot(plan(tasks), sound)
-    robot.adopt(robot.phrasebook, Repeated("hi bot i am rob i am free", "stranger"))
+    robot._ears = Repeated("hi bot i am rob i am free", "stranger")  # type: ignore[assignment]
 
     def lives(disturbed: bool) -> tuple[int, int, int]:
         heard = others = taken = 0
@@ -124,7 +124,7 @@ def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -
 def test_a_sentence_with_a_gap_in_it_tells_nothing_of_a_voice(sound: Sound) -> None:
     tasks = load_tasks(default_tasks_path())
     robot = make_robot(plan(tasks), sound)
-    robot.adopt(robot.phrasebook, Repeated("hi rob i am bot i am free", "stranger"))
+    robot._ears = Repeated("hi rob i am bot i am free", "stranger")  # type: ignore[assignment]
     for _ in range(79):
         robot.step(BLOCK, None)
     records = robot.step(BLOCK, None, lost=0).records
@@ -151,10 +151,10 @@ def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
     role, names = Role("Rob", "plant"), ("Rob", "Bot", "Anna")
     plan = RobotPlan(role, TeamPlan(names, names[:2]), load_tasks(default_tasks_path()), 1, security=SecurityPlan(keys))
     robot = make_robot(plan, sound)
-    robot.adopt(robot.phrasebook, Once("bot stop", voice))
+    robot._ears = Once("bot stop", voice)  # type: ignore[assignment]
     while robot.coordination.state is not State.READY:
         robot.step(BLOCK, None)
-    robot.adopt(robot.phrasebook, Once("rob move forward one metre", voice))
+    robot._ears = Once("rob move forward one metre", voice)  # type: ignore[assignment]
     outputs, states = [], set()
     for _ in range(240):
         outputs.append(robot.step(BLOCK, None))
@@ -164,6 +164,6 @@ def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
     assert (State.MOVING in states) == trusted
     assert trusted or all(out.wheels == STANDSTILL for out in outputs)
     assert ("Hi all, I am Rob, I do not trust that" in said) != trusted
-    robot.adopt(robot.phrasebook, Once("rob stop", voice))
+    robot._ears = Once("rob stop", voice)  # type: ignore[assignment]
     robot.step(BLOCK, None)
     assert robot.coordination.state is State.STOPPED

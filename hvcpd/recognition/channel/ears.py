@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Self
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.beginnings import SIZE, STEP
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.channel.stretches import (
@@ -83,13 +83,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         greeted = self._open is not None and self._open.greeted
         return self._ears.busy or greeted or any(each.result is None for each in self._closed)
 
-    def succeed(self, predecessor: Self) -> None:
-        """As `LaterEars.succeed`."""
-        super().succeed(predecessor)
-        self._open, self._closed, self._reported = predecessor._open, predecessor._closed, predecessor._reported
-        self._whole_from, self._busy = predecessor._whole_from, predecessor._busy
-        self._since, self._sign, self._sought = predecessor._since, predecessor._sign, predecessor._sought
-        self._searched_at = predecessor._searched_at
+    def adopt(self, others: Self) -> None:
+        """As `LaterEars.adopt`."""
+        super().adopt(others)
+        self._channels, self._varied = others._channels, others._varied
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
@@ -142,7 +139,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def _mask(self) -> None:
         self._break_off(0)
 
-    def _follow(self, _block: Samples) -> None:
+    def _follow(self) -> None:
         """Track beginnings and signs of speech."""
         at, busy = self._began, self._ears.busy
         rises, self._busy = busy and not self._busy, busy

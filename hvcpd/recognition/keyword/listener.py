@@ -102,12 +102,6 @@ class KeywordEars(EarsAround):
         """As `Recogniser.flush`."""
         return self._with_calls(self._ears.flush()) + self._interrupted()
 
-    def succeed(self, predecessor: KeywordEars) -> None:
-        """Continue from `predecessor`, with what it knows of the keyword."""
-        self._ears.succeed(predecessor._ears)
-        self._spotter, self._residual = predecessor._spotter, predecessor._residual
-        self._belief, self._span, self._spans = predecessor._belief, predecessor._span, predecessor._spans
-
     def _with_calls(self, events: list[Event]) -> list[Event]:
         """The events of the other ears, and what follows from them and from the frames."""
         events = [self._supported(event) for event in events]

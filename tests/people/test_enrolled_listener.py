@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.dtw import LEAP, SKIP, STAY, OnePassDtw
-from hvcpd.people.enrolled_listener import ComposedTakes
-from hvcpd.people.template_decoder import VOTE_COST, Hearing, Match
+from hvcpd.people.enrolled import Person
+from hvcpd.people.enrolled_listener import EnrolledListener, Match
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.network import Network
 from hvcpd.recognition.templates import TemplateBank
@@ -64,30 +64,27 @@ def words_of(match: Match | None) -> tuple[str, ...]:
     return tuple(word.word for word in match.words)
 
 
-Takes = Mapping[str, Mapping[str, Sequence[Energies]]]
-ANNA: Takes = {"anna": {word: [one] for word, one in WORDS.items()}}
+ANNA = Person("Anna", {word: [one] for word, one in WORDS.items()})
 
 
-def hearing(sound: Energies, takes: Takes = ANNA, graph: WordGraph = GRAPH) -> Hearing:
-    return ComposedTakes(graph, takes).hear(sound, NOISE)
+def nearest(sound: Energies, *people: Person) -> Match | None:
+    return EnrolledListener(GRAPH, people or (ANNA,)).match(sound, NOISE)
 
 
 @pytest.mark.parametrize("words", SENTENCES)
 @pytest.mark.parametrize(("pace", "gain"), [(1.0, 1.0), (0.6, 0.05), (1.6, 30.0)])
 def test_a_sentence_is_found_at_any_pace_and_loudness(words: tuple[str, ...], pace: float, gain: float) -> None:
-    heard = hearing(segment(*words, pace=pace, gain=gain))
-    match = heard.match
-    assert heard.best == words
+    match = nearest(segment(*words, pace=pace, gain=gain))
     assert words_of(match) == words
     assert match is not None
-    assert match.voice == "anna"
+    assert match.voice == "anna, enrolled"
     assert abs(match.words[0].start - 25) <= 6
     assert all(a.end <= b.start for a, b in zip(match.words[:-1], match.words[1:], strict=True))
 
 
 def test_words_of_another_sentence_cannot_be_passed_over_for_nothing() -> None:
-    right = hearing(segment("hi", "rob", "stop")).match
-    wrong = hearing(segment("water", "the", "rose", "stop")).match
+    right = nearest(segment("hi", "rob", "stop"))
+    wrong = nearest(segment("water", "the", "rose", "stop"))
     assert right is not None
     assert wrong is not None
     unexplained = max(w.deficit for w in wrong.words) + wrong.passed_over
@@ -95,38 +92,21 @@ def test_words_of_another_sentence_cannot_be_passed_over_for_nothing() -> None:
 
 
 def test_too_little_sound_for_any_sentence_is_none() -> None:
-    heard = hearing(segment("stop")[:3])
-    assert heard.match is None
-    assert heard.best is None
-    assert heard.vote(("stop",)) is None
+    assert nearest(segment("stop")[:3]) is None
 
 
-def test_every_sentence_has_its_cost_but_those_of_which_nobody_has_the_words() -> None:
-    takes = {"anna": {word: ANNA["anna"][word] for word in ("hi", "rob", "stop")}, "bert": {"bot": [WORDS["bot"]]}}
-    heard = hearing(segment("hi", "rob", "stop"), takes)
-    right, wrong = heard.vote(("hi", "rob", "stop")), heard.vote(("stop",))
-    assert right is not None
-    assert wrong is not None
-    assert heard.best == ("hi", "rob", "stop")
-    assert right < wrong - VOTE_COST
-    assert heard.vote(("hi", "bot", "stop")) is None  # each has a part of it
-    assert heard.vote(("water",)) is None
+def test_a_sentence_is_one_persons_who_has_all_of_its_words() -> None:
+    anna = Person("Anna", {word: [WORDS[word]] for word in ("hi", "rob", "stop")})
+    bert = Person("Bert", {"bot": [WORDS["bot"]]})
+    match = nearest(segment("hi", "bot", "stop"), anna, bert)
+    assert words_of(match) != ("hi", "bot", "stop")
+    assert match is not None
+    assert match.voice == "anna, enrolled"
 
 
-def test_voices_vote_on_what_none_of_them_says_alike() -> None:
-    """Of three voices one is by chance nearest with another word; the two others agree."""
-
-    def off(word: str, amount: float, seed: int) -> dict[str, list[Energies]]:
-        shape = np.random.default_rng(seed).normal(0.0, 1.0, (1, N_BANDS))
-        return {word: [np.asarray(WORDS["rob"] * np.exp(amount * shape / np.std(shape)), np.float32)]}
-
-    graph = WordGraph(2, (Arc(0, 1, "rob"), Arc(0, 1, "bot")), 0, frozenset((1,)), frozenset())
-    far = {"bot": [WORDS["bot"]]}
-    voices = {"one": off("rob", 0.5, 5) | far, "two": off("rob", 0.5, 6) | far}
-    odd = off("bot", 0.55, 7) | {"rob": [WORDS["stop"]]}
-    sound = segment("rob")
-    assert words_of(hearing(sound, {"two": voices["two"], "odd": odd}, graph).match) == ("bot",)
-    assert words_of(hearing(sound, {**voices, "odd": odd}, graph).match) == ("rob",)
+def test_without_takes_nothing_can_be_known() -> None:
+    with pytest.raises(ValueError, match="no templates"):
+        EnrolledListener(GRAPH, [Person("Anna")])
 
 
 def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence[range]) -> float:
