@@ -46,8 +46,8 @@ from hvcpd.synthesis.voices import Voice
 SLOW = 1.0 / SLOW_STRETCH
 """Of the usual rate, when a robot speaks slowly; the recogniser's steps span 0.5 to 2."""
 
-SEALED_INSTANCES = 400
-"""Word instances followed where any of 64 code words may come: each has two templates. With
+SEALED_PAIRS = 400
+"""Word instances followed where any of 64 code words may come: each has two templates at three gains. With
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
 
 
@@ -60,7 +60,7 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) 
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
-    settings = RecogniserSettings(beam=Beam(max_instances=SEALED_INSTANCES)) if sealed else None
+    settings = RecogniserSettings(beam=Beam(max_pairs=SEALED_PAIRS)) if sealed else None
     return Recogniser(phrasebook.marked_graph, bank, settings)
 
 

@@ -33,6 +33,8 @@ class StepCosts:
 
     stay: float = 0.3
     skip: float = 0.3
+    hypothesis: float = 2.0
+    """For going on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
 
 
 STEPS = StepCosts()
@@ -71,17 +73,19 @@ class Best:
 
 
 class Decoder:
-    """Token passing over `Network`.
+    """Token passing over `Network` for several hypotheses (template gains) side by side.
 
     Call `prepare`, then `column` for each of at most HORIZON_FRAMES frames, and so on; `best` and `trace` read the
     result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
-    def __init__(self, network: Network, beam: Beam) -> None:
+    def __init__(self, network: Network, n_hypotheses: int, beam: Beam) -> None:
         self._net = network
+        self._n_hypotheses = n_hypotheses
         self._beam = beam
-        self._rest: Costs = np.full(network.n_nodes, UNREACHABLE, np.float32)
-        self._rest_token: Tokens = np.zeros(network.n_nodes, np.int32)
+        shape = (n_hypotheses, network.n_nodes)
+        self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
+        self._rest_token: Tokens = np.zeros(shape, np.int32)
         self._may_rest = network.may_pause | network.is_final
         self._final_nodes = np.flatnonzero(network.is_final)
         self._is_start = np.zeros(network.n_nodes, np.bool_)
@@ -97,7 +101,7 @@ class Decoder:
         self._rest.fill(UNREACHABLE)
         self._rest_best = float(UNREACHABLE)
         nothing = np.zeros(0, np.intp)
-        self._take_layout(lay_out(self._net, nothing, nothing, nothing))
+        self._take_layout(lay_out(self._net, self._n_hypotheses, nothing, nothing, nothing))
         self.prepare()
         self._begin_sentences()
 
@@ -109,30 +113,40 @@ class Decoder:
         self._token_next: Tokens = np.zeros(layout.n_states, np.int32)
         self._end_bound: Costs = np.full(len(layout.last), np.float32(self._beam.above_filler))
         self._ahead = np.concatenate([layout.begin, layout.begin + 1])
-        self._start_entry = layout.entry[self._is_start[layout.source]]
+        self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
 
     def prepare(self) -> Layout:
         """Choose the paths to follow for the next HORIZON_FRAMES frames."""
         old, cost, token = self.layout, self._cost, self._token
         net = self._net
-        low, high = np.full(net.n_instances, -1, np.intp), np.zeros(net.n_instances, np.intp)
-        bound = np.full(net.n_instances, self._beam.above_filler, np.float32)
-        opened = (self._rest < self._beam.above_filler) & net.may_pause | self._is_start
-        if len(old.instance):
+        n_pairs = self._n_hypotheses * net.n_instances
+        low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
+        bound = np.full(n_pairs, self._beam.above_filler, np.float32)
+        reached = (self._rest < self._beam.above_filler) & net.may_pause
+        if len(old.pair):
+            hypothesis, instance = np.divmod(old.pair, net.n_instances)
+            target = hypothesis * net.n_nodes + net.target_node[instance]
             began = self._lattice.start_of(token)
-            kept = survivors(old, net, cost, began, self._lattice.oldest_frame(), self._beam)
-            low[kept.instance], high[kept.instance], bound[kept.instance] = kept.low, kept.high, kept.bound
-            opened[kept.reached] = True
-        entering = np.flatnonzero(opened[net.source_node])
+            kept = survivors(old, net.length[instance], target, cost, began, self._lattice.oldest_frame(), self._beam)
+            low[kept.pair], high[kept.pair], bound[kept.pair] = kept.low, kept.high, kept.bound
+            reached.reshape(-1)[kept.reached] = True
+        entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
         low[entering] = 0
-        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering], REACH))
-        instances = np.flatnonzero(low >= 0)
-        self._take_layout(lay_out(net, instances, low[instances], high[instances]))
+        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], REACH))
+        pairs = np.flatnonzero(low >= 0)
+        self._take_layout(lay_out(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
         were, are = common_states(old, self.layout)
         self._cost[are] = cost[were]
         self._token[are] = token[were]
-        self._end_bound = np.minimum(bound[self.layout.end_instance], np.float32(self._beam.above_filler))
+        self._end_bound = np.minimum(bound[pairs[self.layout.ends]], np.float32(self._beam.above_filler))
         return self.layout
+
+    def _open(self, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """The nodes that sentences may leave soon: starts, those reached, and those at the neighbouring hypotheses."""
+        opened = reached | self._is_start
+        opened[1:] |= reached[:-1]
+        opened[:-1] |= reached[1:]
+        return opened
 
     def column(self, distances: Costs, noise_cost: float) -> None:
         """Advance all paths by one frame.
@@ -172,8 +186,9 @@ class Decoder:
         if self._rest_best >= self._beam.above_filler:
             self._rest.fill(UNREACHABLE)
             self._rest_best = float(UNREACHABLE)
-        self._cost[self.layout.entry] = leaving[self.layout.source]
-        self._token[self.layout.entry] = token[self.layout.source]
+        entering, token = self._change_hypotheses(leaving, token)
+        self._cost[self.layout.entry] = entering.reshape(-1)[self.layout.source]
+        self._token[self.layout.entry] = token.reshape(-1)[self.layout.source]
 
     def _record_pauses(self, leaving: Costs, token: Tokens) -> None:
         going_on = (self._rest < self._beam.above_filler) & self._net.may_pause
@@ -185,7 +200,7 @@ class Decoder:
             )
 
     def _record_words(self, passing: NDArray[np.intp], ends: Costs, leaving: Costs, token: Tokens) -> None:
-        """Of the words that end at the same node, the cheapest goes on."""
+        """Of the words that end at the same hypothesis and node, the cheapest goes on."""
         layout = self.layout
         place = layout.target[passing]
         order = np.lexsort((ends, place))
@@ -196,31 +211,57 @@ class Decoder:
         at, cost, instance = place[winner], ends[winner], layout.end_instance[passing[winner]]
         rival = self._rivals(layout.end_instance[passing], ends, instance)
         record = self._lattice.add(self._frame, instance, self._token[layout.last[passing[winner]]], cost, rival)
-        sooner = cost < leaving[at]
-        leaving[at[sooner]] = cost[sooner]
-        token[at[sooner]] = record[sooner]
-        rests = self._may_rest[at] & (cost < self._rest[at])
-        self._rest[at[rests]] = cost[rests]
-        self._rest_token[at[rests]] = record[rests]
+        sooner = cost < leaving.reshape(-1)[at]
+        leaving.reshape(-1)[at[sooner]] = cost[sooner]
+        token.reshape(-1)[at[sooner]] = record[sooner]
+        rests = self._may_rest[at % self._net.n_nodes] & (cost < self._rest.reshape(-1)[at])
+        self._rest.reshape(-1)[at[rests]] = cost[rests]
+        self._rest_token.reshape(-1)[at[rests]] = record[rests]
 
     def _rivals(self, instances: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
-        """For each winner, the lowest cost of another word that ends at the same node now."""
+        """For each winner, the lowest cost of another word that ends at the same node now, at any hypothesis."""
         node, word = self._net.target_node, self._net.word_number
         other = (node[instances] == node[winners][:, None]) & (word[instances] != word[winners][:, None])
         rivals: Costs = np.where(other, ends, UNREACHABLE).min(axis=1)
         return rivals
+
+    def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
+        """The cost of going on at each hypothesis, and the token to go on with."""
+        entering, chosen = leaving.copy(), token.copy()
+        dearer = leaving + np.float32(STEPS.hypothesis)
+        for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
+            cheaper = dearer[other] < entering[to]
+            np.copyto(entering[to], dearer[other], where=cheaper)
+            np.copyto(chosen[to], token[other], where=cheaper)
+        return entering, chosen
+
+    def climb(self) -> None:
+        """Raise all gains by a step: every hypothesis takes over the paths of the next, the highest keeps its own."""
+        self._rest[:-1] = self._rest[1:].copy()
+        self._rest_token[:-1] = self._rest_token[1:].copy()
+        old, cost, token = self.layout, self._cost, self._token
+        lower = np.searchsorted(old.pair, self._net.n_instances)
+        top = np.searchsorted(old.pair, (self._n_hypotheses - 1) * self._net.n_instances)
+        pair = np.concatenate([old.pair[lower:] - self._net.n_instances, old.pair[top:]])
+        low, high = (np.concatenate([a[lower:], a[top:]]) for a in (old.low, old.high))
+        self._take_layout(lay_out(self._net, self._n_hypotheses, pair, low, high))
+        moved, highest = old.hypothesis_begins[1], old.hypothesis_begins[-2]
+        self._cost[:] = np.concatenate([cost[moved:], cost[highest:]])
+        self._token[:] = np.concatenate([token[moved:], token[highest:]])
 
     def best(self, margin: float = 0.0) -> Best:
         """The cheapest path of all; a resting path counts as the cheapest if it is dearer by no more than `margin`."""
         cost = float(self._cost.min(initial=0.0))
         if self._rest_best >= UNREACHABLE:
             return Best(cost)
-        node = int(self._final_nodes[self._rest[self._final_nodes].argmin()])
-        rest_cost = float(self._rest[node])
+        rests = self._rest[:, self._final_nodes]
+        hypothesis, column = divmod(int(rests.argmin()), len(self._final_nodes))
+        rest_cost = float(rests[hypothesis, column])
         if rest_cost > cost + margin:
             return Best(min(cost, self._rest_best))
-        token = int(self._rest_token[node])
-        since = int(self._lattice.frame_of(self._rest_token[node : node + 1])[0])
+        node = int(self._final_nodes[column])
+        token = int(self._rest_token[hypothesis, node])
+        since = int(self._lattice.frame_of(self._rest_token[hypothesis, node : node + 1])[0])
         return Best(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
 
     def forget_rests(self, longest_frames: int) -> None:

@@ -18,6 +18,7 @@ from hvcpd.recognition.frontend import (
     Features,
     decibels,
     features_of,
+    power_ratio,
 )
 from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import Network
@@ -28,9 +29,11 @@ from hvcpd.recognition.templates import TemplateBank
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
 FILLER_COST = 1.2
 """Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
-RETUNE_DB = 3.0
-"""The templates' gain follows the level heard when that is so far off, also within a sentence: the first word, "hi",
-can be much weaker than the rest."""
+GAIN_STEP_DB = 6.0
+"""Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
+RETUNE_DB = 4.5
+"""The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
+way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
 END_FRAMES = 25
 """250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 40
@@ -87,8 +90,9 @@ class DecoderSession:
 
     def __init__(self, network: Network, bank: TemplateBank, beam: Beam) -> None:
         self._net, self._bank = network, bank
-        self._scorer = Scorer(bank)
-        self._decoder = Decoder(network, beam)
+        gains_db = (-GAIN_STEP_DB, 0.0, GAIN_STEP_DB)
+        self._scorer = Scorer(bank, gains_db)
+        self._decoder = Decoder(network, len(gains_db), beam)
         self._tail = np.zeros((0, N_BANDS), np.float32)
         self._next = 0
         self._first = 0
@@ -165,8 +169,16 @@ class DecoderSession:
         self._next += len(features)
 
     def _retune(self, level: float) -> None:
-        if level > 0.0 and abs(decibels(level / max(self._gain, SILENT_POWER))) > RETUNE_DB:
+        if level <= 0.0:
+            return
+        off_db = decibels(level / max(self._gain, SILENT_POWER))
+        if abs(off_db) <= RETUNE_DB:
+            return
+        if not self.under_way:
             self._gain = level
+        elif off_db > 0.0:
+            self._gain *= power_ratio(GAIN_STEP_DB)
+            self._decoder.climb()
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""

@@ -5,9 +5,10 @@ hardly ever the right one. Only paths of sentences that began at the same time o
 costs less and less, and would drown the beginning of the next one. Beside the beam the number of instances is limited
 (V. Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
 
-The active set consists of stretches of word instances, their states one after the other in one vector. Two extra states
-stand before each stretch, so that the decoder's steps need no special case at its beginning. For an instance that is
-active from its first frame, the second of them is where sentences enter.
+The active set consists of stretches of word instances, their states one after the other in one vector. A path may be at
+any gain hypothesis, so each entry is a pair of hypothesis and instance. Two extra states stand before each stretch, so
+that the decoder's steps need no special case at its beginning. For an instance that is active from its first frame, the
+second of them is where sentences enter.
 """
 
 from __future__ import annotations
@@ -26,22 +27,26 @@ AHEAD = 2
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Stretches ascending by `instance`, and their states.
+    """Stretches ascending by `pair` = hypothesis * n_instances + instance, and their states.
 
-    For each instance followed: `low` and `high`, its template's frames low up to high; `begin`, its first state.
+    For each pair (n_pairs): `low` and `high`, its template's frames low up to high; `begin`, its first state.
     For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.
-    Those followed from their first frame: `entry`, the state where sentences enter, `source`, their node. Those
-    followed to their last frame: `last`, that state, `end_instance` and `target`, their node.
+    States of hypothesis r are `hypothesis_begins[r]` up to `hypothesis_begins[r + 1]`.
+    Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, hypothesis *
+    n_nodes + node. Ending pairs, followed to their last frame: `ends`, which pairs, `last`, that state, `end_instance`
+    and `target`, hypothesis * n_nodes + node.
     """
 
-    instance: Index
+    pair: Index
     low: Index
     high: Index
     begin: Index
     key: Index
     row: Index
+    hypothesis_begins: tuple[int, ...]
     entry: Index
     source: Index
+    ends: Index
     last: Index
     end_instance: Index
     target: Index
@@ -52,8 +57,9 @@ class Layout:
         return len(self.row)
 
 
-def lay_out(network: Network, instance: Index, low: Index, high: Index) -> Layout:
+def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> Layout:
     """The layout of these stretches."""
+    hypothesis, instance = np.divmod(pair, network.n_instances)
     length = network.length[instance]
     size = high - low + AHEAD
     ends = np.cumsum(size)
@@ -61,18 +67,22 @@ def lay_out(network: Network, instance: Index, low: Index, high: Index) -> Layou
     frame = np.arange(int(size.sum())) - np.repeat(begin - low + AHEAD, size)
     first_row = np.repeat(network.first_row[instance], size)
     is_open, is_ending = low == 0, high == length
+    bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
+    node = hypothesis * network.n_nodes
     return Layout(
-        instance,
+        pair,
         low,
         high,
         begin,
-        np.repeat(instance * (network.longest + AHEAD), size) + frame + AHEAD,
+        np.repeat(pair * (network.longest + AHEAD), size) + frame + AHEAD,
         first_row + np.maximum(frame, 0),
+        tuple(int(bound) for bound in bounds),
         begin[is_open] + AHEAD - 1,
-        network.source_node[instance[is_open]],
+        (node + network.source_node[instance])[is_open],
+        np.flatnonzero(is_ending),
         ends[is_ending] - 1,
         instance[is_ending],
-        network.target_node[instance[is_ending]],
+        (node + network.target_node[instance])[is_ending],
     )
 
 
@@ -101,8 +111,8 @@ class Beam:
     """A path is dropped if it costs this much more than the filler."""
     same_time_frames: int = 12
     """Sentences that began less than this apart began at the same time."""
-    max_instances: int = 100
-    """Maximum number of active instances."""
+    max_pairs: int = 100
+    """Maximum number of active pairs of instance and hypothesis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,15 +122,17 @@ class Survivors:
     `bound`: the cost from which on the paths of each are dropped.
     """
 
-    instance: Index
+    pair: Index
     low: Index
     high: Index
     bound: NDArray[np.float32]
     reached: Index
 
 
-def survivors(layout: Layout, network: Network, cost: Costs, began: Tokens, oldest: int, beam: Beam) -> Survivors:
-    """Select the next layout by the `cost` of each state, and when its path `began`.
+def survivors(
+    layout: Layout, length: Index, target: Index, cost: Costs, began: Tokens, oldest: int, beam: Beam
+) -> Survivors:
+    """Select the next layout. For each pair: `length` in frames and `target`; for each state: `cost` and `began`.
 
     Paths that began at `oldest` or earlier are dropped.
     """
@@ -134,16 +146,15 @@ def survivors(layout: Layout, network: Network, cost: Costs, began: Tokens, olde
     alive = owner[first]
     offset = at - layout.begin[owner] - AHEAD + layout.low[owner]
     low = np.maximum(offset[first], 0)
-    instance = layout.instance[alive]
-    far, length = offset[last] + 1 + REACH, network.length[instance]
-    reached = network.target_node[instance[far >= length]]
-    return Survivors(instance, low, np.minimum(far, length), bound[alive], reached)
+    far = offset[last] + 1 + REACH
+    ends_soon = far >= length[alive]
+    return Survivors(layout.pair[alive], low, np.minimum(far, length[alive]), bound[alive], target[alive[ends_soon]])
 
 
 def _bounds(
     layout: Layout, size: Index, lowest: Costs, cost: Costs, began: Tokens, oldest: int, beam: Beam
 ) -> NDArray[np.float32]:
-    """For each instance, the cost from which on its paths are dropped."""
+    """For each pair, the cost from which on its paths are dropped."""
     at = np.flatnonzero(cost <= np.repeat(lowest, size))
     first = np.searchsorted(at, layout.begin)
     start = began[at[first]].astype(np.int64)
@@ -154,6 +165,6 @@ def _bounds(
     rival = np.where(newer >= 0, best_since[np.maximum(newer, 0)], floor)
     excess = np.where(start > oldest, lowest - rival, np.inf)
     width = beam.width
-    if len(excess) > beam.max_instances:
-        width = min(width, float(np.partition(excess, beam.max_instances)[beam.max_instances]))
+    if len(excess) > beam.max_pairs:
+        width = min(width, float(np.partition(excess, beam.max_pairs)[beam.max_pairs]))
     return np.where(start > oldest, rival + width, -np.inf).astype(np.float32)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, snr_db
+from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
@@ -36,10 +36,11 @@ class Scores:
 
 
 class Scorer:
-    """Composes the templates in use with the noise, and measures distances to them."""
+    """Composes the templates in use with noise and gains, and measures distances to them."""
 
-    def __init__(self, bank: TemplateBank) -> None:
+    def __init__(self, bank: TemplateBank, gains_db: tuple[float, ...]) -> None:
         self._bank = bank
+        self._gain_factors = [power_ratio(db) for db in gains_db]
         self._codebook = distinct(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
@@ -53,10 +54,14 @@ class Scorer:
     def rest(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
 
-        `_composed` has their features, those of frame `row` in line `_slots[row]`; line 0 is unused.
+        `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
+        line 0 is unused.
         """
         self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
-        self._slots = np.zeros(self._bank.n_frames, np.int32)  # has pages where it is written
+        self._slots = np.zeros(
+            (len(self._gain_factors), self._bank.n_frames), np.int32
+        )  # has pages where it is written
+        self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
     def vowels_db(self, gain: float) -> float:
@@ -70,7 +75,9 @@ class Scorer:
             return
         self._noise = noise.copy()
         self._gain = gain
-        self._slots, self._n_composed = np.zeros(self._bank.n_frames, np.int32), 1
+        for hypothesis, rows in self._used:
+            self._slots[hypothesis, rows] = 0
+        self._used, self._n_composed = [], 1
         self._noise_features = noise_features(noise)
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = norms_of(self._codebook_features)
@@ -88,20 +95,27 @@ class Scorer:
 
     def follow(self, layout: Layout) -> None:
         """Load the features of this layout's states; templates are composed when first needed."""
-        missing = layout.row[self._slots[layout.row] == 0]
-        if len(missing):
-            self._compose_more(distinct(missing))
-        self._features = self._composed[self._slots[layout.row]]
-        self._norms = norms_of(self._features)
+        features = np.empty((layout.n_states, N_FEATURES), np.float32)
+        for hypothesis in range(len(self._gain_factors)):
+            begin, end = layout.hypothesis_begins[hypothesis : hypothesis + 2]
+            rows = layout.row[begin:end]
+            slots = self._slots[hypothesis, rows]
+            missing = rows[slots == 0]
+            if len(missing):
+                self._compose_more(hypothesis, distinct(missing))
+                slots = self._slots[hypothesis, rows]
+            np.take(self._composed, slots, axis=0, out=features[begin:end])
+        self._features, self._norms = features, norms_of(features)
 
-    def _compose_more(self, rows: NDArray[np.intp]) -> None:
+    def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
         if end > len(self._composed):
             grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
             grown[:first] = self._composed[:first]
             self._composed = grown
-        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain)
-        self._slots[rows] = np.arange(first, end)
+        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * self._gain_factors[hypothesis])
+        self._slots[hypothesis, rows] = np.arange(first, end)
+        self._used.append((hypothesis, rows))
         self._n_composed = end
 
     def score(self, features: Features) -> Scores:

@@ -17,8 +17,9 @@ from hvcpd.recognition.network import Network
 from hvcpd.recognition.pruning import AHEAD, HORIZON_FRAMES, REACH, Beam
 from hvcpd.recognition.templates import TemplateBank
 
+N_RUNGS = 2
 STEPS = StepCosts()
-WIDE = Beam(width=1e6, above_filler=1e6, max_instances=10**6)
+WIDE = Beam(width=1e6, above_filler=1e6, max_pairs=10**6)
 WORDS = "abcde"
 
 
@@ -42,7 +43,7 @@ def random_network(seed: int) -> Network:
 
 @dataclass(frozen=True)
 class Input:
-    """Distances (frames, rows of the bank) relative to the filler, and the cost of pausing (frames,)."""
+    """Distances (frames, hypotheses, rows of the bank) relative to the filler, and the cost of pausing (frames,)."""
 
     distances: np.ndarray
     noise_cost: np.ndarray
@@ -52,13 +53,13 @@ def random_input(net: Network, n_frames: int, seed: int) -> Input:
     rng = np.random.default_rng(seed)
     rows = int((net.first_row + net.length).max())
     return Input(
-        rng.uniform(-1.5, 1.0, (n_frames, rows)).astype(np.float32),
+        rng.uniform(-1.5, 1.0, (n_frames, N_RUNGS, rows)).astype(np.float32),
         rng.uniform(0.0, 0.5, n_frames).astype(np.float32),
     )
 
 
 def clean_input(net: Network, seed: int) -> tuple[Input, list[str]]:
-    """A random sentence, every template frame once, after 9 frames of noise; and its words."""
+    """A random sentence, every template frame once, at hypothesis 1 after 9 frames of noise; and its words."""
     rng = np.random.default_rng(seed)
     node, instances = int(net.start_nodes[0]), []
     while not (instances and net.is_final[node]):
@@ -72,19 +73,20 @@ def clean_input(net: Network, seed: int) -> tuple[Input, list[str]]:
     frame = 9
     for c in instances:
         for row in range(net.length[c]):
-            distances[frame, net.first_row[c] + row] = -0.8
+            distances[frame, 1, net.first_row[c] + row] = -0.8
             frame += 1
     return Input(distances, noise_cost), [net.word[c] for c in instances]
 
 
 def decode(net: Network, given_input: Input, beam: Beam) -> tuple[float, list[str]] | None:
     """Cost and words of the cheapest path that rests in a final node at the end."""
-    decoder = Decoder(net, beam)
+    decoder = Decoder(net, N_RUNGS, beam)
     layout = decoder.layout
     for frame in range(len(given_input.distances)):
         if frame % HORIZON_FRAMES == 0:
             layout = decoder.prepare()
-        decoder.column(given_input.distances[frame, layout.row], float(given_input.noise_cost[frame]))
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     best = decoder.best(margin=1e12)
     return None if best.node < 0 else (best.cost, [net.word[step.instance] for step in decoder.trace(best.token)])
 
@@ -100,51 +102,57 @@ def search(net: Network, given_input: Input) -> Path:
         return path[0] + cost, path[1] + words
 
     @cache
-    def within(frame: int, instance: int, state: int) -> Path:
+    def within(frame: int, hypothesis: int, instance: int, state: int) -> Path:
         if frame < 0 or state < 0:
             return NONE
         ways = [
-            more(within(frame - 1, instance, state), STEPS.stay),
-            within(frame - 1, instance, state - 1) if state >= 1 else entering(frame, instance),
+            more(within(frame - 1, hypothesis, instance, state), STEPS.stay),
+            within(frame - 1, hypothesis, instance, state - 1) if state >= 1 else entering(frame, hypothesis, instance),
         ]
         if state >= 1:
-            entered = entering(frame, instance)
-            before = within(frame - 1, instance, state - 2) if state >= 2 else entered
+            entered = entering(frame, hypothesis, instance)
+            before = within(frame - 1, hypothesis, instance, state - 2) if state >= 2 else entered
             ways.append(more(before, STEPS.skip))
-        return more(min(ways), float(given_input.distances[frame, net.first_row[instance] + state]))
+        return more(min(ways), float(given_input.distances[frame, hypothesis, net.first_row[instance] + state]))
 
     @cache
-    def word_end(frame: int, node: int) -> Path:
+    def word_end(frame: int, hypothesis: int, node: int) -> Path:
         instances = np.flatnonzero(net.target_node == node)
-        return min((more(within(frame, c, net.length[c] - 1), 0.0, net.word[c]) for c in instances), default=NONE)
+        return min(
+            (more(within(frame, hypothesis, c, net.length[c] - 1), 0.0, net.word[c]) for c in instances), default=NONE
+        )
 
     @cache
-    def resting(frame: int, node: int) -> Path:
+    def resting(frame: int, hypothesis: int, node: int) -> Path:
         if frame < 0 or not (net.may_pause[node] or net.is_final[node]):
             return NONE
-        longer = more(resting(frame - 1, node), float(given_input.noise_cost[frame]))
-        return min(longer, word_end(frame, node))
+        longer = more(resting(frame - 1, hypothesis, node), float(given_input.noise_cost[frame]))
+        return min(longer, word_end(frame, hypothesis, node))
 
     @cache
-    def leaving(frame: int, node: int) -> Path:
-        paused = resting(frame, node) if net.may_pause[node] else NONE
-        return min(paused, word_end(frame, node))
+    def leaving(frame: int, hypothesis: int, node: int) -> Path:
+        paused = resting(frame, hypothesis, node) if net.may_pause[node] else NONE
+        return min(paused, word_end(frame, hypothesis, node))
 
-    def entering(frame: int, instance: int) -> Path:
+    def entering(frame: int, hypothesis: int, instance: int) -> Path:
         """What precedes a word whose first or second state meets `frame`."""
         node = int(net.source_node[instance])
         if node in net.start_nodes:
             return 0.0, ()
         if frame == 0:
             return NONE
-        return leaving(frame - 1, node)
+        others = [r for r in (hypothesis - 1, hypothesis + 1) if 0 <= r < N_RUNGS]
+        return min(
+            leaving(frame - 1, hypothesis, node), *(more(leaving(frame - 1, r, node), STEPS.hypothesis) for r in others)
+        )
 
     n_frames = len(given_input.distances)
     for frame in range(n_frames):  # fills the caches from the front, or the recursion would be too deep
-        for instance in range(net.n_instances):
-            for state in range(net.length[instance]):
-                within(frame, instance, state)
-    return min(resting(n_frames - 1, int(n)) for n in np.flatnonzero(net.is_final))
+        for hypothesis in range(N_RUNGS):
+            for instance in range(net.n_instances):
+                for state in range(net.length[instance]):
+                    within(frame, hypothesis, instance, state)
+    return min(resting(n_frames - 1, r, int(n)) for r in range(N_RUNGS) for n in np.flatnonzero(net.is_final))
 
 
 @settings(max_examples=12, deadline=None)
@@ -181,16 +189,18 @@ def test_with_the_default_beam_it_finds_a_clean_sentence_and_what_it_costs(seed:
 def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) -> None:
     net = random_network(seed)
     (given_input, _), before = clean_input(net, seed), random_input(net, n_before, seed)
-    decoder = Decoder(net, Beam())
-    fresh = Decoder(net, Beam())
+    decoder = Decoder(net, N_RUNGS, Beam())
+    fresh = Decoder(net, N_RUNGS, Beam())
     for frame in range(n_before):
         layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
-        decoder.column(before.distances[frame, layout.row], float(before.noise_cost[frame]))
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(before.distances[frame, hypothesis, layout.row], float(before.noise_cost[frame]))
     for d in (decoder, fresh):
         d.reset(8_640_000)
         for frame in range(len(given_input.distances)):
             layout = d.prepare() if frame % HORIZON_FRAMES == 0 else d.layout
-            d.column(given_input.distances[frame, layout.row], float(given_input.noise_cost[frame]))
+            hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+            d.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     ends = [(d.best().cost, d.best().rested_frames, d.trace(d.best().token)) for d in (decoder, fresh)]
     assert ends[0] == ends[1]
     assert ends[0][2][0].start_frame == 8_640_000 + 9
@@ -200,12 +210,13 @@ def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) ->
 def test_it_follows_only_what_is_promising() -> None:
     net = random_network(4)
     given_input, _ = clean_input(net, 4)
-    everything = int((net.length + AHEAD).sum())
-    decoder = Decoder(net, Beam())
+    everything = N_RUNGS * int((net.length + AHEAD).sum())
+    decoder = Decoder(net, N_RUNGS, Beam())
     sizes = []
     for frame in range(len(given_input.distances)):
         layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
         sizes.append(layout.n_states)
-        decoder.column(given_input.distances[frame, layout.row], float(given_input.noise_cost[frame]))
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     assert max(sizes) <= everything
     assert np.mean(sizes) < 0.6 * everything

@@ -13,6 +13,7 @@ from hvcpd.recognition.pruning import AHEAD, Layout, common_states, lay_out
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
+N_RUNGS = 3
 NET = Network(graph(), TemplateBank(templates()).templates)
 
 
@@ -72,11 +73,11 @@ def test_the_ring_keeps_the_newest_and_warns_before_it_overwrites() -> None:
 @st.composite
 def layouts(draw: st.DrawFn) -> Layout:
     """Some stretches of the test network."""
-    instances = sorted(draw(st.sets(st.integers(0, NET.n_instances - 1), max_size=12)))
-    length = [int(NET.length[each]) for each in instances]
+    pairs = sorted(draw(st.sets(st.integers(0, N_RUNGS * NET.n_instances - 1), max_size=12)))
+    length = [int(NET.length[p % NET.n_instances]) for p in pairs]
     low = [draw(st.integers(0, n - 1)) for n in length]
     high = [draw(st.integers(at + 1, n)) for at, n in zip(low, length, strict=True)]
-    return lay_out(NET, *(np.array(a, np.intp) for a in (instances, low, high)))
+    return lay_out(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
 
 
 @settings(max_examples=80, deadline=None)
@@ -85,21 +86,27 @@ def test_every_state_is_where_it_belongs(layout: Layout) -> None:
     sizes = layout.high - layout.low + AHEAD
     assert layout.n_states == sizes.sum()
     assert (np.diff(layout.key) > 0).all()
-    for k, instance in enumerate(layout.instance):
+    assert layout.hypothesis_begins[0] == 0
+    assert layout.hypothesis_begins[-1] == layout.n_states
+    for k, pair in enumerate(layout.pair):
+        hypothesis, instance = divmod(int(pair), NET.n_instances)
         states = np.arange(layout.begin[k], layout.begin[k] + sizes[k])
+        assert layout.hypothesis_begins[hypothesis] <= states[0]
+        assert states[-1] < layout.hypothesis_begins[hypothesis + 1]
         frames = np.maximum(np.arange(layout.low[k] - AHEAD, layout.high[k]), 0)
         assert (layout.row[states] == NET.first_row[instance] + frames).all()
 
 
 @settings(max_examples=80, deadline=None)
 @given(layouts())
-def test_what_is_followed_from_its_beginning_has_an_entry_and_to_its_end_an_end(layout: Layout) -> None:
-    instance = layout.instance
-    opened, ending = layout.low == 0, layout.high == NET.length[instance]
+def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: Layout) -> None:
+    opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_instances]
+    hypothesis, instance = np.divmod(layout.pair, NET.n_instances)
     assert (layout.entry == layout.begin[opened] + 1).all()
-    assert (layout.source == NET.source_node[instance][opened]).all()
+    assert (layout.source == (hypothesis * NET.n_nodes + NET.source_node[instance])[opened]).all()
+    assert (layout.ends == np.flatnonzero(ending)).all()
     assert (layout.row[layout.last] == (NET.first_row[instance] + NET.length[instance] - 1)[ending]).all()
-    assert (layout.target == NET.target_node[instance][ending]).all()
+    assert (layout.target == (hypothesis * NET.n_nodes + NET.target_node[instance])[ending]).all()
     assert (layout.end_instance == instance[ending]).all()
 
 

@@ -33,7 +33,7 @@ from hvcpd.synthesis.voices import Voice
 
 ANYTHING = RecogniserSettings(min_confidence=0.0, max_lead_in=99.0, max_pause=1e6, min_gain=1.0)
 """Accept a sentence however badly it fits."""
-FREELY = replace(ANYTHING, beam=Beam(max_instances=2000))
+FREELY = replace(ANYTHING, beam=Beam(max_pairs=2000))
 """Beam width: about 1,400 words compete in one place, and the usual 100 paths often lose the right one."""
 DOUBTFUL = 0.5
 """Words of lower confidence are examined: words that were said have 0.95 and more, others 0.02."""
