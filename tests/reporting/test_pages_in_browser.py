@@ -59,14 +59,14 @@ return [...document.querySelectorAll('.span')].flatMap((span) => {
 """Labels of the timeline that reach out of their bars, or into the mark of a task that was carried out."""
 
 BROKEN_HEADINGS = """
-const rows = (word, node, at) => {
+const lines = (node, found) => {
   const range = document.createRange();
-  range.setStart(node, at), range.setEnd(node, at + word.length);
+  range.setStart(node, found.index), range.setEnd(node, found.index + found[0].length);
   return new Set([...range.getClientRects()].map((box) => Math.round(box.top))).size;
 };
-return [...document.querySelectorAll('thead th')].flatMap((heading) =>
-  [...heading.firstChild.data.matchAll(/\\S+/g)].map((found) => [found[0], rows(found[0], heading.firstChild, found.index)])
-).filter(([, rows]) => rows > 1);
+return [...document.querySelectorAll('thead th')].flatMap(({firstChild: node}) =>
+  [...node.data.matchAll(/\\S+/g)].filter((found) => lines(node, found) > 1).map((found) => found[0])
+);
 """
 """Words of tables' headings that run over two lines."""
 
