@@ -61,7 +61,10 @@ class Counted:
 
     def row(self, row: Row) -> Counts:
         """The cost of a row of the table; `row.times` is not applied."""
-        before = self._counts(row.work, 0) if row.alone else np.zeros(len(CYCLES))
+        before = np.zeros(len(CYCLES))
+        if row.alone:
+            self._counts(row.work, 0)  # renders what the cache lacks
+            before = self._counts(row.work, 0)
         return self._counts(row.work, row.amount) - before
 
     def _counts(self, work: str, amount: int) -> Counts:

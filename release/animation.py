@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
 from markupsafe import Markup
@@ -32,7 +33,9 @@ REST_S = 4.0
 WIDTH, HEIGHT = 880, 450
 MAP_LEFT, MAP_TOP, MAP_SCALE = 16, 16, 0.56
 LIST_LEFT, LIST_TOP, LIST_STEP = 456, 92, 46
-CAPTION_TOP = 396
+CAPTION_TOP, LINE_STEP, STATUS_TOP = 380, 26, 434
+CAPTION_CHARACTERS = 62
+"""A line of a caption: the widest of the fonts takes 13 px a character, and the picture has 832."""
 
 
 @dataclass(frozen=True)
@@ -225,22 +228,25 @@ def _state(text: str) -> Markup:
 def _captions(
     mission: ShownMission, said: Sequence[Said], slots: dict[str, int], animation: Animation, end_s: float
 ) -> list[Markup]:
-    """Each sentence from its begin to the next one's, with who understood it, and the one before above it."""
+    """Each sentence from its begin to the next one's, with who understood it."""
     begins = [each.at_s for each in said]
     shown = []
     for k, each in enumerate(said):
         until_s = begins[k + 1] if k + 1 < len(said) else None
+        first, *others = wrap(f"{each.speaker}: “{each.text}”", CAPTION_CHARACTERS)
+        speaker, said_first = first[: len(each.speaker) + 2], first[len(each.speaker) + 2 :]
         text = [
-            tag("tspan", f"{each.speaker}: ", class_=f"speaker r{slots[each.speaker]}"),
-            tag("tspan", f"“{each.text}”"),
+            tag("tspan", speaker, class_=f"speaker r{slots[each.speaker]}"),
+            tag("tspan", said_first),
+            *(tag("tspan", line, x=24, dy=LINE_STEP) for line in others),
         ]
         shown.append(animation.shown(each.at_s, until_s, tag("text", *text, class_="caption", x=24, y=CAPTION_TOP)))
         if understood := _understood(mission, each):
             at_s = max(event.at_s for event in understood)
             line = "; ".join(f"{event.listener} understood it, {event.confidence:.0%} sure" for event in understood)
-            line = tag("text", line, class_="sure", x=24, y=CAPTION_TOP + 28)
+            line = tag("text", line, class_="sure", x=24, y=STATUS_TOP)
             shown.append(animation.shown(max(at_s, each.end_s), until_s, line))
-    seconds = [tag("text", clock(at_s), class_="clock", x=WIDTH - 24, y=CAPTION_TOP + 28) for at_s in (*begins, end_s)]
+    seconds = [tag("text", clock(at_s), class_="clock", x=WIDTH - 24, y=STATUS_TOP) for at_s in (*begins, end_s)]
     return shown + [
         animation.shown(at_s, (*begins, end_s)[k + 1] if k < len(begins) else None, seconds[k])
         for k, at_s in enumerate((*begins, end_s))

@@ -78,7 +78,7 @@ class Line:
 
 
 COURTESY = (
-    '"Hello" is understood as "Hi", and "please" before what you ask for; '
+    "“Hello” is understood as “Hi”, and “please” before what you ask for; "
     "parts in [brackets] may be left out; pause a little at the commas."
 )
 

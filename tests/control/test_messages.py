@@ -53,6 +53,7 @@ def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
         (",", "at least one name"),
         ("Stop", "sounds like the phrasebook's word 'stop'"),
         ("Rob,Stopp", "sounds like the phrasebook's word 'stop'"),
+        ("Rod,Tom", "the name 'Tom' sounds like the phrasebook's word 'come'"),
         ("José", "write for example 'Jose'"),
     ],
 )

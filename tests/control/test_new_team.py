@@ -57,10 +57,11 @@ def test_words_that_cannot_be_used_are_told_and_nothing_is_written(
 def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> None:
     answers: Iterator[str] = iter(
         [
-            "Rob, Hi",
+            "Rod, Hi",
             "Rob, Zoe",
             "dock",
             "wave",
+            "",
             "greet the visitors; -4, -4; sing",
             "greet the visitors; -4, -4; wave",
             "feed the sheep",
@@ -71,7 +72,9 @@ def test_a_person_is_asked_again_until_an_answer_is_right(tmp_path: Path) -> Non
     told: list[str] = []
     options = argparse.Namespace(folder=tmp_path / "hall", robots=None, skill=None, task=None, demo=False)
     assert run(options, Console(lambda _question: next(answers), told.append)) == 0
-    assert sum(text.startswith("  ") for text in told) == 4
+    assert sum(text.startswith("  ") for text in told) == 5
+    assert [line[:14] for line in told[0].splitlines()] == ["  the name 'Ro", "  the name 'Hi"]
+    assert "  give at least one task\n" in told
     assert "'feed the ship' sounds like 'feed the sheep'" in told[-1]
     assert "no robot has the skill 'sing'; write one of wait, water, dock, turn, forward, wave, or" in "".join(told)
     settings = load_settings(tmp_path / "hall" / "hvcpd.yaml", environment={})

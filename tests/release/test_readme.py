@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from hvcpd.reporting.events import Summary
-from release.animation import draw, make_film
+from release.animation import WIDTH, draw, make_film
 from release.figures import FIGURES, read_results, with_table
 from release.readme import ANIMATION, LEFT_OUT, PAGES, Command, Stage, abridged, blocks, differences, renewed
+from tests.console.browser import MISSING, WHY, chromium
 
 
 def test_a_block_is_its_commands_with_what_they_print() -> None:
@@ -78,6 +79,15 @@ def test_a_film_shows_talk_slower_than_silence_and_ends_with_the_mission() -> No
     assert talk > 5 * silence
     assert film.at(0.0) == 0.0
     assert film.at(100.0) < 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(MISSING, reason=WHY)
+def test_each_line_of_the_animation_fits_into_the_picture() -> None:
+    right = "return [...document.querySelectorAll('.caption')].map((line) => line.getBBox().x + line.getBBox().width)"
+    with chromium() as browser:
+        browser.get(ANIMATION.as_uri())
+        assert max(browser.execute_script(right)) <= WIDTH
 
 
 @pytest.mark.slow

@@ -38,7 +38,7 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     once = [task.number for task in team.tasks.tasks if task.every is None and not task.on_demand]
     if once:
         subject = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"
-        sys.stderr.write(f"hvcpctl: {subject}: done only once, without `every:` (docs/skills.md)\n")
+        sys.stderr.write(f"hvcpctl: note: {subject}: done only once, without `every:` (docs/skills.md)\n")
     mission = WordMission(_plan(options, team, coordinator, speech), keep=True)
     understood: list[m.Utterance] = []
 

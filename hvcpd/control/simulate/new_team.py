@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import indent
 from typing import TypeVar
 
 from hvcpd.assembly.vocabulary import check, refusal
@@ -66,7 +67,7 @@ class Console:
                 text = self._ask(f"{question}{f' [{usual}]' if usual else ''}: ").strip() or usual
                 return read(text)
             except ConfigError as error:
-                self.tell(f"  {error}\n")
+                self.tell(indent(f"{error}\n", "  "))
             except EOFError:
                 self.tell("\n")
                 raise ConfigError(ENDED) from None
@@ -112,7 +113,7 @@ def _to_simulate(folder: Path) -> list[str]:
 
 
 def _ask_skills(console: Console) -> list[SkillAnswer]:
-    question = 'What can they do besides driving and waiting, and which number does it take ("pour litres", "wave")'
+    question = "Their skills besides driving and waiting, each with its number, as in: pour litres, wave (Enter: none)"
     return console.answer(question, lambda text: [read_skill(each) for each in text.split(",") if each.strip()])
 
 
@@ -124,8 +125,10 @@ def _ask_tasks(console: Console, robots: tuple[str, ...], skills: list[SkillAnsw
     tasks: list[TaskAnswer] = []
 
     def read(text: str) -> TaskAnswer | None:
-        if not text and tasks:
-            return None
+        if not text:
+            if tasks:
+                return None
+            raise ConfigError("give at least one task")
         task = read_task(text, skills, tasks)
         _check(robots, skills, [*tasks, task])
         return task
@@ -148,7 +151,7 @@ def read_robots(text: str) -> tuple[str, ...]:
     """Names with commas between them. Raises ConfigError with the remedy."""
     names = tuple(part.strip() for part in text.split(",") if part.strip())
     wrong = [fault for name in names if (fault := valid_robot_name(name) or name_fault(name))]
-    if fault := next(iter(wrong), None) or repeated_names(names):
+    if fault := "\n".join(wrong) or repeated_names(names):
         raise ConfigError(fault)
     if not names:
         raise ConfigError("give at least one name, as in: Rob, Bot")

@@ -69,8 +69,8 @@ def load_team(
     used = tuple(known.values())
     if not allow_confusable:
         refuse_same_sound(used, sound.lexicon)
-    if fault := next((text for name in used if (text := name_fault(name, sound.lexicon))), None):
-        raise ConfigError(fault)
+    if faults := [fault for name in used if (fault := name_fault(name, sound.lexicon))]:
+        raise ConfigError("\n".join(faults))
     security = settings.security
     has_key = sealed or security.key is not None
     encrypts = encrypted or (has_key and security.encrypted)
