@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 
 RIDGE = 0.05
 FOLDS = 5
-PROBABILITY_SIGNS = "?-+?+?"
+PROBABILITY_SIGNS = "?-+?+"
 """Of each weight, where it is known which it must have."""
 EVIDENCE = (
     "bias",
@@ -36,7 +36,6 @@ EVIDENCE = (
     "log_odds",
     "is_nearest",
     "nearest_logit",
-    "phones_a_second",
 )
 """Names of the weights of `fusion.evidence`."""
 LEVELS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.01)

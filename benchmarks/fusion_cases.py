@@ -52,7 +52,7 @@ SHORT = tuple(
 )
 SNRS_DB = (None, 30.0, 20.0, 10.0, 5.0, 0.0)
 """None: a quiet room."""
-IN_ROOMS = 0.4
+IN_ROOMS = 0.5
 KEPT = ((0,), (0, 1, 2))
 """Takes of digits that are enrolled."""
 HEARD = (3, 4)
@@ -83,11 +83,13 @@ class Case:
 
 
 class Place:
-    """Where it is said: rooms and noises of the part that nets are trained with, and none without recordings."""
+    """Where it is said: rooms and noises of the part that nets are trained with, and none without recordings; and
+    simulated rooms (needs pyroomacoustics)."""
 
     def __init__(self, data: Path | None, seed: int) -> None:
         self._rng = np.random.default_rng(seed)
-        self._rooms = Rooms(data / "rooms" if data is not None else None, self._rng)
+        measured = Rooms(data / "rooms" if data is not None else None, self._rng)
+        self._rooms = measured, Rooms(None, self._rng, boxes=True)
         n = 30 * SAMPLE_RATE_HZ
         self._noises: list[Samples] = [steady("white", n, seed), steady("pink", n, seed)]
         self._noises += noises(data, "train") if data is not None else []
@@ -95,7 +97,7 @@ class Place:
     def heard(self, sound: Samples) -> Segment:
         """The sound somewhere, in some noise."""
         rng = self._rng
-        response = self._rooms.draw() if rng.random() < IN_ROOMS else None
+        response = self._rooms[rng.integers(2)].draw() if rng.random() < IN_ROOMS else None
         if response is not None:
             size = 1 << (len(sound) + len(response)).bit_length()
             sound = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(response, size), size)[: len(sound) + 2000]

@@ -20,7 +20,6 @@ Words = tuple[str, ...]
 
 MOST_LOG_ODDS = 8.0
 """Largest natural logarithm of the odds of a sentence by the net; the net is not right more often than that."""
-LEAST_SPEECH_S = 0.2
 URGENT = "stop"
 MOST_CALL_WORDS = 3
 """ "Team plant stop": an addressee and the word."""
@@ -31,8 +30,7 @@ class Hypotheses:
     """Results of the phone net and of the enrolled people's templates for one segment of sound.
 
     `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `nearest` the one that is
-    nearest to the words of enrolled people; None where there is none. `speech_s` is the duration of the speech. `talk`
-    is the network of other talk.
+    nearest to the words of enrolled people; None where there is none. `talk` is the network of other talk.
     """
 
     log_posteriors: LogPosteriors
@@ -40,7 +38,6 @@ class Hypotheses:
     talk: CtcSearch
     by_phones: CtcSentence | None
     nearest: Recognised | None
-    speech_s: float
 
     def through(self, log_posteriors: LogPosteriors) -> Hypotheses:
         """The same with posteriors of another output layer."""
@@ -112,9 +109,8 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     """Features of the confidence of the most likely sentence.
 
     The net's certainty of any phones; the log odds of the sentence by the net; whether it is nearest to enrolled
-    people's words, and how certainly; the phones a second.
+    people's words, and how certainly.
     """
-    n_phones = sum(hypotheses.search.n_phones(word) for word in words)
     heard = 0.0, 0.0
     nearest = hypotheses.nearest
     if nearest is not None and alike(nearest.words, words):
@@ -125,7 +121,6 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
         float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
         hypotheses.log_odds(words),
         *heard,
-        n_phones / max(hypotheses.speech_s, LEAST_SPEECH_S),
     )
 
 

@@ -13,7 +13,6 @@ from hvcpd.people.enrolled_listener import EnrolledListener
 from hvcpd.people.fusion import Fused, Hypotheses, fuse
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, any_words, centred, phones_of
 from hvcpd.people.speaker_adaptation import adapted
-from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
@@ -126,8 +125,8 @@ class SecondPassRecogniser:
         output = phones_of(centred(logs_of_segment(segment)))
         listener = self._listener()
         nearest = listener.nearest(segment) if listener is not None else None
-        by_phones, speech_s = search.best(output.log_posteriors), (segment.end - segment.start) / SAMPLE_RATE_HZ
-        return Hypotheses(output.log_posteriors, search, talk, by_phones, nearest, speech_s), output
+        by_phones = search.best(output.log_posteriors)
+        return Hypotheses(output.log_posteriors, search, talk, by_phones, nearest), output
 
     def _listener(self) -> EnrolledListener | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""

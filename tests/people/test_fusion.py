@@ -24,14 +24,14 @@ NONE = len(PHONES)
 LEFT, RIGHT = ("turn", "left"), ("turn", "right")
 
 
-def hypotheses(*said: str, clear: float = 8.0, nearest: Recognised | None = None, speech_s: float = 0.7) -> Hypotheses:
+def hypotheses(*said: str, clear: float = 8.0, nearest: Recognised | None = None) -> Hypotheses:
     """Words that the net hears, each phone so much likelier than any other as `clear` says, natural logarithm."""
     phones = [phone for word in said for phone in (*SAID[word][0], "")]
     log_posteriors = np.full((2 * len(phones), NONE + 1), -clear, np.float32)
     for k, phone in enumerate(phones):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
     search = CtcSearch(GRAPH, SAID.__getitem__)
-    return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), nearest, speech_s)
+    return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), nearest)
 
 
 def enrolled(words: tuple[str, ...], deficit: float, confidence: float) -> Recognised:
@@ -84,26 +84,21 @@ def test_silence_around_a_sentence_does_not_change_its_odds() -> None:
     silence[:, NONE] = 0.0
     search, odds = CtcSearch(GRAPH, SAID.__getitem__), []
     for heard in (strange, np.concatenate([silence, strange, silence])):
-        odds.append(Hypotheses(heard, search, TALK, search.best(heard), None, 0.7).log_odds(LEFT))
+        odds.append(Hypotheses(heard, search, TALK, search.best(heard), None).log_odds(LEFT))
     assert odds[0] > 0.0
     assert odds[1] == pytest.approx(odds[0], abs=0.1)
-
-
-def test_few_words_do_not_take_long() -> None:
-    quick, slow = (fused(hypotheses("turn", "left", clear=2.0, speech_s=s)).probability for s in (0.7, 4.0))
-    assert slow < quick
 
 
 def test_what_no_row_of_phones_explains_is_unlikely() -> None:
     noise = hypotheses("turn", "left")
     log_posteriors = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
-    found = Hypotheses(log_posteriors, noise.search, TALK, noise.search.best(log_posteriors), None, 1.2)
+    found = Hypotheses(log_posteriors, noise.search, TALK, noise.search.best(log_posteriors), None)
     assert fused(found).probability < 0.1
 
 
 def test_a_sentence_that_cannot_be_has_the_least_odds() -> None:
     short = hypotheses("turn", "left")
-    brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.2, 0.9), 0.1)
+    brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.2, 0.9))
     assert brief.log_odds(RIGHT) == -MOST_LOG_ODDS
     assert len(brief.spans(RIGHT)) == 2
     assert fused(brief).words == RIGHT
@@ -116,7 +111,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
     log_posteriors = np.full((12, NONE + 1), -8.0, np.float32)
     for k, phone in enumerate(("AO", "L", "S", "T", "AA", "P")):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
-    alone = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None, 0.7)
+    alone = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None)
     same, other, else_ = (
         fused(replace(alone, nearest=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
@@ -126,4 +121,4 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
 
 def test_nothing_heard_is_no_sentence() -> None:
     heard = hypotheses("turn", "left")
-    assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, TALK, None, None, 0.0)) is None
+    assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, TALK, None, None)) is None

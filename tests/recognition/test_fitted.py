@@ -33,7 +33,7 @@ def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
     weights = ConfidenceCurve().weights
     assert max(weights.deficit, weights.worst, weights.slowness, weights.haste) < 0.0
     assert min(weights.log_margin, weights.log_gain, weights.log_fit, weights.word_fit) > 0.0
-    unclear, log_odds, _, nearest_logit, _ = PROBABILITY[1:]
+    unclear, log_odds, _, nearest_logit = PROBABILITY[1:]
     assert unclear < 0.0 < log_odds
     assert nearest_logit >= 0.0
 
