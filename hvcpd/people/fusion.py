@@ -50,11 +50,11 @@ class Hypotheses:
         return found[:1] if len(found) > 1 and alike(*found) else found
 
     def log_odds(self, words: Words) -> float:
-        """The log odds by the net that a sentence was said, not another one or other talk, MOST_LOG_ODDS at most; for
-        calls for a halt, any of them."""
-        whole = self.search.log_likelihood(self.log_posteriors)
+        """The log odds by the net that a sentence was said, not another one, the beginning of one, or other talk,
+        MOST_LOG_ODDS at most; for calls for a halt, any of them."""
+        whole = self.search.log_likelihood(self.log_posteriors, beginnings=True)
         if is_call(words):
-            others = self.search.log_likelihood(self.log_posteriors, without=URGENT)
+            others = self.search.log_likelihood(self.log_posteriors, URGENT, beginnings=True)
             mine = _without(whole, others)
         else:
             mine = self.search.log_likelihood_of(self.log_posteriors, words)

@@ -195,9 +195,12 @@ class CtcSearch:
         """The fit of one sentence; None if there are too few frames for it."""
         return CtcSearch(graph_of(words), self._pronounce).best(log_posteriors)
 
-    def log_likelihood(self, log_posteriors: LogPosteriors, without: str | None = None) -> float:
-        """The logarithm of the sum of the probabilities of all sentences, `without` those that have a word: over every
-        way in which their phones may be spread over the frames. Minus infinity if there are too few frames for any."""
+    def log_likelihood(
+        self, log_posteriors: LogPosteriors, without: str | None = None, beginnings: bool = False
+    ) -> float:
+        """The logarithm of the sum of the probabilities of all sentences, `without` those that have a word; with
+        `beginnings`, theirs, too: over every way in which their phones may be spread over the frames. Minus infinity if
+        there are too few frames for any."""
         phone = gap = np.zeros(len(self._phones))
         rest = np.zeros(self._graph.n_nodes)
         rest[self._graph.start] = 1.0
@@ -215,7 +218,7 @@ class CtcSearch:
             most = max(float(phone.max()), float(gap.max()), float(rest.max()))
             phone, gap, rest = phone / most, gap / most, rest / most
             scale += math.log(most)
-        whole = float(rest[sorted(self._graph.finals)].sum())
+        whole = float((rest if beginnings else rest[sorted(self._graph.finals)]).sum())
         return scale + math.log(whole) if whole > 0.0 and len(log_posteriors) else -math.inf
 
     def log_likelihood_of(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> float:

@@ -127,6 +127,9 @@ def test_the_likelihood_is_the_sum_over_all_paths(seed: int, n: int) -> None:
         assert np.exp(network.log_likelihood_of(log_posteriors, words)) == pytest.approx(likelihood, rel=1e-4)
     whole = sum(likelihoods.values())
     assert np.exp(network.log_likelihood(log_posteriors)) == pytest.approx(whole, rel=1e-4)
+    begun = whole + sum(np.exp(path_scores(log_posteriors, [PHONES.index(p) for p in ("S", "IY")])))
+    begun += np.exp(log_posteriors[:, NONE].sum())  # nothing is the beginning of any sentence
+    assert np.exp(network.log_likelihood(log_posteriors, beginnings=True)) == pytest.approx(begun, rel=1e-4)
     without = likelihoods["see", "zoos"]
     assert np.exp(network.log_likelihood(log_posteriors, without="is")) == pytest.approx(without, rel=1e-4)
 

@@ -71,6 +71,15 @@ def test_the_odds_are_those_against_all_other_sentences_and_other_talk() -> None
     assert short.log_odds(("left",)) < 4.1
 
 
+def test_a_sentence_may_be_the_beginning_of_another() -> None:
+    """Somebody who pauses within "turn left" has not said "turn"."""
+    arcs = (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(0, 2, "turned"))
+    said = {**SAID, "turned": [("T", "ER", "N", "D")]}
+    search = CtcSearch(WordGraph(3, arcs, 0, frozenset((2,)), frozenset()), said.__getitem__)
+    paused = replace(hypotheses("turn"), search=search)
+    assert paused.log_odds(("turned",)) < -6.0
+
+
 def test_the_surer_an_enrolled_sentence_the_more_it_counts() -> None:
     for confidence, words in ((0.999, RIGHT), (0.05, LEFT)):
         nearest = enrolled(RIGHT, 0.1, confidence)
