@@ -45,6 +45,8 @@ waveforms: between two sentences of a talk they are kept."""
 class ChannelEars(LaterEars[Stretch, SearchResult]):
     """Ears with a second pass for robots through any channel."""
 
+    _listener: ChannelListener
+
     def __init__(
         self,
         ears: Ears,
@@ -58,7 +60,6 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._busy = False
-        self._channels = listener
         self._sought = 0
         """Greetings were sought up to this sample."""
         self._since: int | None = None
@@ -86,7 +87,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def adopt(self, others: Self) -> None:
         """As `LaterEars.adopt`."""
         super().adopt(others)
-        self._channels, self._varied = others._channels, others._varied
+        self._varied = others._varied
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
@@ -171,7 +172,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         sound, lead = self._history.around(first - LEAD, first, self._now)
         if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
-        found = self._channels.beginning(sound[lead : lead + SIZE], sound[:lead])
+        found = self._listener.beginning(sound[lead : lead + SIZE], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
@@ -201,7 +202,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Free memory once nobody has spoken for a while."""
         if self._searched_at is not None and self._now - self._searched_at >= REMEMBERED:
             self._searched_at = None
-            self._channels.forget()
+            self._listener.forget()
 
     def _close(self, cut: bool = False) -> None:
         """Close the open stretch, or `cut` it: submit it, unless all of it has been reported."""
