@@ -98,9 +98,9 @@ def save(path: Path, pairs: Pairs, lines: Sequence[tuple[float, float]], notes: 
     np.savez_compressed(path, **arrays)
 
 
-def in_bytes(weights: NDArray[np.floating]) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
-    """Weights, shape (..., outputs), as bytes, and the scale of each output, shape (outputs,)."""
-    scale = np.maximum(np.abs(weights).reshape(-1, weights.shape[-1]).max(axis=0), 1e-9) / 127.0
+def in_bytes(weights: NDArray[np.floating], most: int = 127) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
+    """Weights, shape (..., outputs), as bytes of -`most` to `most`, and the scale of each output, shape (outputs,)."""
+    scale = np.maximum(np.abs(weights).reshape(-1, weights.shape[-1]).max(axis=0), 1e-9) / most
     return np.round(weights / scale).astype(np.int8), scale.astype(np.float32)
 
 

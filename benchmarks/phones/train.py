@@ -30,6 +30,8 @@ BLANK = len(PHONES)
 WIDTH = 320
 LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
 """Of each layer: how many frames it sees, its step, and how far apart they are."""
+MOST = 31
+"""The largest weight as it is stored: six bits, which pack into three quarters of the space of eight."""
 BATCH_FRAMES = 6000
 WARP = (0.93, 1.07)
 PRINTED = 400
@@ -218,7 +220,7 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
 
 def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
     """The arrays of one layer in a file, whose names end in `name`."""
-    whole, scale = in_bytes(weights)
+    whole, scale = in_bytes(weights, MOST)
     return {f"weights{name}": whole, f"scale{name}": scale, f"bias{name}": bias.astype(np.float32)}
 
 
