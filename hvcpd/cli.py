@@ -42,7 +42,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--name", metavar="NAME", help="the robot's name, for example Rob")
     parser.add_argument("--config", type=Path, metavar="FILE", help="settings (default: /etc/hvcpd/hvcpd.yaml)")
     parser.add_argument("--team", metavar="NAME", help="the robot's team (default: plant)")
-    parser.add_argument("--tasks", metavar="FILE", help="task repository (default: five plants)")
+    parser.add_argument("--tasks", metavar="FILE", help="task file (default: five plants)")
     parser.add_argument(
         "--mode",
         choices=("volunteer", "coordinate", "follow"),

@@ -1,4 +1,4 @@
-"""Reads a task repository from YAML; `etc/tasks.yaml` shows and explains the form."""
+"""Reads a task file in YAML; `etc/tasks.yaml` shows and explains the form."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class _TaskEntry:
 def _valid_count(tasks: tuple[Any, ...]) -> str | None:
     if 1 <= len(tasks) <= MAX_TASKS:
         return None
-    return f"a repository has 1 to {MAX_TASKS} tasks, found {len(tasks)}; {'remove some' if tasks else 'add one'}"
+    return f"a task file has 1 to {MAX_TASKS} tasks, found {len(tasks)}; {'remove some' if tasks else 'add one'}"
 
 
 def _valid_others(names: tuple[str, ...]) -> str | None:
@@ -262,7 +262,7 @@ def load_tasks(
     changes: TaskChanges | None = None,
     robots: int = MAX_ROBOTS,
 ) -> TaskRepository:
-    """Read the task repository in the file `path`, with what `changes` add and leave out.
+    """Read the task file `path`, with what `changes` add and leave out.
 
     Checked are: numbers from 1 to 99 and names, each given once; distances, angles and waits within bounds; that a
     task with "go to place" has a place; that no task takes more robots than the team has, which are `robots`; and, if

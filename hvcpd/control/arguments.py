@@ -45,7 +45,7 @@ def add_config(command: argparse.ArgumentParser) -> None:
 
 def add_tasks(command: argparse.ArgumentParser) -> None:
     """Add --tasks."""
-    command.add_argument("--tasks", type=Path, metavar="FILE", help="task repository (default: five plants)")
+    command.add_argument("--tasks", type=Path, metavar="FILE", help="task file (default: five plants)")
 
 
 def add_team(command: argparse.ArgumentParser) -> None:

@@ -65,15 +65,16 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], tasks: Sequence[i
         ),
         Scene(
             "Confirmation",
-            f"{b} repeats the number. Now {a} knows that it was understood. Without a confirmation it says the claim "
-            "again, and finally goes alone.",
+            f"{b} repeats the number. Now {a} knows that it was understood. Without a confirmation {a} says the "
+            "claim again, and finally goes alone.",
             (Says(0, claim), Says(1, f"Hi {a}, I am {b}, confirmed {task}")),
         ),
         *(_both_at_once(a, b, claim, task, other) for other in others[:1]),
         Scene(
             "Stop",
             f"Anybody may say “stop”, at any time, without a greeting. Every robot that hears it halts at once, and "
-            f"stays halted until somebody says “resume”. With a name before it, “stop” is for {b} alone.",
+            f"stays halted until somebody says “resume”. With a name before it, “stop” is meant for {b} alone; "
+            "in doubt, all halt.",
             (Says(0, f"{b} stop"), Says(1, f"Hi all, I am {b}, I have stopped"), Says(0, f"{b} resume")),
         ),
     )

@@ -102,7 +102,7 @@ def task(more: str = "", number: object = 1, name: str = "fetch the ball", actio
     ("text", "place", "part"),
     [
         ("", "F:1", "the key 'tasks' is missing"),
-        ("tasks: []\n", "F:1", "a repository has 1 to 99 tasks, found 0; add one"),
+        ("tasks: []\n", "F:1", "a task file has 1 to 99 tasks, found 0; add one"),
         ("tasks: 5\n", "F:1", "expected a list"),
         ("taks:\n" + task(), "F:1", "did you mean 'tasks'?"),
         ("tasks:\n" + task(", colour: red"), "F:2", "unknown key 'colour'"),
@@ -148,7 +148,7 @@ def test_all_faults_are_told_at_once(tmp_path: Path) -> None:
 
 def test_a_hundred_tasks_are_too_many(tmp_path: Path) -> None:
     text = "tasks:\n" + "".join(task(number=n % 99 + 1) for n in range(100))
-    assert "F:1: tasks: a repository has 1 to 99 tasks, found 100; remove some" in faults(tmp_path, text)
+    assert "F:1: tasks: a task file has 1 to 99 tasks, found 100; remove some" in faults(tmp_path, text)
 
 
 words = st.from_regex(r"[a-z]{1,12}", fullmatch=True)
