@@ -13,7 +13,7 @@ from hvcpd.language.graph import graph_of
 from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.listener import CALL, CHECKED_BEFORE_S
+from hvcpd.recognition.keyword.listener import CALL
 
 VOWELS = ("AA", "AO", "AH")
 """The keyword's in several accents."""
@@ -26,9 +26,9 @@ AFTER_FRAMES = slice(2, 14)
 SPOKEN = 0.1
 """Mean probability of any phone from which on somebody speaks before the word or after it."""
 MOST_NATS = 1.5
-"""A phone net may be wrong, too: a certain call (0.96) stays one whatever that hears. On the part `validate` 16 of 679
-calls lose their stop for good, with 1 nat 10, with 2 nats 19; a fitted curve gives 1.6
-([docs/decisions/keyword.md])."""
+"""A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 16 of 679
+calls lose their stop for good, with 1 nat 10, with 2 nats 19; a fitted curve takes 1.6 at most
+(docs/decisions/keyword.md)."""
 
 
 def loss_of_call(sound: Samples) -> float:

@@ -82,9 +82,8 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     inner = channel_ears.ears(channel_ears.Script(speech=()))
-    events = [
-        event for _, event in hear(KeywordEars(inner, Scripted(), Residual(Scripted()), agreed), channel_ears.SOUND, block)
-    ]
+    around = KeywordEars(inner, Scripted(), Residual(Scripted()), agreed)
+    events = [event for _, event in hear(around, channel_ears.SOUND, block)]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
 
@@ -170,8 +169,8 @@ def test_what_grows_certain_is_held_for_first() -> None:
 def test_what_only_one_of_two_listeners_takes_for_a_call_must_be_said_twice() -> None:
     bench = Bench()
     bench.nats = 1.5
-    assert bench.live(*[0.0] * 50, CERTAIN - 0.01, CERTAIN - 0.01, 0.9, 0.9, *[0.0] * DOUBT_CHUNKS) == [Held, Released]
-    assert bench.live(CERTAIN - 0.01, CERTAIN - 0.01) == [Urgent]
+    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * DOUBT_CHUNKS) == [Held, Released]
+    assert bench.live(CERTAIN, CERTAIN) == [Urgent]
 
 
 def test_a_call_of_which_the_net_has_no_doubt_stands_whatever_others_hear() -> None:

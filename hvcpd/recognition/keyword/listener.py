@@ -10,7 +10,7 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
-from hvcpd.recognition.fitted import logistic, logit
+from hvcpd.recognition.fitted import logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import CERTAIN, Belief, Verdict
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
@@ -32,6 +32,8 @@ BEFORE = 3 * SAMPLE_RATE_HZ // 2
 CHECKED_BEFORE_S = 1.6
 """Sound before a word's end by which a call is checked: the word, a name before it, and what is or is not said before
 that."""
+TWICE = 0.71
+"""Probability of a call that counts where the check objects: two of them are certain, so that nobody calls in vain."""
 
 Check = Callable[[Samples], float]
 """What another listener takes from the log odds of a call, nats, by the sound from CHECKED_BEFORE_S before the word's
@@ -147,7 +149,7 @@ class KeywordEars(EarsAround):
             return word.call
         sound = self._residual.since(word.end_frame * HOP_SAMPLES - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
         nats = self._check(sound) if sound is not None else 0.0
-        return logistic(logit(word.call) - nats) if nats else word.call
+        return word.call if logit(word.call) - nats >= logit(CERTAIN) else TWICE
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
