@@ -19,6 +19,7 @@ from hvcpd.language.forms import Kind
 from hvcpd.language.marks import CIPHER_CALL
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
+from hvcpd.people.keyword_check import loss_of_call
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
@@ -117,7 +118,7 @@ def make_ears(
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(ears, KeywordNet(weights), Residual(KeywordNet(weights)))
+    return KeywordEars(ears, KeywordNet(weights), Residual(KeywordNet(weights)), loss_of_call)
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:

@@ -24,9 +24,13 @@ from tests.recognition.signals import graph, in_noise, sentence, templates
 WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPLES
 
 
+def agreed(_sound: Samples) -> float:
+    return 0.0
+
+
 def ears() -> KeywordEars:
     weights = Weights.load()
-    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Residual(KeywordNet(weights)))
+    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), Residual(KeywordNet(weights)), agreed)
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -76,9 +80,8 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     inner = channel_ears.ears(channel_ears.Script(speech=()))
-    events = [
-        event for _, event in hear(KeywordEars(inner, Scripted(), Residual(Scripted())), channel_ears.SOUND, block)
-    ]
+    around = KeywordEars(inner, Scripted(), Residual(Scripted()), agreed)
+    events = [event for _, event in hear(around, channel_ears.SOUND, block)]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
 
@@ -124,8 +127,9 @@ class Bench:
 
     def __init__(self) -> None:
         self.net = Scripted()
+        self.nats = 0.0
         self.ears = Silent()
-        self.listener = KeywordEars(self.ears, self.net, Residual(self.net))
+        self.listener = KeywordEars(self.ears, self.net, Residual(self.net), lambda _sound: self.nats)
         self._frame = 0
 
     def live(self, *probabilities: float, ends: bool = False) -> list[type]:
@@ -150,6 +154,19 @@ def test_what_grows_certain_is_held_for_first() -> None:
     bench = Bench()
     assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE, CERTAIN, CERTAIN) == [Held, Urgent]
     assert bench.listener.lost(1600) == []
+
+
+def test_what_only_one_of_two_listeners_takes_for_a_call_must_be_said_twice() -> None:
+    bench = Bench()
+    bench.nats = 1.5
+    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * DOUBT_CHUNKS) == [Held, Released]
+    assert bench.live(CERTAIN, CERTAIN) == [Urgent]
+
+
+def test_a_call_of_which_the_net_has_no_doubt_stands_whatever_others_hear() -> None:
+    bench = Bench()
+    bench.nats = 1.5
+    assert Urgent in bench.live(*[0.0] * 50, 0.97, 0.97)
 
 
 def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:

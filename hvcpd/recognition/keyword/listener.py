@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
+from hvcpd.recognition.fitted import logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
-from hvcpd.recognition.keyword.belief import Belief, Verdict
-from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, second_highest
+from hvcpd.recognition.keyword.belief import CERTAIN, Belief, Verdict
+from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 
 CALL = "stop"
@@ -28,6 +29,15 @@ KEPT_CHUNKS = 300
 """12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and the sound before it."""
 BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
+CHECKED_BEFORE_S = 1.6
+"""Sound before a word's end by which a call is checked: the word, a name before it, and what is or is not said before
+that."""
+TWICE = 0.71
+"""Probability of a call that counts where the check objects: two of them are certain, so that nobody calls in vain."""
+
+Check = Callable[[Samples], float]
+"""What another listener takes from the log odds of a call, nats, by the sound from CHECKED_BEFORE_S before the word's
+end on."""
 
 
 class Residual:
@@ -51,6 +61,11 @@ class Residual:
             self._kept.clear()
         self._kept.append(chunk.samples)
         self._end = first + len(chunk.samples)
+
+    def since(self, start: int) -> Samples | None:
+        """The sound from sample `start` on; None if that is not kept."""
+        first = start - (self._end - sum(map(len, self._kept)))
+        return np.concatenate(self._kept)[first:] if first >= 0 else None
 
     def probabilities(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
         """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
@@ -79,8 +94,9 @@ def _highest(probabilities: Sequence[float]) -> float | None:
 class KeywordEars(EarsAround):
     """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
-    def __init__(self, ears: Ears, net: KeywordNet, residual: Residual) -> None:
+    def __init__(self, ears: Ears, net: KeywordNet, residual: Residual, check: Check) -> None:
         super().__init__(ears)
+        self._check = check
         self._spotter = KeywordSpotter(net)
         self._residual = residual
         self._belief = Belief(residual.probabilities)
@@ -118,8 +134,16 @@ class KeywordEars(EarsAround):
         if word is not None:
             self._span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
-            told += self._tell(self._belief.word(*self._span, word.call, now, self._ears.ends))
+            told += self._tell(self._belief.word(*self._span, self._call(word), now, self._ears.ends))
         return told + self._tell(self._belief.at(now))
+
+    def _call(self, word: Word) -> float:
+        """The probability of a call, checked if it would stop the robot for good."""
+        if word.call < CERTAIN:
+            return word.call
+        sound = self._residual.since(word.end_frame * HOP_SAMPLES - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
+        nats = self._check(sound) if sound is not None else 0.0
+        return word.call if logit(word.call) - nats >= logit(CERTAIN) else TWICE
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
