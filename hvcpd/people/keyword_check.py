@@ -13,7 +13,7 @@ from hvcpd.language.graph import graph_of
 from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.listener import CALL
+from hvcpd.recognition.keyword.listener import CALL, CHECKED_BEFORE_S
 
 VOWELS = ("AA", "AO", "AH")
 """The keyword's in several accents."""
@@ -21,14 +21,14 @@ QUIET_FRAMES = round(0.56 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 """First frames of the sound: they end 1 s before the word does, so that a name may come before it."""
 EARLIEST_FRAME = round(0.7 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 """The word begins 0.9 s before its assumed end at the earliest."""
-AFTER_FRAMES = slice(2, 14)
+END_FRAME = round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ) // FRAME_SAMPLES
+AFTER_FRAMES = slice(END_FRAME + 2, END_FRAME + 14)
 """After the word, where others may speak."""
 SPOKEN = 0.1
 """Mean probability of any phone from which on somebody speaks before the word or after it."""
 MOST_NATS = 1.5
-"""A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 16 of 679
-calls lose their stop for good, with 1 nat 10, with 2 nats 19; a fitted curve takes 1.6 at most
-(docs/decisions/keyword.md)."""
+"""A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 9 of 681
+calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions/keyword.md)."""
 
 
 def loss_of_call(sound: Samples) -> float:
@@ -42,7 +42,7 @@ def loss_of_call(sound: Samples) -> float:
     if fit is None:
         return 0.0
     spoken = 1.0 - np.exp(log_posteriors[:, -1])
-    after = spoken[EARLIEST_FRAME + fit.spans[0][1] :][AFTER_FRAMES]
+    after = spoken[AFTER_FRAMES]
     is_alone = spoken[:QUIET_FRAMES].mean() < SPOKEN and (not len(after) or after.mean() < SPOKEN)
     return min(fit.loss, MOST_NATS) if is_alone else 0.0
 
