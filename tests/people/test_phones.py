@@ -80,4 +80,4 @@ def test_most_phones_are_heard(sound: Sound, text: str) -> None:
     for voice in VOICES:
         found = by_phones(logs(Speaker(voice, sound.lexicon, sound.cache).render([words])))
         shares.append(1.0 - edits(found, said) / len(said))
-    assert np.mean(shares) > 0.75
+    assert np.mean(shares) > 0.7
