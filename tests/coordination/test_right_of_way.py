@@ -13,6 +13,7 @@ from hil_fakes.word_mission import Outage, WordPlan
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
+from hvcpd.coordination import right_of_way
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
@@ -172,6 +173,33 @@ def test_the_place_of_who_was_switched_off_outside_is_taken_after_silence() -> N
     asked = [text for text in mission.of_the_corridor() if "use" in text]
     assert len(asked) >= 6
     assert max(mission.traffic.waits_s) <= 60.0
+
+
+def test_the_requests_of_all_that_wait_show_that_the_keeper_is_missing() -> None:
+    """Each counted its own requests only, and began again whenever a robot that comes first asked; three robots waited
+    for 104 to 140 s (seed 10326)."""
+    mission = TrafficMission(corridor_plan(10326))
+    mission.run()
+    assert mission.traffic.collisions == 0
+    assert max(mission.traffic.waits_s) < 70.0
+
+
+@pytest.mark.parametrize(("name", "other", "enters"), [("Bot", "Max", True), ("Max", "Bot", False)])
+def test_of_two_that_wait_for_a_missing_keeper_the_first_name_goes_in(name: str, other: str, enters: bool) -> None:
+    """Bot goes in after its own first request, if Max has asked five times and nobody has answered."""
+    robot = (mission := Corridor(NAMES, (), starts=(WEST,) * 3)).robots[name]
+    p, knowledge = robot.knowledge.passes[0], robot.knowledge
+    p.keep("Rob", 0.0)
+    p.wanted_s = 40.0
+    for asked_s in (50.0, 56.0, 62.0, 68.0, 74.0):
+        robot.channel(True, asked_s - 2.5)
+        robot.channel(False, asked_s)
+        heard(mission, name, other, m.PlaceWanted("corridor"), asked_s)
+        right_of_way.ask(knowledge, asked_s + 1.5)
+    knowledge.floor.began_s = 79.5
+    right_of_way.said(knowledge, p.topic, 82.0)
+    right_of_way.ask(knowledge, 83.5)
+    assert p.using is enters
 
 
 def test_who_has_waited_longest_is_first() -> None:
