@@ -204,7 +204,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
     p.silences += not somebody_spoke
     if p.asker is not None or p.wanted_s is None:
         return
-    if me.floor.busy_since_s > p.asked_s:
+    if me.floor.busy_since_s > max(p.asked_s, me.floor.understood_s):
         p.answered_s = now
     chatter.raise_voice(me, now)
     if not somebody_spoke and _is_mine(me, p, now):
