@@ -144,7 +144,9 @@ class Coordination:
 
     def channel(self, busy: bool, now: float) -> None:
         """Another speaker began (True) or stopped (False) speaking."""
-        self.knowledge.floor.channel(busy, now)
+        me = self.knowledge
+        me.floor.channel(busy, now)
+        me.current.in_doubt |= busy and now < me.current.objected_s and not me.floor.is_second
 
     def mute(self, muted: bool) -> None:
         """The robot can say nothing (True), or can speak again (False)."""
@@ -167,8 +169,11 @@ class Coordination:
         """The actions of the last `Perform` are carried out."""
         me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
-            trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
-        elif me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
+            me.timer_s = me.current.objected_s
+            if now >= me.timer_s:
+                deadlines.time_is_over(me, now)
+            return
+        if me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
             trigger = Trigger.PERFORMED_FIRST
         fire(me, trigger, now)
 

@@ -44,6 +44,8 @@ def time_is_over(me: Knowledge, now: float) -> None:
             fire(me, Trigger.GAVE_UP, now)
         case State.PROPOSED | State.CHECKING | State.ASKED:
             _again_while_heard(me, now)
+        case State.GOING:
+            fire(me, Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED, now)
         case State.REPORTED if me.current.partner is None:
             _again_while_heard(me, now)
         case State.READ_BACK | State.ORDERED | State.REPORTED:
@@ -79,7 +81,7 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
     chatter.raise_voice(me, now)
     if me.current.way_m is not None and me.floor.busy_since_s > me.current.claimed_s:
-        me.current.may_be_outbid = True
+        me.current.in_doubt = True
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
         repair.spell_if_unknown(me, now)

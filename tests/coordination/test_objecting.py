@@ -117,14 +117,14 @@ def test_who_is_about_to_ask_what_remains_confirms_a_claim_only_when_it_is_repea
     assert confirms_kim(bot, 18.0)
 
 
-@pytest.mark.parametrize("may_be_outbid", [True, False])
+@pytest.mark.parametrize("in_doubt", [True, False])
 def test_a_claimant_that_may_have_missed_a_bid_confirms_who_it_gives_way_to_only_upon_a_repetition(
-    may_be_outbid: bool,
+    in_doubt: bool,
 ) -> None:
     """The bidder had done the task, and the claimant confirmed a third robot, which did it again (seed 872923)."""
     zoe = claiming("Zoe")
-    zoe.knowledge.current.may_be_outbid = may_be_outbid
-    assert confirms_kim(zoe, 10.0) is not may_be_outbid
+    zoe.knowledge.current.in_doubt = in_doubt
+    assert confirms_kim(zoe, 10.0) is not in_doubt
     assert zoe.task is None
     assert confirms_kim(zoe, 18.0)
 
@@ -320,3 +320,21 @@ def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() ->
     assert (kim.board[1].owner, kim.state) == ("Bot", State.READY)
     kim.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 30.0)
     assert not kim.knowledge.floor.wants("deny 1")
+
+
+@pytest.mark.parametrize("voice", [True, False])
+@pytest.mark.parametrize("arrived_s", [10.2, 20.0])
+def test_a_robot_that_may_have_missed_an_objection_to_the_confirmation_says_so_once_more_at_the_place(
+    voice: bool, arrived_s: float
+) -> None:
+    """It and the robot that confirmed its claim had missed whose the task was. It stood at the place, and had begun
+    before those that knew could object (seed 1123294 of the missions over days)."""
+    kim = claiming("Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    kim.channel(voice, 10.6)
+    kim.performed(arrived_s)
+    assert kim.state is not State.ACTING or not voice
+    kim.channel(False, 12.8)
+    kim.tick(13.6)
+    assert kim.state is (State.ANNOUNCING if voice else State.ACTING)
