@@ -15,7 +15,6 @@ from hvcpd.coordination import (
     ahead,
     changing,
     chatter,
-    choosing,
     composing,
     deadlines,
     halting,
