@@ -182,7 +182,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
         return False  # all begin together
     if me.current.partner is not None or not me.peers.present(now):
         return True
-    if me.current.in_doubt or now - me.missed.last_s < me.timing.bad_air_s:
+    if me.current.may_be_outbid or me.current.objected or now - me.missed.last_s < me.timing.bad_air_s:
         return False
     if me.current.owner_before not in (None, me.role.name):
         return False  # the previous owner may have done it, and its objection may have been lost

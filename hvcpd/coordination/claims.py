@@ -78,7 +78,7 @@ def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bo
     again."""
     entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
     denied = any(e.state == CLAIMED and e.owner is None and now < e.lease_end_s for e in entries)
-    unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or me.current.in_doubt
+    unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or me.current.may_be_outbid
     return (unsure or denied) and len(me.expected(now)) > 1
 
 

@@ -114,6 +114,7 @@ class Coordination:
             note_presence(me, utterance, now)
         asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
         me.floor.answer_slots = answer_slots(me, now) if asks else 0
+        me.current.objected &= me.floor.busy_since_s >= me.current.objected_s  # what was said decides
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
@@ -145,7 +146,7 @@ class Coordination:
         """Another speaker began (True) or stopped (False) speaking."""
         me = self.knowledge
         me.floor.channel(busy, now)
-        me.current.in_doubt |= busy and now < me.current.objected_s and not me.floor.is_second
+        me.current.objected |= busy and now < me.current.objected_s and not me.floor.is_second
 
     def mute(self, muted: bool) -> None:
         """The robot can say nothing (True), or can speak again (False)."""

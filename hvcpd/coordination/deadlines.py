@@ -81,7 +81,7 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
     chatter.raise_voice(me, now)
     if me.current.way_m is not None and me.floor.busy_since_s > me.current.claimed_s:
-        me.current.in_doubt = True
+        me.current.may_be_outbid = True
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
         repair.spell_if_unknown(me, now)

@@ -55,9 +55,9 @@ class Current:
     """The motion was heard surely: no confirmation is needed."""
     partner: str | None = None
     """The speaker that ordered it, or the robot that is being ordered."""
-    in_doubt: bool = False
-    """A voice followed its claim, which stated the way, or the confirmation: a bid or an objection that it may not
-    have understood."""
+    may_be_outbid: bool = False
+    """Its claim stated the way, and a voice that it did not understand followed: another robot may have been confirmed
+    since."""
     owner_before: str | None = None
     """The task's owner before this robot claimed it."""
     claimed_s: float = NEVER_S
@@ -66,6 +66,8 @@ class Current:
     """Until when a robot that confirmed the claim keeps it."""
     objected_s: float = NEVER_S
     """Until then others may begin to object to that confirmation."""
+    objected: bool = False
+    """A voice began in that time, and was not understood."""
     doubted: tuple[str, int] | None = None
     """The speaker that reported the task of this number as done, and was not believed."""
     repeats: int = 0
@@ -86,7 +88,7 @@ class Current:
     def clear(self) -> None:
         """No task or motion is being agreed on or carried out any longer."""
         self.task = self.ahead = self.task_ref = self.partner = self.motion = None
-        self.in_doubt = False
+        self.may_be_outbid = self.objected = False
 
 
 @dataclass

@@ -117,14 +117,14 @@ def test_who_is_about_to_ask_what_remains_confirms_a_claim_only_when_it_is_repea
     assert confirms_kim(bot, 18.0)
 
 
-@pytest.mark.parametrize("in_doubt", [True, False])
+@pytest.mark.parametrize("may_be_outbid", [True, False])
 def test_a_claimant_that_may_have_missed_a_bid_confirms_who_it_gives_way_to_only_upon_a_repetition(
-    in_doubt: bool,
+    may_be_outbid: bool,
 ) -> None:
     """The bidder had done the task, and the claimant confirmed a third robot, which did it again (seed 872923)."""
     zoe = claiming("Zoe")
-    zoe.knowledge.current.in_doubt = in_doubt
-    assert confirms_kim(zoe, 10.0) is not in_doubt
+    zoe.knowledge.current.may_be_outbid = may_be_outbid
+    assert confirms_kim(zoe, 10.0) is not may_be_outbid
     assert zoe.task is None
     assert confirms_kim(zoe, 18.0)
 
@@ -322,19 +322,28 @@ def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() ->
     assert not kim.knowledge.floor.wants("deny 1")
 
 
-@pytest.mark.parametrize("voice", [True, False])
+@pytest.mark.parametrize(
+    ("voice", "answer", "asks"),
+    [(True, None, True), (True, m.WhatLeft(), False), (True, m.Negative(), True), (False, None, False)],
+)
 @pytest.mark.parametrize("arrived_s", [10.2, 20.0])
 def test_a_robot_that_may_have_missed_an_objection_to_the_confirmation_says_so_once_more_at_the_place(
-    voice: bool, arrived_s: float
+    voice: bool, answer: m.Statement | None, asks: bool, arrived_s: float
 ) -> None:
     """It and the robot that confirmed its claim had missed whose the task was. It stood at the place, and had begun
     before those that knew could object (seed 1123294 of the missions over days)."""
     kim = claiming("Kim")
     kim.knowledge.current.claimed_s = 5.0
     hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    if arrived_s < 12.0:
+        kim.performed(arrived_s)
     kim.channel(voice, 10.6)
-    kim.performed(arrived_s)
-    assert kim.state is not State.ACTING or not voice
+    kim.tick(12.0)
+    assert kim.state is (State.ACTING if arrived_s < 12.0 and not voice else State.GOING)
     kim.channel(False, 12.8)
+    if answer is not None:
+        kim.heard(m.Utterance("Bot", m.ToRobot("Kim"), None, answer), 13.1)
     kim.tick(13.6)
-    assert kim.state is (State.ANNOUNCING if voice else State.ACTING)
+    if arrived_s > 12.0:
+        kim.performed(arrived_s)
+    assert kim.state is (State.ANNOUNCING if asks else State.ACTING)
