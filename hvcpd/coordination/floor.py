@@ -31,6 +31,9 @@ RANK_MAX = 10
 SLOTS_MAX = 64
 """Maximum number of slots that random back-off is drawn from: doubled after each sentence that nobody understood, and
 three quarters after each that was understood (binary exponential back-off, as in Ethernet)."""
+EARLY_SLOTS = 3
+"""Slots before all turns for robots that wait at a place with room for only one; teams with such places begin all turns
+later by these slots."""
 CROWD = 4
 """In a larger team a robot may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2
@@ -63,7 +66,7 @@ class Intent:
     one answer is enough. A `tentative` answer is given up as soon as another robot says something to that speaker, or
     an unintelligible sentence is heard. An answer that did not get the floor within `answer_kept_s` is dropped. An
     intent is held back until `not_before_s`, even if it is the robot's turn. An intent to be said `at_once` does not
-    wait for other speakers to end.
+    wait for other speakers to end. Its turn may come `early`, before all others'.
     """
 
     urgency: Urgency
@@ -76,6 +79,7 @@ class Intent:
     tentative: bool = False
     not_before_s: float = -math.inf
     at_once: bool = False
+    early: bool = False
     decide: Callable[[], Trigger | None] = nothing
     on_said: Callable[[], None] = nothing
     ready_s: float = 0.0
@@ -130,6 +134,8 @@ class Floor:
         self._round: Round | None = None
         self._ring_size = 0
         """Number of slots in the last known round of turns."""
+        self.early_slots = 0
+        """Number of slots before all turns: EARLY_SLOTS, or none."""
         self.answer_slots = 0
         """Number of slots for answers after a sentence. Turns begin after them, if that is later than their gap."""
         self.speaking: Intent | None = None
@@ -252,6 +258,9 @@ class Floor:
             slot = int(self._rng.random() * timing.reply_slots) if intent.slot is None else intent.slot
             return timing.reply_gap_s + slot * timing.slot_s
         turn_gap_s = max(timing.turn_gap_s, timing.reply_gap_s + self.answer_slots * timing.slot_s)
+        if intent.early:
+            return turn_gap_s + int(self._rng.random() * EARLY_SLOTS) * timing.slot_s
+        turn_gap_s += self.early_slots * timing.slot_s
         if self._ring_size > CROWD:
             if now - intent.wanted_s > OVERDUE_S * self._ring_size:
                 return turn_gap_s + int(self._rng.random() * OVERDUE_SLOTS) * timing.slot_s

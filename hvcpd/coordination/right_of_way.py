@@ -23,7 +23,7 @@ from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.passes import ANSWER_S, TELL_S, WAITS_S, Pass
 from hvcpd.coordination.states import State, Trigger
@@ -73,6 +73,7 @@ def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> Non
     me.passes = tuple(known.pop(place) if place in known else Pass(place, now) for place in places)
     for gone in known.values():
         me.floor.withdraw(gone.topic)
+    me.floor.early_slots = EARLY_SLOTS if me.passes else 0
 
 
 def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:
@@ -176,11 +177,11 @@ def ask(me: Knowledge, now: float) -> None:
 
 
 def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
-    """As urgently as an answer once the robot stands still, because it then blocks others too."""
+    """Before all turns; as urgently as an answer once the robot stands still, because it then blocks others too."""
     urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
     was_given = p.held and p.keeper != me.role.name and now - p.given_s <= LATELY_S
     request = composing.to_asker(me, p.keeper if was_given else None, m.PlaceWanted(p.place.name))
-    asked = Intent(urgency, p.topic, lambda: request if p.wanted_s is not None else None, slot=slot)
+    asked = Intent(urgency, p.topic, lambda: request if p.wanted_s is not None else None, slot=slot, early=True)
     me.floor.want(asked, now)
 
 
