@@ -43,8 +43,9 @@ HELD_SLOT, HELD_SLOTS = 2, 3
 QUEUED_S = 7.0
 """Between two requests once the robot knows that the keeper has heard it."""
 ASK_NEXT_S = 5.0
-"""After another robot was given the place: before that robot leaves, so that it knows who waits. After a request of a
-robot that comes first: it asks again before then."""
+"""After another robot was given the place: before that robot leaves, so that it knows who waits."""
+YIELD_S = 12.0
+"""After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin."""
 STANDS_S = 60.0
 """The same for a robot that has stopped in the place."""
 ASKS_MAX = 6
@@ -209,7 +210,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
     if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:
-        p.ask_s = now
+        p.ask_s = now if _comes_first(me, p, now) else now + ASK_NEXT_S
 
 
 def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
@@ -258,7 +259,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _give(me, p, name, now, sure)
             _wait(me, p, now + ASK_NEXT_S)
         return
-    _wait(me, p, now + (ASK_NEXT_S if comes_first else ANSWER_S))  # an answer takes precedence
+    yield_s = YIELD_S if p.silences else ASK_NEXT_S
+    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
     if p.keeper != name:
         p.was_asked(name, me.floor.busy_since_s, now)
     else:
