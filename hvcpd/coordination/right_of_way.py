@@ -45,8 +45,8 @@ QUEUED_S = 7.0
 ASK_NEXT_S = 5.0
 """After another robot was given the place: before that robot leaves, so that it knows who waits."""
 YIELD_S = 12.0
-"""After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin. With ASK_NEXT_S
-two met (seed 10190)."""
+"""After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin.
+With ASK_NEXT_S two met (seed 10190)."""
 STANDS_S = 60.0
 """The same for a robot that has stopped in the place."""
 ASKS_MAX = 6
