@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from hvcpd.coordination import ahead, claims, commands, objecting, teaming
-from hvcpd.coordination.addressing import is_for_me_alone
+from hvcpd.coordination.addressing import confirming_slot, is_for_me_alone
 from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
@@ -36,6 +36,8 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
             elif entry.known_done:
                 objecting.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
+        slots = confirming_slot(me, heard.now)
+        me.current.objected_s = heard.now + me.timing.reply_gap_s + slots * me.timing.slot_s
         ahead.confirmed(me, {each.definition.number for ref in s.tasks if (each := me.board.find(ref)) is not None})
         if me.report.said:
             me.report.task = me.report.before = None

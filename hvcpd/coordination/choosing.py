@@ -25,10 +25,13 @@ def claims_max(me: Knowledge) -> int:
     """Number of times that a sentence in need of a confirmation is said: more often while voices are heard."""
     if me.current.task is not None and me.board[me.current.task].is_shared:
         return me.timing.claims_max if me.state is State.CHECKING else me.timing.repeats_max
+    times = me.timing.claims_max
     if all(peer.silent for peer in me.peers.all()):  # who was merely not heard for long may be resting
         is_awaited = not me.peers.all() and me.roster != {me.role.name.lower()} and not me.acquaintance.alone
-        return me.timing.claims_alone + (me.timing.greetings_max if is_awaited else 0)
-    return min(me.current.heard_at + me.timing.claims_max, me.timing.claims_max * me.timing.claims_among_talkers)
+        times = me.timing.claims_alone + me.timing.greetings_max
+        if not is_awaited:
+            return me.timing.claims_alone
+    return min(me.current.heard_at + times, me.timing.claims_max * me.timing.claims_among_talkers)
 
 
 def may_volunteer(me: Knowledge, now: float) -> bool:
@@ -179,7 +182,7 @@ def is_assured(me: Knowledge, now: float) -> bool:
         return False  # all begin together
     if me.current.partner is not None or not me.peers.present(now):
         return True
-    if me.current.may_be_outbid or now - me.missed.last_s < me.timing.bad_air_s:
+    if me.current.may_be_outbid or me.current.objected or now - me.missed.last_s < me.timing.bad_air_s:
         return False
     if me.current.owner_before not in (None, me.role.name):
         return False  # the previous owner may have done it, and its objection may have been lost

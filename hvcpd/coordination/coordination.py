@@ -15,7 +15,6 @@ from hvcpd.coordination import (
     ahead,
     changing,
     chatter,
-    choosing,
     composing,
     deadlines,
     halting,
@@ -115,6 +114,7 @@ class Coordination:
             note_presence(me, utterance, now)
         asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
         me.floor.answer_slots = answer_slots(me, now) if asks else 0
+        me.current.objected &= me.floor.busy_since_s >= me.current.objected_s  # what was said decides
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
             return
@@ -144,7 +144,9 @@ class Coordination:
 
     def channel(self, busy: bool, now: float) -> None:
         """Another speaker began (True) or stopped (False) speaking."""
-        self.knowledge.floor.channel(busy, now)
+        me = self.knowledge
+        me.floor.channel(busy, now)
+        me.current.objected |= busy and now < me.current.objected_s and not me.floor.is_second
 
     def mute(self, muted: bool) -> None:
         """The robot can say nothing (True), or can speak again (False)."""
@@ -167,8 +169,11 @@ class Coordination:
         """The actions of the last `Perform` are carried out."""
         me, trigger = self.knowledge, Trigger.PERFORMED
         if me.state is State.GOING:
-            trigger = Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED
-        elif me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
+            me.timer_s = me.current.objected_s
+            if now >= me.timer_s:
+                deadlines.time_is_over(me, now)
+            return
+        if me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
             trigger = Trigger.PERFORMED_FIRST
         fire(me, trigger, now)
 

@@ -44,6 +44,8 @@ def time_is_over(me: Knowledge, now: float) -> None:
             fire(me, Trigger.GAVE_UP, now)
         case State.PROPOSED | State.CHECKING | State.ASKED:
             _again_while_heard(me, now)
+        case State.GOING:
+            fire(me, Trigger.ARRIVED_SURE if choosing.is_assured(me, now) else Trigger.ARRIVED, now)
         case State.REPORTED if me.current.partner is None:
             _again_while_heard(me, now)
         case State.READ_BACK | State.ORDERED | State.REPORTED:

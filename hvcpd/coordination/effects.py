@@ -114,7 +114,7 @@ def claim_task(me: Knowledge, now: float) -> None:
             return  # a robot that joins it confirms that, and not the report
         me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
         me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
-        me.current.may_be_outbid = False
+        me.current.may_be_outbid = me.current.objected = False
         me.current.confirmed_to = me.current.promised = me.current.agreed = frozenset()
     else:
         tasks = me.my_tasks()

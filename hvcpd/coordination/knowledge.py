@@ -64,6 +64,10 @@ class Current:
     """When it last spoke of its task."""
     assured_s: float = NEVER_S
     """Until when a robot that confirmed the claim keeps it."""
+    objected_s: float = NEVER_S
+    """Until then others may begin to object to that confirmation."""
+    objected: bool = False
+    """A voice began in that time, and was not understood."""
     doubted: tuple[str, int] | None = None
     """The speaker that reported the task of this number as done, and was not believed."""
     repeats: int = 0
@@ -84,7 +88,7 @@ class Current:
     def clear(self) -> None:
         """No task or motion is being agreed on or carried out any longer."""
         self.task = self.ahead = self.task_ref = self.partner = self.motion = None
-        self.may_be_outbid = False
+        self.may_be_outbid = self.objected = False
 
 
 @dataclass

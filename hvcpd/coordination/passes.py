@@ -18,6 +18,10 @@ passes through says it once or twice; one that stays in a dock does not keep peo
 LEASE_TELLS = 3.25
 """A keeper that does not mention the place for this many of those pauses has left it: one statement may be lost, and
 the pause after that is twice as long."""
+ANSWER_S = 1.5
+"""From a request until an answer would have been noticed: recognition, the shortest gap, a slot, and a margin."""
+WAITS_S = 35.0
+"""A robot that has not asked for this long no longer waits."""
 
 
 @dataclass
@@ -40,16 +44,18 @@ class Pass:
     """This robot has reached the line, and stands there."""
     ask_s: float = math.inf
     """When this robot's next request is due."""
+    asker: str | None = None
+    """The other robot that said the last request; None: this one."""
     began_s: float = -math.inf
-    """When this robot last began a request: a voice during it hides it from the others."""
+    """When that request began: a voice during it hides it from the others."""
     asked_s: float = -math.inf
-    """When this robot last finished a request."""
+    """When that request ended."""
     answer_s: float = math.inf
     """Until then an answer to that request may begin."""
     answered_s: float = -math.inf
     """When a voice last followed a request of this robot that it did not understand: perhaps the keeper's."""
     silences: int = 0
-    """Number of requests in a row that nobody answered."""
+    """Number of requests, of any robot, that nobody answered."""
     again_s: float = -math.inf
     """This robot does not ask the keeper before then."""
     given_s: float = -math.inf
@@ -86,8 +92,13 @@ class Pass:
 
     def next_s(self) -> float:
         """When something is next due."""
-        asking_s = min(self.ask_s, self.answer_s) if self.wanted_s is not None else math.inf
-        return min(asking_s, self.tell_s)
+        return min(self.ask_s if self.wanted_s is not None else math.inf, self.answer_s, self.tell_s)
+
+    def was_asked(self, asker: str | None, began_s: float, now: float) -> None:
+        """A request has ended: an answer may begin."""
+        if now - self.asked_s > WAITS_S:
+            self.silences = 0
+        self.asker, self.began_s, self.asked_s, self.answer_s = asker, began_s, now, now + ANSWER_S
 
     def tell(self, now: float) -> None:
         """This robot says that it is inside."""
@@ -103,5 +114,5 @@ class Pass:
 
     def keep(self, keeper: str, lease_end_s: float) -> None:
         """This robot is the keeper from now on; forget all that was heard about giving it the place."""
-        self.taken_s, self.gave = math.inf, False
+        self.taken_s, self.gave, self.answer_s = math.inf, False, math.inf
         self.keeper, self.lease_end_s, self.given_s, self.silences = keeper, lease_end_s, -math.inf, 0

@@ -10,9 +10,8 @@ that leaves gives the place to the robot that has waited longest.
 The first keeper is the robot whose name comes first among all robots that are, or may be, there. It counts as keeper
 once it has listened for half a minute and heard of no other. Two robots that have missed each other may both do so;
 therefore it gives the place to a robot that asks, even if it wants it as well. If it is missing or was switched off,
-nobody answers requests, not even unintelligibly. After ASKS_MAX such requests, and once the keeper's lease has lapsed,
-the robot that asks takes the place. If several robots wait, the first in the alphabet takes it: each of its requests
-restarts the count of the others.
+nobody answers requests, not even unintelligibly. After ASKS_MAX such requests, whoever said them, and once the
+keeper's lease has lapsed, the robot that asks takes the place. If several robots wait, the first in the alphabet does.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.passes import TELL_S, Pass
+from hvcpd.coordination.passes import ANSWER_S, TELL_S, WAITS_S, Pass
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -41,16 +40,13 @@ FIRST_SLOT = 2
 """Slot of an answer from a robot that has the place only because it knows no other keeper; a keeper uses slot 0."""
 HELD_SLOT, HELD_SLOTS = 2, 3
 """First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
-ANSWER_S = 1.5
-"""From a request until an answer would have been noticed: recognition, the shortest gap, a slot, and a margin."""
 QUEUED_S = 7.0
 """Between two requests once the robot knows that the keeper has heard it."""
 ASK_NEXT_S = 5.0
 """After another robot was given the place: before that robot leaves, so that it knows who waits."""
 YIELD_S = 12.0
-"""After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin."""
-WAITS_S = 35.0
-"""A robot that has not asked for this long no longer waits."""
+"""After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin.
+With ASK_NEXT_S two met (seed 10190)."""
 STANDS_S = 60.0
 """The same for a robot that has stopped in the place."""
 ASKS_MAX = 6
@@ -107,7 +103,7 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
         _want_no_more(me, p)
         return True
     if p.wanted_s is None:
-        p.wanted_s, p.silences = now, 0
+        p.wanted_s = now
         p.ask_s = now if _keeps(me, p, now) else max(now, p.again_s)
     if line_m <= STEP_M and not p.held:
         p.held = True
@@ -124,7 +120,7 @@ def _outside(me: Knowledge, p: Pass, here: Place) -> Place | None:
 
 
 def _want_no_more(me: Knowledge, p: Pass) -> None:
-    p.wanted_s, p.ask_s, p.answer_s, p.held = None, math.inf, math.inf, False
+    p.wanted_s, p.ask_s, p.held = None, math.inf, False
     me.floor.withdraw(p.topic)
 
 
@@ -175,7 +171,7 @@ def ask(me: Knowledge, now: float) -> None:
             p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
                 _say_taken(me, p, now)
-        if p.wanted_s is not None and now >= p.answer_s:
+        if now >= p.answer_s:
             _judge(me, p, now)
         if p.wanted_s is not None and now >= p.ask_s:
             p.ask_s = math.inf
@@ -195,7 +191,7 @@ def said(me: Knowledge, topic: str, now: float) -> None:
     """This robot has finished a sentence about that topic: an answer to a request may begin."""
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
-            p.began_s, p.asked_s, p.answer_s = me.floor.began_s, now, now + ANSWER_S
+            p.was_asked(None, me.floor.began_s, now)
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
@@ -206,24 +202,32 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         p.answer_s = settled_s
         return
     p.answer_s = math.inf
-    if me.floor.busy_since_s > p.asked_s:
-        p.answered_s = now
     p.silences += not somebody_spoke
+    if p.asker is not None or p.wanted_s is None:
+        return
+    if me.floor.busy_since_s > max(p.asked_s, me.floor.understood_s):
+        p.answered_s = now
     chatter.raise_voice(me, now)
     if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:
-        p.ask_s = now
+        p.ask_s = now if _comes_first(me, p, now) else now + ASK_NEXT_S
 
 
 def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether silence means that this robot may enter."""
     if _keeps(me, p, now):
-        return p.silences > 0
-    if p.keeper is not None and now < p.lease_end_s:
+        return True
+    if (p.keeper is not None and now < p.lease_end_s) or not _comes_first(me, p, now):
         return False
     alone = not me.peers.all() and not me.roster - {me.role.name.lower()}
     return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
+
+
+def _comes_first(me: Knowledge, p: Pass, now: float) -> bool:
+    """Whether this robot comes first in the alphabet of all that wait."""
+    own = me.role.name.lower()
+    return all(own < name.lower() for name, (_, last_s) in p.waiting.items() if now - last_s < WAITS_S)
 
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
@@ -258,9 +262,9 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         return
     yield_s = YIELD_S if p.silences else ASK_NEXT_S
     _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
-    if comes_first and p.keeper != name:
-        p.silences = 0
-    if p.keeper == name:
+    if p.keeper != name:
+        p.was_asked(name, me.floor.busy_since_s, now)
+    else:
         p.waiting.pop(name)
         if now - p.given_s <= REPEATED_S:
             p.given_s = now

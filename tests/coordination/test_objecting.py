@@ -320,3 +320,30 @@ def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() ->
     assert (kim.board[1].owner, kim.state) == ("Bot", State.READY)
     kim.heard(m.Utterance("Zoe", m.ToAll(), None, m.Claim(ONE)), 30.0)
     assert not kim.knowledge.floor.wants("deny 1")
+
+
+@pytest.mark.parametrize(
+    ("voice", "answer", "asks"),
+    [(True, None, True), (True, m.WhatLeft(), False), (True, m.Negative(), True), (False, None, False)],
+)
+@pytest.mark.parametrize("arrived_s", [10.2, 20.0])
+def test_a_robot_that_may_have_missed_an_objection_to_the_confirmation_says_so_once_more_at_the_place(
+    voice: bool, answer: m.Statement | None, asks: bool, arrived_s: float
+) -> None:
+    """It and the robot that confirmed its claim had missed whose the task was. It stood at the place, and had begun
+    before those that knew could object (seed 1123294 of the missions over days)."""
+    kim = claiming("Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    hear(kim, "Zoe", "Kim", m.Confirmed(ONE))
+    if arrived_s < 12.0:
+        kim.performed(arrived_s)
+    kim.channel(voice, 10.6)
+    kim.tick(12.0)
+    assert kim.state is (State.ACTING if arrived_s < 12.0 and not voice else State.GOING)
+    kim.channel(False, 12.8)
+    if answer is not None:
+        kim.heard(m.Utterance("Bot", m.ToRobot("Kim"), None, answer), 13.1)
+    kim.tick(13.6)
+    if arrived_s > 12.0:
+        kim.performed(arrived_s)
+    assert kim.state is (State.ANNOUNCING if asks else State.ACTING)
