@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch, quiet_part
+from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch, noise_power, quiet_part
 from hvcpd.recognition.events import Source
 from hvcpd.recognition.renderings import Said
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
@@ -174,6 +174,16 @@ def test_a_part_of_what_was_heard_is_the_noise(before: int, n: int) -> None:
     part = quiet_part(lead, sound)
     assert len(part) <= 8000
     assert not part.any() if before >= 16_000 else part.all()
+
+
+def test_speech_that_stands_in_for_the_noise_does_not_count_as_noise() -> None:
+    """An answer right after the robot's own words: there is no sound before it."""
+    rng = np.random.default_rng(5)
+    speech = (0.1 * rng.standard_normal(SAMPLE_RATE_HZ)).astype(np.float32)
+    speech[6000:10000] *= 0.01
+    assert noise_power(speech[:4000], speech) == pytest.approx(1e-6, rel=0.3)
+    assert noise_power(speech[6000:10000], speech) == pytest.approx(1e-6, rel=0.3)
+    assert noise_power(speech[:100], speech[:100]) > 1e-3
 
 
 def test_noise_is_known_by_a_quiet_part_but_not_the_quietest() -> None:

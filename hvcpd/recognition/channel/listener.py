@@ -304,6 +304,14 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     return where[at : at + n]
 
 
+def noise_power(noise: Samples, heard: Samples) -> float:
+    """Mean power of the noise in a stretch `heard`: of `noise`, or of the quietest tenth of the stretch if less, since
+    speech may stand in for noise where there was hardly any sound before it."""
+    frames = np.square(heard[: len(heard) // FRAME * FRAME], dtype=np.float64).reshape(-1, FRAME).mean(axis=1)
+    quietest = float(np.quantile(frames, 0.1)) if len(frames) else np.inf
+    return min(float(np.mean(np.square(noise, dtype=np.float64))), quietest)
+
+
 def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples, received: Samples) -> Recognised:
     path, sure = evidence.path, evidence.confidence
     delay = path.delay + origin
@@ -312,7 +320,7 @@ def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples,
         for word, start, said in zip(path.words, path.starts, path.said, strict=True)
     )
     speech = heard[max(path.starts[0], 0) : path.end]
-    ratio_db = snr_of(speech, float(np.mean(np.square(noise, dtype=np.float64))))
+    ratio_db = snr_of(speech, noise_power(noise, heard))
     start, end = spans[0].start_sample, spans[-1].end_sample
     sound = Received(origin, received)
     return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL, sound)
