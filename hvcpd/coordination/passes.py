@@ -100,6 +100,11 @@ class Pass:
             self.silences = 0
         self.asker, self.began_s, self.asked_s, self.answer_s = asker, began_s, now, now + ANSWER_S
 
+    def comes_first(self, name: str, now: float) -> bool:
+        """Whether a robot comes first in the alphabet of all that wait."""
+        others = (other for other, (_, last_s) in self.waiting.items() if now - last_s < WAITS_S)
+        return all(name.lower() < other.lower() for other in others)
+
     def tell(self, now: float) -> None:
         """This robot says that it is inside."""
         self.tells += 1

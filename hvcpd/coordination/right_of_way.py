@@ -42,13 +42,13 @@ HELD_SLOT, HELD_SLOTS = 2, 3
 """First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
 QUEUED_S = 7.0
 """Between two requests once the robot knows that the keeper has heard it."""
+STANDS_S = 60.0
+"""The same if the keeper has stopped in the place."""
 ASK_NEXT_S = 5.0
 """After another robot was given the place: before that robot leaves, so that it knows who waits."""
 YIELD_S = 12.0
 """After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin.
 With ASK_NEXT_S two met (seed 10190)."""
-STANDS_S = 60.0
-"""The same for a robot that has stopped in the place."""
 ASKS_MAX = 6
 """Number of unanswered requests after which a keeper counts as gone: at a loss of 30 %, a robot that is there misses
 all of them with a probability of 0.3⁶ = 0.07 %."""
@@ -211,23 +211,17 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
     if not somebody_spoke and _is_mine(me, p, now):
         _have(me, p, now)
     else:
-        p.ask_s = now if _comes_first(me, p, now) else now + ASK_NEXT_S
+        p.ask_s = now if p.comes_first(me.role.name, now) else now + ASK_NEXT_S
 
 
 def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether silence means that this robot may enter."""
     if _keeps(me, p, now):
         return True
-    if (p.keeper is not None and now < p.lease_end_s) or not _comes_first(me, p, now):
+    if (p.keeper is not None and now < p.lease_end_s) or not p.comes_first(me.role.name, now):
         return False
     alone = not me.peers.all() and not me.roster - {me.role.name.lower()}
     return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
-
-
-def _comes_first(me: Knowledge, p: Pass, now: float) -> bool:
-    """Whether this robot comes first in the alphabet of all that wait."""
-    own = me.role.name.lower()
-    return all(own < name.lower() for name, (_, last_s) in p.waiting.items() if now - last_s < WAITS_S)
 
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
