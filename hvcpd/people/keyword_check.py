@@ -1,6 +1,7 @@
 """Checks a word that the keyword's net takes for a call by its phones: does the phone net hear S T AA P, too?
 
-It knows one voice at a time: in a mixture of two it hears the phones of the louder one, so there it has no say.
+It knows one voice at a time: in a mixture of two it hears the phones of the louder one, so there it has no say; nor
+has it in noise nearly as loud as the word.
 """
 
 from __future__ import annotations
@@ -26,6 +27,10 @@ AFTER_FRAMES = slice(END_FRAME + 2, END_FRAME + 14)
 """After the word, where others may speak."""
 SPOKEN = 0.1
 """Mean probability of any phone from which on somebody speaks before the word or after it."""
+LOUD_FRAMES = 10
+LEAST_RATIO = 4.0
+"""Least power (6 dB) of the word's loudest 0.2 s over what is heard before it. In pink noise as loud as people's calls
+the phone net misheard 6 of 37."""
 MOST_NATS = 1.5
 """A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 9 of 681
 calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions/keyword.md)."""
@@ -33,7 +38,10 @@ calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions
 
 def loss_of_call(sound: Samples) -> float:
     """What the phone net takes from the log odds of a call, nats, 0 to MOST_NATS: the loss of the keyword against the
-    likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if others speak around it."""
+    likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if others speak around it, or in
+    noise."""
+    if not _stands_out(sound):
+        return 0.0
     _, speech = levelled(sound, sound)
     log_posteriors = phones_of(centred(logs_of(speech, noise_of(speech, 0)))).log_posteriors
     word = log_posteriors[EARLIEST_FRAME:].copy()
@@ -45,6 +53,14 @@ def loss_of_call(sound: Samples) -> float:
     after = spoken[AFTER_FRAMES]
     is_alone = spoken[:QUIET_FRAMES].mean() < SPOKEN and (not len(after) or after.mean() < SPOKEN)
     return min(fit.loss, MOST_NATS) if is_alone else 0.0
+
+
+def _stands_out(sound: Samples) -> bool:
+    """Whether the word is loud beside the sound before it."""
+    frames = sound[: len(sound) // FRAME_SAMPLES * FRAME_SAMPLES].reshape(-1, FRAME_SAMPLES)
+    powers = np.square(frames, dtype=np.float64).mean(axis=1)
+    loud = np.sort(powers[EARLIEST_FRAME:END_FRAME])[-LOUD_FRAMES:]
+    return len(loud) > 0 and bool(loud.mean() >= LEAST_RATIO * powers[:QUIET_FRAMES].mean())
 
 
 @cache

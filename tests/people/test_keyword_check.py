@@ -50,5 +50,11 @@ def test_over_talk_it_has_no_say() -> None:
     assert loss_of_call(heard(said("alexa", "lark"), talk)) == 0.0
 
 
+def test_in_noise_as_loud_as_the_word_it_has_no_say() -> None:
+    noise = (0.03 * np.random.default_rng(7).standard_normal(4 * SAMPLE_RATE_HZ)).astype(np.float32)
+    assert loss_of_call(heard(said("alexa", "lark"), noise)) == 0.0
+    assert loss_of_call(heard(said("alexa", "lark"), np.float32(0.05) * noise)) == MOST_NATS
+
+
 def test_of_hardly_any_sound_it_says_nothing() -> None:
     assert loss_of_call(np.zeros(10, np.float32)) == 0.0
