@@ -112,8 +112,7 @@ class Coordination:
             peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             me.do(SavePeer(peer.name, peer.team, now))
             note_presence(me, utterance, now)
-        asks = isinstance(m.parts(utterance)[-1].statement, ASKING)
-        me.floor.answer_slots = answer_slots(me, now) if asks else 0
+        me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0
         me.current.objected &= me.floor.busy_since_s >= me.current.objected_s  # what was said decides
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now):
