@@ -96,11 +96,10 @@ class ConfirmedSentences:
             if now - candidate.at_s > CONFIRMED_S:
                 return None
             return utterance.speaker or "", spoken(candidate.segment, candidate.words)
-        if found is not None and not (
-            found[0].within_talk or found[0].later
-        ):  # else it may hold more than the sentence
+        if found is not None:
             segment, sentence = found
-            if abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
+            may_hold_more = segment.within_talk or segment.later
+            if not may_hold_more and abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
                 self._candidate = _Candidate(speaker, now, segment, sentence.words)
         return None
 

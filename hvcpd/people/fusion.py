@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -52,17 +53,24 @@ class Hypotheses:
     def log_odds(self, words: Words) -> float:
         """The log odds by the net that a sentence was said, not another one, the beginning of one, or other talk,
         MOST_LOG_ODDS at most; for calls for a halt, any of them."""
-        whole = self.search.log_likelihood(self.log_posteriors, beginnings=True)
         if is_call(words):
             others = self.search.log_likelihood(self.log_posteriors, URGENT, beginnings=True)
-            mine = _without(whole, others)
+            mine = _without(self._of_sentences, others)
         else:
             mine = self.search.log_likelihood_of(self.log_posteriors, words)
-            others = _without(whole, mine)
+            others = _without(self._of_sentences, mine)
         if mine == -math.inf:
             return -MOST_LOG_ODDS
-        against = float(np.logaddexp(others, self.talk.log_likelihood(self.log_posteriors)))
+        against = float(np.logaddexp(others, self._of_talk))
         return min(max(mine - against, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+
+    @cached_property
+    def _of_sentences(self) -> float:
+        return self.search.log_likelihood(self.log_posteriors, beginnings=True)
+
+    @cached_property
+    def _of_talk(self) -> float:
+        return self.talk.log_likelihood(self.log_posteriors)
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""

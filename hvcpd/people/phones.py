@@ -163,8 +163,9 @@ class CtcSearch:
     def __init__(self, graph: WordGraph, pronounce: Pronounce, word_cost: float = 0.0) -> None:
         """`pronounce`: the pronunciations of a word, in PHONES; `word_cost`: of each word in `log_likelihood`, natural
         logarithm."""
-        said_as = {word: sorted({tuple(said) for said in pronounce(word) if said}) for word in graph.words}
-        known = {word: [[PHONES.index(p) for p in said] for said in ways] for word, ways in said_as.items()}
+        known = {
+            word: sorted({tuple(map(PHONES.index, said)) for said in pronounce(word) if said}) for word in graph.words
+        }
         ways = sorted(((arc, said) for arc in graph.arcs for said in known[arc.word]), key=lambda way: way[0].target)
         self._graph = graph
         self._pronounce = pronounce
@@ -180,9 +181,9 @@ class CtcSearch:
         self._ends = np.append(self._begins[1:], len(ways))
         self._word_weight = math.exp(-word_cost)
 
-    def best(self, log_posteriors: LogPosteriors, without: str | None = None) -> CtcSentence | None:
-        """The sentence, `without` a word, that fits all of the frames best; None if they are too few for any."""
-        ends, rest = self._forward(log_posteriors, [w for w, word in enumerate(self._words) if word == without])
+    def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
+        """The sentence that fits all of the frames best; None if they are too few for any."""
+        ends, rest = self._forward(log_posteriors)
         finals = sorted(self._graph.finals)
         node = finals[int(rest[finals].argmax())]
         if rest[node] <= NEVER / 2 or not len(log_posteriors):
@@ -193,7 +194,7 @@ class CtcSearch:
 
     def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
         """The fit of one sentence; None if there are too few frames for it."""
-        return CtcSearch(graph_of(words), self._pronounce).best(log_posteriors)
+        return self._of(words).best(log_posteriors)
 
     def log_likelihood(
         self, log_posteriors: LogPosteriors, without: str | None = None, beginnings: bool = False
@@ -223,14 +224,17 @@ class CtcSearch:
 
     def log_likelihood_of(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> float:
         """`log_likelihood` of one sentence."""
-        return CtcSearch(graph_of(words), self._pronounce).log_likelihood(log_posteriors)
+        return self._of(words).log_likelihood(log_posteriors)
+
+    def _of(self, words: Sequence[str]) -> CtcSearch:
+        return CtcSearch(graph_of(words), self._pronounce)
 
     def n_phones(self, word: str) -> int:
         """Number of phones in the shortest pronunciation of a word."""
         return min(len(said) for said in self._pronounce(word) if said)
 
-    def _forward(self, log_posteriors: LogPosteriors, barred: Sequence[int]) -> tuple[_Ends, Scores]:
-        """Ends of words, none of them `barred`, and what the best path to each node has gained in the end."""
+    def _forward(self, log_posteriors: LogPosteriors) -> tuple[_Ends, Scores]:
+        """Ends of words, and what the best path to each node has gained in the end."""
         n, n_nodes = len(log_posteriors), self._graph.n_nodes
         ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64))
         rest = np.full(n_nodes, NEVER, np.float32)
@@ -241,7 +245,6 @@ class CtcSearch:
         for frame, row in enumerate(log_posteriors):
             entered, entered_began = self._entered(phone, gap, phone_began, gap_began)
             entered[self._first], entered_began[self._first] = rest[self._source], frame
-            entered[self._first[barred]] = NEVER
             gap_began = np.where(phone > gap, phone_began, gap_began)
             gap = np.maximum(phone, gap) + row[-1]
             phone_began = np.where(entered > phone, entered_began, phone_began)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.people.bands import logs_of_segment
@@ -54,13 +54,13 @@ class SecondPassRecogniser:
         self._strangers = strangers
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
-        self._searches: tuple[CtcSearch, CtcSearch] | None = None
-        """Of sentences, and of other talk."""
         self._layer = lru_cache(LAYERS_KEPT)(partial(adapted, pronounce=lexicon.sounds))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
         self._listener()
+        if self._strangers and go_on():
+            _ = self._searches
         for person in self._people.values() if self._strangers else ():
             if not go_on():
                 return
@@ -118,15 +118,18 @@ class SecondPassRecogniser:
         return self._heard(segment)[0]
 
     def _heard(self, segment: Segment) -> tuple[Hypotheses, NetOutput]:
-        if self._searches is None:
-            talk = any_words([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
-            self._searches = CtcSearch(self._graph, self._lexicon.sounds), talk
         search, talk = self._searches
         output = phones_of(centred(logs_of_segment(segment)))
         listener = self._listener()
         nearest = listener.nearest(segment) if listener is not None else None
         by_phones = search.best(output.log_posteriors)
         return Hypotheses(output.log_posteriors, search, talk, by_phones, nearest), output
+
+    @cached_property
+    def _searches(self) -> tuple[CtcSearch, CtcSearch]:
+        """Of sentences, and of other talk."""
+        talk = any_words([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
+        return CtcSearch(self._graph, self._lexicon.sounds), talk
 
     def _listener(self) -> EnrolledListener | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""

@@ -100,18 +100,6 @@ def test_too_little_sound_has_no_sentence() -> None:
     assert search().fit(heard("Z"), ("zoos",)) is None
 
 
-def test_the_rival_is_the_best_of_all_others() -> None:
-    sounds = heard("", "S", "", "IY", "", "IH", "Z", "")
-    rival = search().best(sounds, without="is")
-    assert rival is not None
-    assert rival.words == ("see", "zoos")
-    best = search().best(sounds)
-    assert best is not None
-    assert rival.loss > best.loss + 5.0
-    # "is" alone is a sentence of the network; without the other words, it is what is left.
-    assert search().best(heard("IH", "Z"), without="is") is None
-
-
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10_000), st.integers(2, 6))
 def test_the_likelihood_is_the_sum_over_all_paths(seed: int, n: int) -> None:
