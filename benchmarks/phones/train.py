@@ -57,7 +57,8 @@ class Net(nn.Module):
         """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
         sound = sound.transpose(1, 2)
         for number in range(len(LAYERS)):
-            found = torch.relu(self.normed(number, self.sums(number, sound)))
+            sums = self.sums(number, sound)
+            found = torch.relu(self.norms[number](sums.flatten(0, 1)).view(sums.shape))
             kept = self.drop(
                 torch.ones(len(found), 1, self.width, dtype=found.dtype)
             )  # the same in all of a take: faster
@@ -73,11 +74,6 @@ class Net(nn.Module):
         padded = nn.functional.pad(sound, (0, 0, reach, reach))
         seen = torch.cat([padded[:, k * apart : k * apart + n : step] for k in range(size)], dim=2)
         found: Tensor = self.layers[number](seen)
-        return found
-
-    def normed(self, number: int, sums: Tensor) -> Tensor:
-        """A layer's sums after its norm."""
-        found: Tensor = self.norms[number](sums.flatten(0, 1)).view(sums.shape)
         return found
 
 

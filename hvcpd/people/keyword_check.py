@@ -14,6 +14,7 @@ from hvcpd.language.graph import graph_of
 from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, centred, phones_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.frontend import frame_powers
 from hvcpd.recognition.keyword.listener import CALL, CHECKED_BEFORE_S
 
 VOWELS = ("AA", "AO", "AH")
@@ -57,8 +58,7 @@ def loss_of_call(sound: Samples) -> float:
 
 def _stands_out(sound: Samples) -> bool:
     """Whether the word is loud beside the sound before it."""
-    frames = sound[: len(sound) // FRAME_SAMPLES * FRAME_SAMPLES].reshape(-1, FRAME_SAMPLES)
-    powers = np.square(frames, dtype=np.float64).mean(axis=1)
+    powers = frame_powers(sound, FRAME_SAMPLES)
     loud = np.sort(powers[EARLIEST_FRAME:END_FRAME])[-LOUD_FRAMES:]
     return len(loud) > 0 and bool(loud.mean() >= LEAST_RATIO * powers[:QUIET_FRAMES].mean())
 

@@ -63,6 +63,12 @@ DELTA_WEIGHT = 3.0
 """Deltas per frame are about a third of the cepstra's spread."""
 
 
+def frame_powers(sound: Samples, size: int) -> NDArray[np.float64]:
+    """The mean power of each whole frame of `size` samples of a sound, shape (n,)."""
+    frames = sound[: len(sound) // size * size].reshape(-1, size)
+    return np.asarray(np.square(frames, dtype=np.float64).mean(axis=1))
+
+
 def power_ratio(db: float) -> float:
     """The ratio of two powers whose levels differ by `db` decibels."""
     return float(10.0 ** (db / 10.0))

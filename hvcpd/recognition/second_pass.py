@@ -15,7 +15,7 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event
-from hvcpd.recognition.frontend import snr_db
+from hvcpd.recognition.frontend import frame_powers, snr_db
 from hvcpd.recognition.stream import History, cleaned
 
 BEFORE_S, AFTER_S = 0.5, 0.4
@@ -64,13 +64,11 @@ class Segment:
     @property
     def snr_db(self) -> float:
         """The mean power of the speech over that of the noise before it; infinite without enough of that."""
-        lead = self.sound[: self.lead].astype(np.float64)
+        lead = self.sound[: self.lead]
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
-        frame = SAMPLE_RATE_HZ // 50
         # Somebody may have spoken before: the quieter parts are the noise.
-        powers = np.mean(lead[: len(lead) // frame * frame].reshape(-1, frame) ** 2, axis=1)
-        noise = float(np.quantile(powers, 0.3))
+        noise = float(np.quantile(frame_powers(lead, SAMPLE_RATE_HZ // 50), 0.3))
         return snr_of(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 

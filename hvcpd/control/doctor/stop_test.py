@@ -21,6 +21,7 @@ from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.acoustics import find_echo
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Urgent
+from hvcpd.recognition.frontend import frame_powers
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.speaker import Speaker
 
@@ -101,7 +102,7 @@ def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterato
 def voice_in(heard: Samples) -> tuple[float, float] | None:
     """The end of the speech in a recording, shape (n,), in s, and its level above the rest, in dB; None if nobody
     spoke."""
-    power = np.square(heard[: len(heard) // FRAME * FRAME].astype(np.float64)).reshape(-1, FRAME).mean(axis=1)
+    power = frame_powers(heard, FRAME)
     floor = max(float(np.median(power)), 1e-12)
     loud = np.flatnonzero(power >= floor * 10.0 ** (LEAST_OVER_DB / 10.0))
     if not len(loud):

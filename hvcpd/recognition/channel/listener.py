@@ -19,7 +19,7 @@ from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
-from hvcpd.recognition.frontend import TINY
+from hvcpd.recognition.frontend import TINY, frame_powers
 from hvcpd.recognition.renderings import GREETING, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
@@ -307,8 +307,8 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
 def noise_power(noise: Samples, heard: Samples) -> float:
     """Mean power of the noise in a stretch `heard`: of `noise`, or of the quietest tenth of the stretch if less, since
     speech may stand in for noise where there was hardly any sound before it."""
-    frames = np.square(heard[: len(heard) // FRAME * FRAME], dtype=np.float64).reshape(-1, FRAME).mean(axis=1)
-    quietest = float(np.quantile(frames, 0.1)) if len(frames) else np.inf
+    powers = frame_powers(heard, FRAME)
+    quietest = float(np.quantile(powers, 0.1)) if len(powers) else np.inf
     return min(float(np.mean(np.square(noise, dtype=np.float64))), quietest)
 
 
