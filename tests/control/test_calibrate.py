@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from hil_fakes.loudspeakers import SMALL, Loudspeaker, Peak
@@ -64,6 +64,7 @@ def test_a_robot_that_does_not_hear_itself_is_not_calibrated(tmp_path: Path) -> 
 
 @settings(max_examples=20)
 @given(st.floats(200.0, 1500.0), st.floats(6.0, 12.0), st.integers(0, 5))
+@example(1400.0, 12.0, 0)  # read as 8.7 dB while it lifted the middle that it is compared with
 def test_a_resonance_is_found_to_a_sixth_of_an_octave(hz: float, gain_db: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     played = (0.1 * rng.standard_normal(32_000)).astype(np.float32)
