@@ -25,7 +25,7 @@ BANDS_PER_OCTAVE = 6
 SPEECH_HZ = (100.0, 6500.0)
 """Where the own voice has enough power to measure by."""
 MIDDLE_HZ = (2000.0, 5000.0)
-"""Above small drivers' resonances, which would lift it, and below their upper end; its median is the response's 0 dB."""
+"""Above small drivers' resonances and below their upper end; its median is the response's 0 dB."""
 HIGHEST_RESONANCE_HZ = 2000.0
 """Drivers of 2 to 3 cm, as on sound HATs, resonate below it."""
 LEAST_RESONANCE_DB = 3.0
