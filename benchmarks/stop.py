@@ -2,12 +2,12 @@
 
     python -m benchmarks.stop [--calls 100] [--kinds robots,espeak-ng,flite,people] [--over-db none,-6,0,6,12,20]
         [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--accent gb] [--peer]
-        [--cases call,two,own,false,collide,kitchen,data]
+        [--cases call,two,false,collide,kitchen,data]
 
 `call`: "stop", "Rob stop" or "all stop" (people: "stop") in a voice that no robot has, at a random time over a robot's
-random sentence, --over-db louder or alone (`none`). `two`: over two robots at once. `own`: the listening robot itself
-speaks, 20 dB louder at its own microphone. `false`: the robots' own sentences, one after the other, none of which says
-stop; `collide`: two at once, half of them begun within 0.4 s as when neither could hear the other yet; `kitchen`:
+random sentence, --over-db louder or alone (`none`). `two`: over two robots at once (over the
+listening robot's own talk: `benchmarks.own_voice`). `false`: the robots' sentences, one after the other, none of which
+says stop; `collide`: two at once, half of them begun within 0.4 s as when neither could hear the other yet; `kitchen`:
 their sentences in kitchen noise as loud, the half of the recording that the net did not learn; `data`: the recordings
 below --data in which nobody says stop. A call counts as heard when the robot halts after its beginning and no later
 than 0.5 s after its end, and as a stop for good when it stays. Intervals are Wilson's, 95 %. --kinds, --over-db,
@@ -48,8 +48,6 @@ SPEECH_DBFS = -35.0
 NOISE_DBFS = -75.0
 """A quiet room."""
 SOON_S = 0.3
-OWN_LOUDER_DB = 20.0
-"""The own loudspeaker is ten times nearer to the own microphone than anybody else."""
 LEAD_S = 2.0
 REST_S = 2
 """After the talk, until all is decided."""
@@ -110,12 +108,12 @@ class Listener:
         self.released_s: list[float] = []
         self.stopped_s: list[float] = []
 
-    def listen(self, sound: Samples, masked: tuple[int, int] = (0, 0)) -> None:
+    def listen(self, sound: Samples) -> None:
         began_s = time.process_time()
         for start in range(0, len(sound), BLOCK):
             block = sound[start : start + BLOCK]
             self.now_s += len(block) / SAMPLE_RATE_HZ
-            for event in self._ears.push(block, masked=masked[0] <= start < masked[1]):
+            for event in self._ears.push(block):
                 self._note(event)
         self.spent_s += time.process_time() - began_s
 
@@ -162,10 +160,10 @@ class Peer:
         self._decoder = Decoder(Config(keyphrase="stop", kws_threshold=PEER_THRESHOLD, lm=None, loglevel="FATAL"))
         self._decoder.start_utt()
 
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+    def push(self, samples: Samples) -> list[Event]:
         """As `Recogniser.push`."""
         self._decoder.process_raw((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes(), False, False)
-        if masked or self._decoder.hyp() is None:
+        if self._decoder.hyp() is None:
             return []
         self._decoder.end_utt()
         self._decoder.start_utt()
@@ -181,10 +179,9 @@ class Cell:
     snr_db: float | None
     world: str
     talkers: int = 1
-    own: bool = False
 
     def __str__(self) -> str:
-        who = "its own talk" if self.own else "two robots" if self.talkers == 2 else "a robot"
+        who = "two robots" if self.talkers == 2 else "a robot"
         over = "alone" if self.over_db is None else f"{self.over_db:+.0f} dB over {who}"
         noise = "quiet" if self.snr_db is None else f"noise {self.snr_db:.0f} dB"
         return f"{self.kind}, {over}, {noise}, {self.world}"
@@ -215,37 +212,36 @@ class Score:
         )
 
 
-def mixture(stage: Stage, callers: Callers, cell: Cell, seed: int) -> tuple[Samples, int, int, int]:
-    """What is heard; the samples where the call begins and ends, and where the talk ends."""
+def mixture(stage: Stage, callers: Callers, cell: Cell, seed: int) -> tuple[Samples, int, int]:
+    """What is heard, and the samples where the call begins and ends."""
     chooser = random.Random(seed)
     call = at_level(callers.call(cell.kind, chooser), SPEECH_DBFS + (cell.over_db or 0.0))
     end = len(call)
     call = callers.through(call, cell.world, chooser)
     talk: Samples = np.zeros(0, np.float32)
-    for speaker in (stage.names[0],) if cell.own else (stage.names[1], stage.names[0])[: cell.talkers]:
-        said = at_level(stage.sentence(chooser, speaker), SPEECH_DBFS + (OWN_LOUDER_DB if cell.own else 0.0))
+    for speaker in (stage.names[1], stage.names[0])[: cell.talkers]:
+        said = at_level(stage.sentence(chooser, speaker), SPEECH_DBFS)
         said = callers.through(said, cell.world, chooser)
         talk = np.pad(talk, (0, max(len(said) - len(talk), 0)))
         talk[: len(said)] += said
     lead = round(LEAD_S * SAMPLE_RATE_HZ)
-    talks = cell.over_db is not None or cell.own
     at = lead + round(chooser.random() * max(len(talk) - end, 0))
     noise_dbfs = NOISE_DBFS if cell.snr_db is None else SPEECH_DBFS - cell.snr_db
     sound = room(lead + max(len(talk), at - lead + len(call)) + REST_S * SAMPLE_RATE_HZ, seed, noise_dbfs)
-    if talks:
+    if cell.over_db is not None:
         sound[lead : lead + len(talk)] += talk
     sound[at : at + len(call)] += call
-    return sound, at, at + end, lead + len(talk) if talks else lead
+    return sound, at, at + end
 
 
 def calls(stage: Stage, callers: Callers, cell: Cell, seeds: range, peer: bool) -> Score:
     """Number of calls."""
     score = Score(len(seeds))
     for seed in seeds:
-        sound, at, end, talk_end = mixture(stage, callers, cell, seed)
+        sound, at, end = mixture(stage, callers, cell, seed)
         begin_s, end_s = at / SAMPLE_RATE_HZ, end / SAMPLE_RATE_HZ
         found = Listener(Peer() if peer else stage.ears())
-        found.listen(sound, (round(LEAD_S * SAMPLE_RATE_HZ), talk_end) if cell.own else (0, 0))
+        found.listen(sound)
         halts = [t - end_s for t in found.halts_s if begin_s < t <= end_s + IN_TIME_S]
         halts += [begin_s - end_s] if found.stood_at(begin_s) else []
         stops = [t - end_s for t in found.stopped_s if t > begin_s]
@@ -316,7 +312,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--cases", default="call,two,own,false,collide")
+    parser.add_argument("--cases", default="call,two,false,collide")
     parser.add_argument("--names", default="Rob,Bot")
     parser.add_argument(
         "--accent", choices=get_args(Accent), default="us", help="of robots and of callers by their voices"
@@ -338,7 +334,7 @@ def main() -> None:
             for kind, over_db, snr_db, world in product(o.kinds.split(","), *levels, o.worlds.split(",")):
                 if over_db is None and case != "call":
                     continue
-                cell = Cell(kind, over_db, snr_db, world, 2 if case == "two" else 1, case == "own")
+                cell = Cell(kind, over_db, snr_db, world, 2 if case == "two" else 1)
                 print(calls(stage, callers, cell, range(o.seed, o.seed + o.calls), o.peer).told(str(cell)), flush=True)
 
 

@@ -136,8 +136,7 @@ def probability(match: Match) -> float:
 def _recognised(match: Match, origin: int) -> Recognised:
     sure = probability(match)
     spans = tuple(
-        WordSpan(w.word, origin + w.start * HOP_SAMPLES, origin + w.end * HOP_SAMPLES, sure, w.deficit)
-        for w in match.words
+        WordSpan(w.word, origin + w.start * HOP_SAMPLES, origin + w.end * HOP_SAMPLES, sure) for w in match.words
     )
     words = tuple(span.word for span in spans)
     return Recognised(words, match.voice, spans[0].start_sample, spans[-1].end_sample, sure, math.inf, spans)

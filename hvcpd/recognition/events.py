@@ -28,17 +28,12 @@ class Source(StrEnum):
 
 @dataclass(frozen=True)
 class WordSpan:
-    """One word of a recognised sentence, its position, and the probability that it alone is right (0 to 1).
-
-    `deficit` is its mean distance per frame beyond the best fit: near 0 if nothing else was heard, 1 for another
-    word.
-    """
+    """One word of a recognised sentence, its position, and the probability that it alone is right (0 to 1)."""
 
     word: str
     start_sample: int
     end_sample: int
     confidence: float
-    deficit: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

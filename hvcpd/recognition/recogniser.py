@@ -232,9 +232,8 @@ class Recogniser:
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
                 CONFIDENCE.probability(word_features(sentence, k)),
-                deficit,
             )
-            for k, (step, deficit) in enumerate(zip(sentence.steps, sentence.deficits, strict=True))
+            for k, step in enumerate(sentence.steps)
         )
         return Recognised(
             tuple(span.word for span in spans),

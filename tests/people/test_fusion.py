@@ -34,9 +34,9 @@ def hypotheses(*said: str, clear: float = 8.0, nearest: Recognised | None = None
     return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), nearest)
 
 
-def enrolled(words: tuple[str, ...], deficit: float, confidence: float) -> Recognised:
+def enrolled(words: tuple[str, ...], confidence: float) -> Recognised:
     """The sentence that is nearest to enrolled people's words."""
-    spans = tuple(WordSpan(w, 3200 * k, 3200 * (k + 1), confidence, deficit) for k, w in enumerate(words))
+    spans = tuple(WordSpan(w, 3200 * k, 3200 * (k + 1), confidence) for k, w in enumerate(words))
     return Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
 
 
@@ -54,8 +54,8 @@ def test_what_is_clearly_heard_is_right() -> None:
 
 def test_who_hears_the_same_makes_it_surer_and_who_hears_another_does_not() -> None:
     alone, doubtful = (fused(hypotheses("turn", "left", clear=clear)).probability for clear in (8.0, 1.2))
-    agreed = fused(hypotheses("turn", "left", nearest=enrolled(LEFT, 0.2, 0.9)))
-    disputed = fused(hypotheses("turn", "left", clear=1.2, nearest=enrolled(RIGHT, 0.2, 0.6)))
+    agreed = fused(hypotheses("turn", "left", nearest=enrolled(LEFT, 0.9)))
+    disputed = fused(hypotheses("turn", "left", clear=1.2, nearest=enrolled(RIGHT, 0.6)))
     assert (agreed.words, disputed.words) == (LEFT, LEFT)
     assert agreed.probability > alone
     assert disputed.probability == doubtful
@@ -82,7 +82,7 @@ def test_a_sentence_may_be_the_beginning_of_another() -> None:
 
 def test_the_surer_an_enrolled_sentence_the_more_it_counts() -> None:
     for confidence, words in ((0.999, RIGHT), (0.05, LEFT)):
-        nearest = enrolled(RIGHT, 0.1, confidence)
+        nearest = enrolled(RIGHT, confidence)
         assert fused(hypotheses("turn", "left", clear=0.4, nearest=nearest)).words == words
 
 
@@ -107,7 +107,7 @@ def test_what_no_row_of_phones_explains_is_unlikely() -> None:
 
 def test_a_sentence_that_cannot_be_has_the_least_odds() -> None:
     short = hypotheses("turn", "left")
-    brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.2, 0.9))
+    brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.9))
     assert brief.log_odds(RIGHT) == -MOST_LOG_ODDS
     assert len(brief.spans(RIGHT)) == 2
     assert fused(brief).words == RIGHT
@@ -122,7 +122,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
     alone = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None)
     same, other, else_ = (
-        fused(replace(alone, nearest=enrolled(words, 2.0, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
+        fused(replace(alone, nearest=enrolled(words, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
     assert {same.words, other.words, else_.words} == {("all", "stop")}
     assert same.probability == other.probability > else_.probability

@@ -7,7 +7,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Received, Recognised
-from hvcpd.recognition.keyword.belief import GONE, LEFT
+from hvcpd.recognition.keyword.belief import LEFT
 from hvcpd.recognition.keyword.listener import KEPT_CHUNKS, Residual
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.stream import FrameStream
@@ -58,8 +58,8 @@ def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
     talk = mixed(TALK, CALL, 6_000)
     gone = left(talk, 6_000, talk)
     assert gone is not None
-    assert gone < GONE
-    assert (left(talk, 6_000, talk, late=40) or 0.0) >= GONE, "not even its place was known"
+    assert gone < LEFT
+    assert (left(talk, 6_000, talk, late=40) or 0.0) >= LEFT, "not even its place was known"
 
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:

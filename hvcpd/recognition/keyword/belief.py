@@ -28,25 +28,14 @@ search."""
 FAIR = 0.5
 """Least probability that counts towards CERTAIN with other calls. Of people's talk one piece in eight minutes has it,
 of their single words one in twenty."""
-GONE = 0.12
-"""Probability below which the residual without the sentence does not contain the word."""
 LEFT = 0.4
-"""Probability from which on the residual may contain the word, and the sentence does not explain it. Between GONE and
-this, it is undecided."""
+"""Probability from which on the residual without a sentence may contain the word."""
 BOTH = 0.77
 """Least probability of a word that was said over a sentence, by the sound with the sentence and without it, as
 independent observations. Over a robot, 74 calls had 0.78 and more; sentences alone, in a kitchen as loud and in a hall,
 0.75 and less (`benchmarks.stop`, seed 0)."""
-SURE_SENTENCE = 0.9
-"""Least confidence of a sentence whose words account for the detection by their fit."""
 LATE = 3 * SAMPLE_RATE_HZ // 10
 """Longest part (0.3 s) of a word that may still arrive after its sentence was reported."""
-MOST_DEFICIT = 0.25
-"""Of each word of the sentence that was said at the same time (`WordSpan.deficit`). Alone, 0.12 at most; under a call
-as loud, 0.36 and more where the sentence itself looks like the word."""
-MOST_OWN_DEFICIT = 0.5
-"""Of the word in the sentence itself, or of "stopped": with more, somebody else's covers it. A call as loud over "I
-have stopped" left that sentence understood, with 0.66 (1 is another word)."""
 BEGUN = 0.9
 """Least probability of a call at the beginning of a sentence, once that is removed: with an automatic gain, which falls
 at the first sound, sentences themselves had 0.83 to 0.87 there (four of 36 in the world `chain`)."""
@@ -125,7 +114,7 @@ class Belief:
             left = self._left(sentence, word.start, word.end) if is_there else None
             if self._explains(sentence, word, left):
                 explained.append(word)
-            elif self._is_over(sentence, word, left) or (word in self._open and self._is_sure(word)):
+            elif left is not None and self._is_over(word, left):
                 return self._said()
         is_news = any(word in self._open for word in explained)
         self._open = [word for word in self._open if word not in explained]
@@ -159,10 +148,8 @@ class Belief:
     def _is_sure(self, word: _Word) -> bool:
         return word.probability >= CERTAIN
 
-    def _is_over(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
-        """Whether it was said over the sentence, in which something else was heard there."""
-        if left is None:
-            return word in self._open and word.probability >= BOTH and self._is_within(sentence, word)
+    def _is_over(self, word: _Word, left: Probabilities) -> bool:
+        """Whether it was said over a sentence: `left` is what the residual tells."""
         return left.call >= CERTAIN or logit(word.probability) + logit(left.word) >= logit(BOTH)
 
     def _is_said_again(self, word: _Word) -> bool:
@@ -193,18 +180,10 @@ class Belief:
     def _shows(self, sentence: Recognised, word: _Word) -> bool:
         """Whether the sentence contains the word, or one that includes it, at this place."""
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        return any(span.word in TEXTS and span.deficit <= MOST_OWN_DEFICIT for span in there)
+        return any(span.word in TEXTS for span in there)
 
     def _explains(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
         """Whether only the sentence was heard where the word was detected."""
         if left is not None and self._is_opened(sentence, word):
             return left.call < BEGUN
-        if not self._is_within(sentence, word):
-            return False
-        if left is not None and (left.word < GONE or left.word >= LEFT):
-            return left.word < GONE  # the sound itself decides: the words' deficits add nothing
-        if self._shows(sentence, word):
-            return True  # the sentence itself names its addressee
-        there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
-        sure = bool(there) and sentence.confidence >= SURE_SENTENCE
-        return sure and all(span.deficit <= MOST_DEFICIT for span in there)
+        return self._is_within(sentence, word) and (left is None or left.word < LEFT)
