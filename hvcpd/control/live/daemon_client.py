@@ -35,10 +35,6 @@ ANSWER_S = 10.0
 """Time limit of an answer; a running daemon answers within about 0.05 s, two blocks of sound, or later on an overloaded
 computer."""
 
-LEARN_S = 120.0
-"""Time limit for new words, which are compared with all others first: a second or two on a desktop computer, about ten
-times as long on a Pi."""
-
 CHUNK_BYTES = 65536
 """Bytes read at a time; a line of events has a few hundred."""
 
