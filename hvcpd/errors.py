@@ -14,7 +14,7 @@ from pathlib import Path
 EX_OK = 0
 EX_FAILURE = 1
 EX_USER = 2
-"""What `hvcpctl` returns for bad input."""
+"""What `hvcpctl` returns for what its user has to mend: bad input, or a device that is missing."""
 EX_NOT_RUNNING, EX_NOT_ALLOWED = 3, 4
 """What `hvcpctl` returns where no daemon runs, and where it may not be asked; as the Linux Standard Base has them."""
 

@@ -35,7 +35,7 @@ EXIT_STATUS = """\
 |---|---|---|
 | 0 | success | stopped by a signal |
 | 1 | a mission, motion or request did not end well | |
-| 2 | bad input: an option, a file, a sentence | |
+| 2 | bad input (an option, a file, a sentence), or a device is missing | |
 | 3 | no daemon runs | |
 | 4 | no permission to ask the daemon | |
 | 64 | | wrong usage |

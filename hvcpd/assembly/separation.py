@@ -143,12 +143,12 @@ class References:
             self._features[:, begin + AHEAD : last + 1] = take
         self._norms = (self._features**2).sum(axis=2)
 
-    def costs(self, heard: Features, steps: StepCosts | None = None) -> NDArray[np.float32]:
+    def costs(self, heard: Features) -> NDArray[np.float32]:
         """DTW cost of `heard`, shape (n_conditions, frames, N_FEATURES), as each phrase: (n_conditions, n_phrases).
 
         UNREACHABLE for a phrase that is more than twice as long.
         """
-        steps = steps or StepCosts()
+        steps = StepCosts()
         ahead = np.concatenate([self._begin, self._begin + 1])
         cost = np.full(self._norms.shape, UNREACHABLE, np.float32)
         cost[:, self._begin + AHEAD - 1] = 0.0

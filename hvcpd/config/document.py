@@ -49,6 +49,7 @@ class Document:
         self.value: Any = None
         self.places: dict[KeyPath, Place] = {(): top}
         self.key_places: dict[KeyPath, Place] = {}
+        self._overlaid: set[KeyPath] = set()
         self._faults: dict[tuple[Place, str], KeyPath] = {}
 
     def place(self, path: KeyPath) -> Place:
@@ -91,6 +92,11 @@ class Document:
             for inside in [known for known in places if known[: len(path)] == path]:
                 del places[inside]
         self.places[path] = self.key_places[path] = Place(source)
+        self._overlaid.add(path)
+
+    def named_by_place(self, path: KeyPath) -> bool:
+        """Whether the place of the key at `path`, an option or a variable, is the key's own name already."""
+        return path in self._overlaid
 
     def gather(self, place: Place) -> None:
         """Have everything stand at one place: it comes from no file."""

@@ -123,7 +123,7 @@ def structure(
     try:
         result = converter.structure(document.value, type_)
     except (FaultError, BaseValidationError) as error:
-        for path, text in _flatten(error, ()):
+        for path, text in _flatten(error, (), document):
             if not document.is_faulty(path):
                 document.fault(path, text)
     if check is not None:
@@ -300,7 +300,7 @@ def _literal(value: Any, type_: Any) -> Any:
     raise FaultError(f"{describe(value)} is not one of the choices; {hint}")
 
 
-def _flatten(error: BaseException, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
+def _flatten(error: BaseException, path: KeyPath, document: Document) -> Iterator[tuple[KeyPath, str]]:
     """Every fault in a tree of cattrs' exceptions with the way to its value; an error of our own is raised on."""
     for note in reversed(getattr(error, "__notes__", [])):
         if isinstance(note, AttributeValidationNote):
@@ -310,11 +310,13 @@ def _flatten(error: BaseException, path: KeyPath) -> Iterator[tuple[KeyPath, str
     match error:
         case BaseValidationError():
             for child in error.exceptions:
-                yield from _flatten(child, path)
+                yield from _flatten(child, path, document)
         case FaultError():
             at = (*path, *error.path)
-            key = next((key for key in reversed(at) if isinstance(key, str)), None)
-            yield at, f"{key}: {error}" if key is not None else str(error)
+            name = at  # without the numbers of a list's elements
+            while name and not isinstance(name[-1], str):
+                name = name[:-1]
+            yield at, f"{name[-1]}: {error}" if name and not document.named_by_place(name) else str(error)
         case ForbiddenExtraKeysError():
             known = [field.name for field in dataclasses.fields(error.cl)]
             for key in error.extra_fields:

@@ -94,7 +94,7 @@ def _check_wheels(parts: Parts) -> None:
     given = [(path, parts.get(path, int) if parts.has(path) else usual) for path, usual in sides]
     (left, left_id), (right, right_id) = given
     if left_id is not None and left_id == right_id:
-        text = f"{right[-1]}: both wheels have the identifier {left_id}; give each motor its own"
+        text = f"both wheels have the identifier {left_id}; give each motor its own"
         parts.fault(right if parts.has(right) else left, text)
 
 

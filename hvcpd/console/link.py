@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.console.scene import Scene
-from hvcpd.daemon.control_protocol import PROTOCOL
+from hvcpd.daemon.control_protocol import LEARN_S, PROTOCOL
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.errors import HvcpdError, NotDoneError, NotRunningError
 
@@ -20,8 +20,7 @@ LOOK_S = 1.0
 ANSWER_S = 5.0
 """A daemon that lives answers within about 0.05 s."""
 LEARNING = ("add", "remove")
-LEARN_S = 120.0
-"""Comparing the words of new tasks with all others takes seconds, and longer on a small computer."""
+"""Requests about tasks that take as long as LEARN_S."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)
 """Delays before each new attempt to connect; the last one is repeated."""
 MAX_LINE_BYTES = 4 * 1024 * 1024

@@ -27,7 +27,7 @@ Set a robot up:
 More: evaluate (the paper's experiments), completion (of the shell)
 
 `hvcpctl COMMAND --help` explains a command. Exit status: 0 success, 1 not done,
-2 bad input, 3 no daemon runs, 4 no permission to ask it, 130 interrupted.
+2 bad input or no device, 3 no daemon runs, 4 no permission, 130 interrupted.
 """
 """All commands in one screen of 24 lines and 80 columns."""
 

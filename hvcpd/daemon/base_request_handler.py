@@ -13,7 +13,7 @@ from typing import Any
 import structlog
 
 from hvcpd.coordination.states import State
-from hvcpd.daemon.control_protocol import RefusalError
+from hvcpd.daemon.control_protocol import NUMBER, RefusalError
 from hvcpd.daemon.wheel_service import MOVING_S, SLACK_S
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.hardware.goals import GoalNavigator
@@ -31,7 +31,6 @@ MAX_REASON_LENGTH = 200
 GONE_S = 2.0
 """Silence (sample clock) after which a base counts as gone; it stands long before that."""
 
-NUMBER = (int, float)
 ARGUMENTS: dict[str, tuple[type, ...]] = {
     "x_m": NUMBER,
     "y_m": NUMBER,

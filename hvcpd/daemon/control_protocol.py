@@ -19,6 +19,13 @@ PROTOCOL = 1
 MAX_LINE_BYTES = 8192
 """Of a request: the longest sentence has about 100 characters, 600 bytes with every one of them escaped."""
 
+LEARN_S = 120.0
+"""A client's time limit for requests with new words, which are compared with all others first: a second or two on a
+desktop computer, about ten times as long on a Pi."""
+
+NUMBER = (int, float)
+"""The type of an argument that is any number."""
+
 MAX_ID_LENGTH = 64
 MAX_NUMBER = 2**53
 """Largest number accepted: beyond it JSON's readers in other languages lose digits (RFC 8259, section 6)."""

@@ -12,7 +12,7 @@ import structlog
 from hvcpd import __version__
 from hvcpd.daemon import base_request_handler, skill_service
 from hvcpd.daemon.control_events import FREQUENT, KINDS
-from hvcpd.daemon.control_protocol import PROTOCOL, RefusalError, Request, checked_arguments
+from hvcpd.daemon.control_protocol import NUMBER, PROTOCOL, RefusalError, Request, checked_arguments
 from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
@@ -214,7 +214,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "progress": (skill_service.PROGRESS, RequestHandler.progress),
     "done": (skill_service.DONE, RequestHandler.done),
     "failed": (skill_service.FAILED, RequestHandler.failed),
-    "transcript": ({"after": (int,), "since_s": (int, float), "limit": (int,)}, RequestHandler.transcript),
+    "transcript": ({"after": (int,), "since_s": NUMBER, "limit": (int,)}, RequestHandler.transcript),
     "config": ({}, RequestHandler.config),
     "reload": ({}, RequestHandler.reload),
     "subscribe": ({"events": (list,)}, RequestHandler.subscribe),

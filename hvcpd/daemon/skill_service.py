@@ -12,9 +12,9 @@ from typing import Any
 
 import structlog
 
-from hvcpd.config.skills import Value
+from hvcpd.config.skills import MAX_TEXT_LENGTH, Value
 from hvcpd.config.tasks import TENDING, TaskRepository
-from hvcpd.daemon.control_protocol import RefusalError, event_line
+from hvcpd.daemon.control_protocol import NUMBER, RefusalError, event_line
 from hvcpd.daemon.control_server import Client
 from hvcpd.errors import did_you_mean
 from hvcpd.robot.records import SkillRecord
@@ -24,10 +24,8 @@ from hvcpd.skills.life import OVER, Begin, Call, Order, Report, SkillState
 BEAT_S = 0.1
 """Interval (sample clock) of the beats by which the client of a call knows that the robot lives: silence stops a pump
 as it stops the wheels, after BEATS_MISSED_S in `hvcpd.skills.host`."""
-MAX_TEXT_LENGTH = 200
 MAX_RESULTS = 12
 
-NUMBER = (int, float)
 OFFER: dict[str, tuple[type, ...]] = {"skills": (list,)}
 PROGRESS: dict[str, tuple[type, ...]] = {"call": (int,), "state": (str,), "share": NUMBER, "text": (str,)}
 DONE: dict[str, tuple[type, ...]] = {"call": (int,), "text": (str,), "results": (dict,)}

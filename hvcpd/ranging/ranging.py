@@ -38,9 +38,8 @@ class Ranging:
     """`hear` all sound; call `say` and `said` at the beginning and the end of each own sentence, `understood` for
     those of others. Samples are counted by the microphone."""
 
-    def __init__(self, name: str, own_way_m: float = OWN_WAY_M) -> None:
+    def __init__(self, name: str) -> None:
         self._name = name.lower()
-        self._own_way_m = own_way_m
         self.lost()
 
     def lost(self) -> None:
@@ -83,7 +82,7 @@ class Ranging:
         question = self._questions.pop(name.lower(), None)
         if own is None or question is None or not (is_sure(own) and is_sure(question)):
             return Timed(name, None)
-        return Timed(name, interval_ticks(question, own, self._own_way_m))
+        return Timed(name, interval_ticks(question, own, OWN_WAY_M))
 
     def understood(self, utterance: m.Utterance, start: int, render: Render) -> Distance | None:
         """Another robot's sentence, which began near sample `start`, was understood. Returns its distance if it
@@ -102,7 +101,7 @@ class Ranging:
             case m.CannotMeasure():
                 self._answers.pop(name, None)
             case m.Measured() as measured if name in self._answers:
-                return distance(*self._answers.pop(name), measured.ticks, self._own_way_m)
+                return distance(*self._answers.pop(name), measured.ticks, OWN_WAY_M)
         return None
 
     def _rendered(self, utterance: m.Utterance, start: int, render: Render) -> Arrival | None:

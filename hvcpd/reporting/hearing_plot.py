@@ -79,17 +79,24 @@ def spectrum_of(sound: Samples) -> NDArray[np.float64]:
     return spectrogram(sound, max(HOP, -(-len(sound) // MAX_COLUMNS)))
 
 
-def hearing_png(sound: Samples, events: Sequence[Event], title: str) -> bytes:
-    """The picture as PNG of sound at 16 kHz, shape (n,), and what the recogniser reported of it.
-
-    Raises PlotError when matplotlib is missing or the sound is shorter than a window (25 ms).
-    """
+def check_drawable(sound: Samples) -> None:
+    """Raise PlotError when matplotlib is missing or the sound, shape (n,), is shorter than a window (25 ms)."""
     if len(sound) < WINDOW:
         raise PlotError(f"a recording of {len(sound)} samples is too short to be drawn; give one of 25 ms or more")
     try:
-        from matplotlib.figure import Figure
+        import matplotlib.figure  # noqa: F401 - only to see whether it is there
     except ImportError as error:
         raise PlotError(f"--plot needs matplotlib, which is missing: {how_to_install('matplotlib')}") from error
+
+
+def hearing_png(sound: Samples, events: Sequence[Event], title: str) -> bytes:
+    """The picture as PNG of sound at 16 kHz, shape (n,), and what the recogniser reported of it.
+
+    Raises PlotError as `check_drawable`.
+    """
+    check_drawable(sound)
+    from matplotlib.figure import Figure
+
     length_s = len(sound) / SAMPLE_RATE_HZ
     width = float(np.clip(INCHES_A_SECOND * length_s + 1.2, *WIDTH_INCHES))
     figure = Figure(figsize=(width, HEIGHT_INCHES), dpi=DOTS_AN_INCH, layout="constrained", facecolor="white")

@@ -15,6 +15,7 @@ import fcntl
 import os
 import re
 import secrets
+import shlex
 import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -100,13 +101,18 @@ def find_key_file(named: Path | None, environment: Mapping[str, str] = os.enviro
     return credential if credential is not None and credential.is_file() else None
 
 
+def key_command(action: str, path: Path) -> str:
+    """The command, ready to be copied, that has `hvcpctl key` carry an action out on this file."""
+    return f"hvcpctl key {action}" + (f" --key {shlex.quote(str(path))}" if path != DEFAULT_PATH else "")
+
+
 def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> KeyFile:
     """Raises KeyFileError if it is missing, readable by others, or malformed; the error never shows its content."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
     except OSError as error:
         raise KeyFileError(
-            f"{path}: the key cannot be read: {error.strerror}; make one with: hvcpctl key new"
+            f"{path}: the key cannot be read: {error.strerror}; make one with: {key_command('new', path)}"
         ) from None
     state = os.fstat(handle)
     if not stat.S_ISREG(state.st_mode):
@@ -180,7 +186,7 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
     partial = target.with_name(target.name + ".new")
     try:
         if path.exists() and not replaces:
-            raise KeyFileError(f"{path}: there is a key already; change it with: hvcpctl key rotate")
+            raise KeyFileError(f"{path}: there is a key already; change it with: {key_command('rotate', path)}")
         partial.unlink(missing_ok=True)
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
         with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -91,18 +91,24 @@ def test_all_faults_of_file_and_variables_at_once(file: Path) -> None:
             "HVCPD_WHEELS__LEFT_ID": "one",
             "HVCPD_NAMES": "{a: 1, a: 2}",
             "HVCPD_PEERS": "{Bot: {vioce: oak}}",
+            "HVCPD_NAME": "R2-D2",
+            "HVCPD_UNABLE": "[two]",
+            "HVCPD_SKILLS": "{wave: 3}",
         },
         file,
     )
     told = "\n".join(found)
     assert f"{file}:2: unknown key 'mod'; did you mean 'mode'?" in told
     assert "HVCPD_MOED: no setting has this variable; did you mean 'HVCPD_MODE'?" in told
-    assert "HVCPD_AUDIO__BLOCK_MS: block_ms: the number 1000 is out of range; give a number from 5 to 100" in told
+    assert "HVCPD_AUDIO__BLOCK_MS: the number 1000 is out of range; give a number from 5 to 100" in told
     assert "HVCPD_SEED: not valid YAML" in told
-    assert "HVCPD_WHEELS__LEFT_ID: left_id: expected a whole number, found the text 'one'" in told
+    assert "HVCPD_WHEELS__LEFT_ID: expected a whole number, found the text 'one'" in told
     assert "HVCPD_NAMES: the key 'a' is given twice" in told
     assert "HVCPD_PEERS: unknown key 'vioce'; did you mean 'voice'?" in told
-    assert len(found) == 7
+    assert "HVCPD_NAME: the name 'R2-D2'" in told
+    assert "HVCPD_UNABLE: expected a whole number" in told
+    assert "HVCPD_SKILLS: wave: expected a group" in told
+    assert len(found) == 10
 
 
 @pytest.mark.parametrize(

@@ -88,6 +88,16 @@ def rendered(wirings: list[Wiring]) -> None:
         others.end()
 
 
+def test_without_a_home_that_can_be_written_words_last_as_long_as_the_duet(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "home").write_text("no folder")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    rereading_of(make_parser().parse_args(["duet", "--pipe"]), tmp_path, "Rob", 0)
+    assert (tmp_path / "rob").is_dir()
+    assert not (tmp_path / "rob" / "units").is_symlink()
+
+
 def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
     """`hvcpctl reload`, `task add` and `config --running` work as with any robot."""
     tasks = tmp_path / "tasks.yaml"

@@ -88,7 +88,12 @@ def test_an_empty_recording_has_no_picture() -> None:
         hearing_png(np.zeros(399, np.float32), events, "x")
 
 
-def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_matplotlib_it_says_what_to_install_before_it_listens(
+    monkeypatch: pytest.MonkeyPatch, refused: Refuse, tmp_path: Path
+) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    write_wav(tmp_path / "room.wav", noise(1.0))
+    told = refused("hear", tmp_path / "room.wav", "--plot", tmp_path / "x.png")
+    assert told.startswith("hvcpctl: --plot needs matplotlib")
     with pytest.raises(PlotError, match="pip install matplotlib"):
         hearing_png(noise(0.5), [], "x")

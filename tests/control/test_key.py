@@ -52,6 +52,7 @@ def test_a_new_key_is_for_its_owner_alone_and_is_not_shown(tmp_path: Path, capsy
     assert run("new", "--key", str(path)) == 0
     assert path.stat().st_mode & 0o777 == 0o600
     keys = read_key_file(path)
+    assert f"Print `hvcpctl key sheet --key {path}`" in capsys.readouterr().out
     assert run("show", "--key", str(path)) == 0
     out = capsys.readouterr().out
     assert keys.entries[0].key.fingerprint in out
@@ -62,7 +63,7 @@ def test_a_new_key_is_for_its_owner_alone_and_is_not_shown(tmp_path: Path, capsy
 def test_a_key_is_not_made_over_another(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = made.read_bytes()
     assert run("new", "--key", str(made)) == 2
-    assert "hvcpctl key rotate" in capsys.readouterr().err
+    assert f"hvcpctl key rotate --key {made}\n" in capsys.readouterr().err
     assert made.read_bytes() == before
 
 
@@ -162,7 +163,7 @@ def test_a_stolen_key_can_be_ended_at_once(made: Path, day: date | None, capsys:
     stolen = read_key_file(made).entries[0].key
     assert run("revoke", "--key", str(made), "Bot") == 0
     advised = capsys.readouterr().out.split("hvcpctl key rotate ")[1].split()
-    assert run("rotate", "--key", str(made), *advised) == 0
+    assert run("rotate", *advised) == 0
     assert stolen not in read_key_file(made).ring(day).accepted
     assert stolen.secret.hex() not in made.read_text()
     assert "no longer believed" in capsys.readouterr().out

@@ -54,6 +54,16 @@ def test_the_transcript_as_text_and_as_json(memory: Path, capsys: pytest.Capture
     assert [(o["kind"], o["speaker"], o["text"]) for o in objects] == list(TALK)
 
 
+def test_faults_of_the_settings_keep_nobody_from_reading(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = memory.parent / "hvcpd.yaml"
+    config.write_text("name: Rob\nmdoe: follow\nstate_dir: .\n")
+    assert main(["transcript", "--config", str(config)]) == 0
+    out, err = capsys.readouterr()
+    assert len(out.splitlines()) == len(TALK)
+    assert err.startswith(f"hvcpctl: note: the settings have errors ({config}:2: unknown key 'mdoe'")
+    assert len(err.splitlines()) == 1
+
+
 def test_a_memory_that_a_daemon_has_open_is_not_read_past_it(memory: Path) -> None:
     assert not memory.with_name(f"{memory.name}-shm").exists(), "it would be written to the card with each change"
     other = [sys.executable, "-m", "hvcpd.control.cli", "transcript", "--memory", str(memory)]

@@ -204,6 +204,18 @@ def test_a_daemon_makes_nothing_anew_after_prerendering(
     assert files_of(state) == before
 
 
+def test_a_cache_that_cannot_be_written_is_told_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refuse
+) -> None:
+    config, home = tmp_path / "hvcpd.yaml", tmp_path / "cache"
+    config.write_text(f"name: Rob\nstate_dir: {tmp_path / 'none'}\n")
+    home.write_text("no folder")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home))
+    told = refused("prerender", "--config", config)
+    assert told.startswith(f"hvcpctl: {home / 'hvcpd' / 'units'}: cannot be written: ")
+    assert "set XDG_CACHE_HOME" in told
+
+
 def test_who_cannot_write_the_services_cache_is_told_how(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = tmp_path / "hvcpd.yaml"
     (tmp_path / "tasks.yaml").write_text(

@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 
 from hvcpd.control.cli import main
+from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.say.voices import BETWEEN_S, nearest, spectral_centre_hz
+from hvcpd.errors import DeviceError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for, voice_named
 from tests.control.conftest import Refuse
+from tests.hardware.fake_card import CAMERA, FakeCard
 
 
 def test_every_voice_is_compared_and_each_robot_has_one(capsys: pytest.CaptureFixture[str]) -> None:
@@ -52,6 +55,11 @@ def test_the_file_has_the_voices_one_after_the_other(tmp_path: Path) -> None:
 )
 def test_what_is_no_voice_and_no_text_is_refused(arguments: list[str], message: str, refused: Refuse) -> None:
     assert message in refused("voices", *arguments)
+
+
+def test_without_a_loudspeaker_the_way_to_a_file_is_named() -> None:
+    with pytest.raises(DeviceError, match=r"no loudspeaker on this machine; .*; or write a WAV file with -o FILE\.wav"):
+        write_or_play(np.zeros(10, np.float32), None, None, FakeCard((CAMERA,)))
 
 
 def test_nearest_and_centre() -> None:

@@ -1,69 +1,21 @@
-"""Places that only one robot fits in: what is said, and that never two are in one, against loss, crashes and stops."""
+"""Places that only one robot fits in: what is said, and who goes first."""
 
 from __future__ import annotations
 
 import random
 
 import pytest
-from hypothesis import HealthCheck, settings
-from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from hil_fakes.word_mission import Outage, WordPlan
+from hil_fakes.word_mission import Outage
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
+from hvcpd.config.tasks import Place
 from hvcpd.coordination import right_of_way
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from tests.coordination.mission import release_all
-
-CORRIDOR = SharedPlace("corridor", -0.75, -0.5, 0.75, 0.5)
-WEST, EAST = Place(-4.0, 0.0), Place(4.0, 0.0)
-NAMES = ("Bot", "Max", "Rob")
-CROSSING = {"Bot": frozenset({2}), "Rob": frozenset({1})}
-"""So that the one in the west has to go east, and the other way round."""
-LOSSES_MAX = 5
-"""Single sentences that single robots may miss: fewer than are needed to take a place from who has it."""
-
-
-def across(number: int, goal: Place = EAST, wait_s: float = 2.0) -> TaskDefinition:
-    return TaskDefinition(number, f"task {number}", goal, (GoTo(goal), Wait(wait_s)))
-
-
-class Corridor(TrafficMission):
-    """A mission whose conversation about the corridor can be read, and in which chosen robots miss sentences."""
-
-    def __init__(
-        self, names: tuple[str, ...], tasks: tuple[TaskDefinition, ...], starts: tuple[Place, ...], **plan: object
-    ) -> None:
-        self.deaf: dict[str, int] = {}
-        from_where = dict(zip(names, starts, strict=True))
-        mission = WordPlan(names, tasks, starts=from_where, places=(CORRIDOR,), **plan)  # type: ignore[arg-type]
-        super().__init__(mission, keep=True)
-        self.air.misses = self.misses
-        self.book = Phrasebook(Vocabulary(names, ("plant",), numbers=(1, 2, 3), places=("corridor",)))
-
-    def misses(self, listener: str, utterance: m.Utterance) -> bool:
-        missed = self.deaf.get(listener, 0) > 0 and not isinstance(utterance.statement, m.Stop | m.Resume)
-        self.deaf[listener] = self.deaf.get(listener, 0) - missed
-        return missed
-
-    def of_the_corridor(self) -> list[str]:
-        kinds = m.PlaceWanted | m.PlaceGiven | m.PlaceTaken | m.PlaceFree
-        return [self.book.write(u) for _, _, u in self.said if isinstance(u.statement, kinds)]
-
-    def until(self, state: State, name: str) -> None:
-        while self.robots[name].state is not state:
-            assert self.air.now < 300.0
-            self.air.run_until(self.air.now + 0.25)
-
-    def until_inside(self, name: str) -> None:
-        while not self.robots[name].knowledge.passes[0].inside:
-            assert self.air.now < 300.0
-            self.air.run_until(self.air.now + 0.25)
+from tests.coordination.corridor import CORRIDOR, CROSSING, EAST, NAMES, WEST, Corridor, across
 
 
 def test_who_comes_after_waits_and_is_let_in_by_who_leaves() -> None:
@@ -367,81 +319,3 @@ def test_a_robot_that_is_not_there_is_not_the_first_keeper_once_all_have_spoken(
             heard(mission, "Bot", name, m.Confirmed(m.TaskByNumber(1)), now, to="Max" if name == "Rob" else "Rob")
     heard(mission, "Bot", "Rob", m.PlaceWanted("corridor"), 80.0)
     assert p.keeper == "Rob", "it was given the place"
-
-
-@pytest.mark.parametrize(
-    "seed", [194, 205, 8065, 7707, 7983, 10190, *range(7001, 7005)]
-)  # in the first six two once met
-def test_random_missions_through_a_corridor(seed: int) -> None:
-    mission = TrafficMission(corridor_plan(seed))
-    result = mission.run()
-    assert result.lost == 0
-    assert mission.traffic.collisions == 0
-    assert not mission.held
-
-
-class RightOfWay(RuleBasedStateMachine):
-    """An adversary chooses who misses what, who is switched off outside, and when all are stopped and released."""
-
-    @initialize(seed=st.integers(0, 1000), n_robots=st.integers(2, 3))
-    def begin(self, seed: int, n_robots: int) -> None:
-        tasks = (across(1, EAST), across(2, WEST), across(3, Place(0.0, 0.0)))
-        starts = (WEST, EAST, WEST)[:n_robots]
-        self.mission = Corridor(NAMES[:n_robots], tasks, starts=starts, seed=seed, limit_s=3000.0)
-        self.losses = 0
-        self.off = False
-        self.stopped = False
-
-    @rule(for_s=st.sampled_from([2.0, 5.0, 15.0, 40.0]))
-    def time_passes(self, for_s: float) -> None:
-        self.mission.air.run_until(self.mission.air.now + for_s)
-
-    @precondition(lambda self: self.losses < LOSSES_MAX)
-    @rule(who=st.sampled_from(NAMES), n=st.integers(1, 3))
-    def misses(self, who: str, n: int) -> None:
-        n = min(n, LOSSES_MAX - self.losses)
-        self.losses += n
-        self.mission.deaf[who] = self.mission.deaf.get(who, 0) + n
-
-    @precondition(lambda self: not self.off)
-    @rule(who=st.sampled_from(NAMES), back_s=st.sampled_from([10.0, 60.0]))
-    def runs_flat(self, who: str, back_s: float) -> None:
-        place = self.mission.bodies[who].place if who in self.mission.robots else Place(0.0, 0.0)
-        if CORRIDOR.distance_m(place) > 0.5:
-            self.off = True
-            self.mission.fail(Outage(who, self.mission.air.now, back_s))
-
-    @rule()
-    def person_stops_all(self) -> None:
-        self.mission.speak("Anna", m.Utterance(None, None, None, m.Stop()))
-        self.stopped = True
-
-    @precondition(lambda self: self.stopped)
-    @rule()
-    def person_resumes(self) -> None:
-        self.mission.speak("Anna", m.Utterance(None, None, None, m.Resume()))
-        self.stopped = False
-
-    @invariant()
-    def never_two_in_one_place(self) -> None:
-        if hasattr(self, "mission"):
-            assert self.mission.traffic.collisions == 0
-
-    def teardown(self) -> None:
-        if not hasattr(self, "mission"):
-            return
-        self.mission.deaf.clear()
-        release_all(self.mission)
-        result = self.mission.run()
-        assert result.lost == 0, "nobody waits for ever"
-        assert self.mission.traffic.collisions == 0
-
-
-TestRightOfWay = RightOfWay.TestCase
-TestRightOfWay.settings = settings(
-    max_examples=25,
-    stateful_step_count=12,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.too_slow],
-)

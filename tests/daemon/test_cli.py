@@ -169,6 +169,13 @@ def test_faults_of_the_configuration(text: str, part: str, tmp_path: Path, capsy
     assert status == EX_CONFIG
 
 
+def test_a_fault_of_an_option_names_it_once(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--name", "R2-D2", "--team", "9"], MISSING) == EX_CONFIG
+    name, team = capsys.readouterr().err.splitlines()
+    assert name.startswith("hvcpd: --name: the name 'R2-D2' is not")
+    assert team.startswith("hvcpd: --team: the team's name '9' is not")
+
+
 def test_faults_of_the_tasks_and_missing_devices_together(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     tasks = config.parent / "tasks.yaml"
     tasks.write_text("tasks:\n- {number: 1, name: water the rose, actions: [{wate: 5}]}\n")

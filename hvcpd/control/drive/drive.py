@@ -140,7 +140,7 @@ def _journeys(options: argparse.Namespace) -> list[Journey]:
         case "goto":
             numbers = options.places
             if len(numbers) % 2:
-                raise ConfigError(f"drive goto: {len(numbers)} numbers are not places; give X Y for each")
+                raise ConfigError(f"drive goto: {numbers[-1]:g} alone is no place; give X Y for each")
             places = tuple(zip(numbers[::2], numbers[1::2], strict=True))
             return [Waypoints(places), *([Dock(Pose(0.0, 0.0))] if options.back else [])]
         case _:

@@ -176,9 +176,10 @@ def rereading_of(options: argparse.Namespace, folder: Path, robot: str, place: i
     """How to read one robot's settings, now and again; its memory lasts as long as the duet. Raises ConfigError."""
     state = folder / robot.lower()
     state.mkdir()
-    if (units := user_cache_folder()) is not None:
-        units.mkdir(parents=True, exist_ok=True)
-        (state / "units").symlink_to(units)
+    with suppress(OSError):  # else what is rendered lasts as long as the duet, too
+        if (units := user_cache_folder()) is not None:
+            units.mkdir(parents=True, exist_ok=True)
+            (state / "units").symlink_to(units)
     given: dict[str, object] = {
         "name": robot,
         "names": list(dict.fromkeys((*options.names, robot, VISITOR))),

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     )
     sealing = sealing_of(options.key)
     if options.plot:
-        _check_folder(options.plot)
+        _check_plot(options.plot, samples)
     count = 0
     events: list[Event] = []
     for event in events_in(samples, team):
@@ -61,8 +61,11 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _check_folder(path: Path) -> None:
+def _check_plot(path: Path, samples: Samples) -> None:
     """Warn before listening, which may take minutes."""
+    from hvcpd.reporting.hearing_plot import check_drawable
+
+    check_drawable(samples)
     number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
     if number:
         raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")

@@ -23,6 +23,7 @@ from hvcpd.security.keyring import (
     find_key_file,
     fresh_entry,
     keep_out_of_dumps,
+    key_command,
     read_key_file,
     write_key_file,
 )
@@ -82,7 +83,8 @@ def _store_first(path: Path, entry: Entry, done: str) -> None:
     _tell(
         f"The team's key is {done}: {path} (fingerprint {entry.key.fingerprint}). Copy it to every robot of the team "
         f"by hand, and set `security: {{key: {path}}}` there; or hand it to the service: systemctl edit hvcpd, with "
-        f"the lines [Service] and LoadCredential={CREDENTIAL}:{path}. Print `hvcpctl key sheet` and lock it away."
+        f"the lines [Service] and LoadCredential={CREDENTIAL}:{path}. Print `{key_command('sheet', path)}` and "
+        "lock it away."
     )
 
 
@@ -131,13 +133,14 @@ def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:
     if len(keys.entries) == 1:
         _tell(
             f"A new key: fingerprint {newest.key.fingerprint}; the old one is no longer believed, where this file is: "
-            f"copy {path} to every other robot and restart hvcpd there. Print `hvcpctl key sheet` anew."
+            f"copy {path} to every other robot and restart hvcpd there. Print `{key_command('sheet', path)}` "
+            "anew."
         )
         return
     _tell(
         f"A new key: fingerprint {newest.key.fingerprint}, spoken from {newest.spoken_from}. Copy {path} to every "
         f"robot before then and restart hvcpd there; the old key is believed until {newest.spoken_from + keep}. "
-        "Print `hvcpctl key sheet` anew on the first day of the new one."
+        f"Print `{key_command('sheet', path)}` anew on the first day of the new one."
     )
 
 
@@ -150,7 +153,8 @@ def _revoke(options: argparse.Namespace, path: Path, _day: date) -> None:
     write_key_file(path, read_key_file(path).with_revoked(options.name), replaces=True)
     _tell(
         f"{options.name} is no longer believed, where this file is: copy {path} to every other robot and restart hvcpd "
-        "there. If somebody may have read its memory card, that is not enough: hvcpctl key rotate --after 0 --keep 0"
+        "there. If somebody may have read its memory card, that is not enough: "
+        f"{key_command('rotate --after 0 --keep 0', path)}"
     )
 
 

@@ -35,10 +35,6 @@ ANSWER_S = 10.0
 """Time limit of an answer; a running daemon answers within about 0.05 s, two blocks of sound, or later on an overloaded
 computer."""
 
-LEARN_S = 120.0
-"""Time limit for new words, which are compared with all others first: a second or two on a desktop computer, about ten
-times as long on a Pi."""
-
 CHUNK_BYTES = 65536
 """Bytes read at a time; a line of events has a few hundred."""
 
@@ -215,7 +211,11 @@ def find_daemon(options: argparse.Namespace) -> DaemonClient:
     """
     if options.socket is not None:
         return DaemonClient(options.socket)
-    settings, name = _settings(options)
+    return daemon_in(*lenient_settings(options))
+
+
+def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
+    """The daemon of the robot of this name whose socket is where the settings have it; as `find_daemon`."""
     if settings.control.socket is not None:
         return DaemonClient(settings.control.socket)
     folders = tuple(dict.fromkeys(socket_folders(settings)))
@@ -230,7 +230,7 @@ def find_daemon(options: argparse.Namespace) -> DaemonClient:
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
     """The daemon of that robot, if it runs here and may be asked."""
-    settings, _ = _settings(options)
+    settings, _ = lenient_settings(options)
     own = settings.control.socket if settings.name.lower() == name.lower() else None
     paths = [own] if own else [folder / socket_name(name) for folder in socket_folders(settings)]
     for path in paths:
@@ -239,7 +239,7 @@ def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | Non
     return None
 
 
-def _settings(options: argparse.Namespace) -> tuple[Settings, str | None]:
+def lenient_settings(options: argparse.Namespace) -> tuple[Settings, str | None]:
     """The settings, and the robot's name if there is one; errors in them must not keep anybody from stopping a
     robot."""
     name = getattr(options, "name", None)

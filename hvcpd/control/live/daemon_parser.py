@@ -13,6 +13,7 @@ from hvcpd.control.arguments import (
     add_memory,
     add_tasks,
     port,
+    robot_name,
     task_number,
     whole,
 )
@@ -178,7 +179,7 @@ def _add_console(commands: Commands) -> None:
 def _add_which(command: argparse.ArgumentParser) -> None:
     """The options that say which daemon is meant."""
     add_config(command)
-    command.add_argument("--name", metavar="NAME", help="which robot, if several run here")
+    command.add_argument("--name", type=robot_name, metavar="NAME", help="which robot, if several run here")
     command.add_argument("--socket", type=Path, metavar="FILE", help="the robot with this control socket")
 
 

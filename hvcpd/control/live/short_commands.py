@@ -8,8 +8,9 @@ import sys
 from contextlib import closing
 from typing import Any
 
-from hvcpd.control.live.daemon_client import LEARN_S, find_daemon
+from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.live.show_config import value_text
+from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, NotDoneError
 
 

@@ -9,8 +9,9 @@ from contextlib import closing
 from typing import Any
 
 from hvcpd.config.document import parse
-from hvcpd.control.live.daemon_client import LEARN_S, find_daemon
+from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.control.live.short_commands import result_lines
+from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, ConfigError
 
 BECOMES = {"again": "is done once more", "skip": "is left out this time"}

@@ -8,15 +8,14 @@ import re
 import sys
 import time
 from collections.abc import Callable, Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.settings_file import load_settings
 from hvcpd.config.tasks import TaskDefinition
-from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
+from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, lenient_settings
 from hvcpd.errors import EX_OK, ConfigError, NotAllowedError, NotRunningError
 from hvcpd.memory.store import TranscriptReader, TranscriptRecord, TranscriptRow
 from hvcpd.reporting.text import clean, seal_words
@@ -57,12 +56,11 @@ def open_transcript(options: argparse.Namespace) -> AskedRows | TranscriptReader
     """The memory that the options select: the given file, the running robot's, or that of the robot in the settings."""
     if options.memory is not None:
         return TranscriptReader(Path(options.memory))
-    try:
-        return AskedRows(find_daemon(options))
-    except (NotRunningError, NotAllowedError):
-        if options.socket is not None:
-            raise
-    settings = load_settings(options.config, {"name": options.name}, name_needed=False)
+    if options.socket is not None:
+        return AskedRows(DaemonClient(options.socket))
+    settings, name = lenient_settings(options)
+    with suppress(NotRunningError, NotAllowedError):
+        return AskedRows(daemon_in(settings, name))
     return TranscriptReader(settings.memory_path)
 
 

@@ -11,6 +11,7 @@ import sys
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from rich.console import Console
 from rich.progress import Progress
@@ -23,7 +24,7 @@ from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
-from hvcpd.errors import EX_OK, ConfigError
+from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable
 from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
@@ -41,6 +42,7 @@ def run(options: argparse.Namespace) -> int:
     folder = settings.state_dir / "units" if for_service else user_cache_folder()
     if folder is None:
         raise ConfigError(f"state_dir: {settings.state_dir} cannot be written; {_remedy(options, settings.state_dir)}")
+    _check_writable(folder)
     for name in names:
         _prepare(replace(settings, name=name), folder, for_service)
     n_words = len(team.phrasebook.graph.words)
@@ -55,6 +57,15 @@ def run(options: argparse.Namespace) -> int:
             f"write; {_remedy(options, settings.state_dir)}\n"
         )
     return EX_OK
+
+
+def _check_writable(folder: Path) -> None:
+    """Raise StoreError before minutes of work where nothing can be kept: a `UnitCache` says nothing of it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
+    except OSError as error:
+        raise StoreError(unwritable(folder, error, "set XDG_CACHE_HOME to a folder that you may write")) from error
 
 
 def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:

@@ -10,12 +10,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from hvcpd.config.names import unsayable, valid_robot_name
 from hvcpd.config.settings_file import load_settings
+from hvcpd.control.say.sounding import sayable_words
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import write_wav
-from hvcpd.language.words import spoken_words
 from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.explain import PAPER_TABLE, PLACE_WORDS, Known, explain, paper_row, respelled
 from hvcpd.synthesis.frames import frame_table
@@ -38,18 +37,11 @@ def run(options: argparse.Namespace) -> int:
     if options.paper_table:
         _print_table(lexicon, options.json)
         return 0
-    phrases = [spoken_words(text) for text in options.words]
-    for text, words in zip(options.words, phrases, strict=True):
-        if strange := unsayable(text):
-            raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
-        if not words:
-            raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
+    phrases = [sayable_words(text) for text in options.words]
     if sum(map(len, phrases)) > MAX_WORDS:
         raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
     if options.track is not None and sum(map(len, phrases)) != 1:
         raise PhraseError("--track takes one word")
-    if wrong := valid_robot_name(options.voice_of):
-        raise PhraseError(f"--as: {wrong}")
     for words in phrases:
         for number, word in enumerate(words):
             _print_word(word, explain(words, number, lexicon, builtin), options.json)

@@ -7,10 +7,9 @@ import json
 import sys
 
 from hvcpd.assembly.voice_assignment import recorded_voice
-from hvcpd.config.names import valid_robot_name
+from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import EX_OK, PhraseError
-from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
@@ -27,8 +26,6 @@ HEARD_DB = 0.05
 def speak(options: argparse.Namespace) -> int:
     """Speak the sentence in the voice of its speaker, as the command line has it; returns the exit status."""
     voice_of: str | None = options.voice_of
-    if voice_of is not None and (wrong := valid_robot_name(voice_of)):
-        raise PhraseError(f"--as: {wrong}")
     if options.voice is not None and options.rate != 1.0:
         raise PhraseError("--rate changes the synthesizer's voice, not recordings; leave it out")
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
@@ -46,12 +43,7 @@ def speak(options: argparse.Namespace) -> int:
     samples, gain_db = delivery.level(speaker.render(phrases))
     if gain_db < options.gain_db - HEARD_DB:
         sys.stderr.write(f"hvcpctl: note: only {gain_db:+.1f} dB; more would clip\n")
-    if options.output is not None:
-        write_wav(options.output, samples)
-    else:
-        from hvcpd.hardware.audio_play import play
-
-        play(samples, team.settings.audio.output_device)
+    write_or_play(samples, options.output, team.settings.audio.output_device)
     if options.json:
         duration_s = len(samples) / SAMPLE_RATE_HZ
         written = team.phrasebook.write(utterance)

@@ -14,10 +14,9 @@ import numpy as np
 
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
-from hvcpd.config.names import unsayable
 from hvcpd.config.settings_file import load_settings
-from hvcpd.errors import EX_OK, PhraseError
-from hvcpd.hardware.soundfile import write_wav
+from hvcpd.control.say.sounding import sayable_words, write_or_play
+from hvcpd.errors import EX_OK
 from hvcpd.language.words import spoken_words
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
@@ -36,29 +35,16 @@ def run(options: argparse.Namespace) -> int:
         sound = sound.made_natural()
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or list(sound.every_voice())
     names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
-    phrases = _phrases(options.text)
+    sayable_words(options.text)  # raises where there is none
+    phrases = [words for part in options.text.split(",") if (words := spoken_words(part))]  # each comma is a pause
     said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
     if options.output != Path("/dev/stdout"):
         sys.stdout.write(_as_json(rows) if options.json else _as_table(rows))
         sys.stdout.flush()
-    if options.output is not None:
-        write_wav(options.output, _one_after_the_other(said))
-    elif not options.silent:
-        from hvcpd.hardware.audio_play import play
-
-        play(_one_after_the_other(said), settings.audio.output_device)
+    if options.output is not None or not options.silent:
+        write_or_play(_one_after_the_other(said), options.output, settings.audio.output_device)
     return EX_OK
-
-
-def _phrases(text: str) -> list[list[str]]:
-    """The words of a text, with a pause at each comma. Raises PhraseError where there is nothing to say."""
-    if strange := unsayable(text):
-        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
-    phrases = [list(spoken_words(part)) for part in text.split(",")]
-    if not any(phrases):
-        raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
-    return [phrase for phrase in phrases if phrase]
 
 
 def _whose(voice: Voice, names: Sequence[str], sound: Sound) -> list[str]:

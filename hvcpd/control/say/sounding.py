@@ -1,0 +1,39 @@
+"""What commands that speak have in common: the words of a text that somebody typed, and where their sound goes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from hvcpd.config.names import unsayable
+from hvcpd.errors import DeviceError, PhraseError
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.language.words import spoken_words
+from hvcpd.ports import Samples
+
+
+def sayable_words(text: str) -> tuple[str, ...]:
+    """The words of a text, whether or not the phrasebook has them. Raises PhraseError where there is nothing to say."""
+    if strange := unsayable(text):
+        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
+    words = spoken_words(text)
+    if not words:
+        raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
+    return words
+
+
+def write_or_play(samples: Samples, file: Path | None, device: str | None, backend: Any | None = None) -> None:
+    """Write the sound, shape (n,), float32, as a WAV file, or without a file play it to the end.
+
+    `device` and `backend` are those of `play`. Raises AudioFileError, and DeviceError with the option that needs no
+    loudspeaker.
+    """
+    if file is not None:
+        write_wav(file, samples)
+        return
+    from hvcpd.hardware.audio_play import play  # only where it is played
+
+    try:
+        play(samples, device, backend)
+    except DeviceError as error:
+        raise DeviceError(f"{error}; or write a WAV file with -o FILE.wav") from error
