@@ -175,6 +175,16 @@ def test_the_place_of_who_was_switched_off_outside_is_taken_after_silence() -> N
     assert max(mission.traffic.waits_s) <= 60.0
 
 
+def test_how_long_a_keeper_stays_silent_does_not_depend_on_its_stays_before() -> None:
+    """It had been in there two minutes before, and left without a word; once it was switched off, another robot waited
+    for it for 260 s (seed 41161)."""
+    p = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"].knowledge.passes[0]
+    p.is_taken_by("Bot", 178.0)
+    first_s = p.lease_end_s - 178.0
+    p.is_taken_by("Bot", 308.0)
+    assert p.lease_end_s == 308.0 + first_s
+
+
 def test_the_requests_of_all_that_wait_show_that_the_keeper_is_missing() -> None:
     """Each counted its own requests only, and began again whenever a robot that comes first asked; three robots waited
     for 104 to 140 s (seed 10326)."""
