@@ -25,7 +25,7 @@ WEST, EAST = Place(-4.0, 0.0), Place(4.0, 0.0)
 NAMES = ("Bot", "Max", "Rob")
 CROSSING = {"Bot": frozenset({2}), "Rob": frozenset({1})}
 """So that the one in the west has to go east, and the other way round."""
-LOSSES_MAX = 5
+LOSSES_MAX = 4
 """Single sentences that single robots may miss: fewer than are needed to take a place from who has it."""
 
 
@@ -171,8 +171,17 @@ def test_the_place_of_who_was_switched_off_outside_is_taken_after_silence() -> N
     mission.fail(Outage("Bot", mission.air.now, None))
     assert mission.run().lost == 0
     asked = [text for text in mission.of_the_corridor() if "use" in text]
-    assert len(asked) >= 6
+    assert len(asked) >= 4
     assert max(mission.traffic.waits_s) <= 60.0
+
+
+@pytest.mark.parametrize("seed", [51173, 51298, 51319])
+def test_a_keeper_that_was_switched_off_and_has_forgotten_is_not_waited_for_long(seed: int) -> None:
+    """Six requests had to remain unanswered: robots waited for 68 to 110 s."""
+    mission = TrafficMission(corridor_plan(seed))
+    mission.run()
+    assert mission.traffic.collisions == 0
+    assert max(mission.traffic.waits_s) < 60.0
 
 
 def test_how_long_a_keeper_stays_silent_does_not_depend_on_its_stays_before() -> None:
@@ -196,20 +205,35 @@ def test_the_requests_of_all_that_wait_show_that_the_keeper_is_missing() -> None
 
 @pytest.mark.parametrize(("name", "other", "enters"), [("Bot", "Max", True), ("Max", "Bot", False)])
 def test_of_two_that_wait_for_a_missing_keeper_the_first_name_goes_in(name: str, other: str, enters: bool) -> None:
-    """Bot goes in after its own first request, if Max has asked five times and nobody has answered."""
+    """Bot goes in after its own first request, if Max has asked three times and nobody has answered."""
+    assert goes_in_after(name, other, (62.0, 68.0, 74.0)) is enters
+
+
+def test_a_voice_that_was_not_understood_shows_that_the_keeper_is_there() -> None:
+    """Rob answered the requests after the third one, and Zoe, which did not understand it, took the place after one
+    more: both were in there."""
+    assert not goes_in_after("Bot", "Max", (44.0, 50.0, 56.0, 62.0, 68.0, 74.0), voice_after_s=74.0)
+
+
+def goes_in_after(name: str, other: str, requests_s: tuple[float, ...], voice_after_s: float | None = None) -> bool:
+    """Whether a robot takes the place after its own request, the first one after those of another robot."""
     robot = (mission := Corridor(NAMES, (), starts=(WEST,) * 3)).robots[name]
     p, knowledge = robot.knowledge.passes[0], robot.knowledge
     p.keep("Rob", 0.0)
     p.wanted_s = 40.0
-    for asked_s in (50.0, 56.0, 62.0, 68.0, 74.0):
+    for asked_s in requests_s:
         robot.channel(True, asked_s - 2.5)
         robot.channel(False, asked_s)
         heard(mission, name, other, m.PlaceWanted("corridor"), asked_s)
+        if asked_s == voice_after_s:
+            robot.channel(True, asked_s + 0.5)
+            robot.channel(False, asked_s + 3.0)
         right_of_way.ask(knowledge, asked_s + 1.5)
+        right_of_way.ask(knowledge, asked_s + 4.0)
     knowledge.floor.began_s = 79.5
     right_of_way.said(knowledge, p.topic, 82.0)
     right_of_way.ask(knowledge, 83.5)
-    assert p.using is enters
+    return p.using
 
 
 def test_who_has_waited_longest_is_first() -> None:
@@ -315,6 +339,7 @@ def test_who_was_given_the_place_is_told_so_by_whoever_has_heard_it() -> None:
     heard(mission, "Max", "Bot", m.PlaceGiven("corridor"), 50.0, to="Rob")
     heard(mission, "Max", "Rob", m.PlaceWanted("corridor"), 60.0)
     assert gives(mission, "Max", 62.0) == ["Rob"]
+    assert mission.robots["Max"].knowledge.passes[0].lease_end_s == 60.0 + right_of_way.LEASE_S, "it enters only now"
 
 
 def test_a_place_that_was_just_given_is_asked_of_the_robot_that_may_not_know_it_by_name() -> None:
