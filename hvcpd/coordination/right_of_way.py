@@ -243,7 +243,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     p, name, now = find(me, s.place), heard.speaker, heard.now
     if p is None or name is None:
         return
-    if is_for_me_alone(me, heard.to):
+    if is_for_me_alone(me, heard.to) and not p.gave:  # otherwise the other one does not know that it was given on
         _note_given(me, p, now)
     first_s, _ = p.waiting.get(name, (now, now))
     p.waiting[name] = (first_s, now)

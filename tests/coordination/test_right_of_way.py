@@ -360,6 +360,21 @@ def test_a_place_that_was_just_given_is_asked_of_the_robot_that_may_not_know_it_
     assert bot.using
 
 
+def test_a_robot_that_has_given_a_place_on_does_not_enter_when_it_is_asked_for_it_by_name() -> None:
+    """Max had missed that Bot gave it the place, and asked Bot; Bot, which wanted it again, drove in, and so did Max
+    when another one told it."""
+    mission = Corridor(NAMES, (), starts=(WEST,) * 3)
+    p = mission.robots["Bot"].knowledge.passes[0]
+    p.keep("Bot", 0.0)
+    heard(mission, "Bot", "Max", m.PlaceWanted("corridor"), 50.0, to="Bot")
+    assert gives(mission, "Bot", 51.0) == ["Max"]
+    mission.robots["Bot"].spoken(53.0)
+    p.wanted_s = 55.0
+    heard(mission, "Bot", "Max", m.PlaceWanted("corridor"), 60.0, to="Bot")
+    assert not p.using
+    assert gives(mission, "Bot", 61.0) == ["Max"]
+
+
 def test_that_a_place_was_given_is_not_repeated_for_another_one_that_asks() -> None:
     """It had been used by then; the robot that asked waited, and thought that it was in use (seeds 9064 and 9075)."""
     mission = Corridor(NAMES, (), starts=(WEST,) * 3)
