@@ -113,7 +113,8 @@ class Pass:
 
     def is_taken_by(self, keeper: str, now: float) -> None:
         """The keeper was heard to be inside. The longer it stays, the longer the pauses that it makes."""
-        taken_s = min(self.taken_s, now) if keeper == self.keeper else now
+        stays_on = keeper == self.keeper and now < self.lease_end_s
+        taken_s = min(self.taken_s, now) if stays_on else now
         self.keep(keeper, now + LEASE_TELLS * min(TELL_S + now - taken_s, TELL_MAX_S))
         self.taken_s = taken_s
 

@@ -14,7 +14,7 @@ from hvcpd.language import messages as m
 from tests.coordination.corridor import CORRIDOR, EAST, NAMES, WEST, Corridor, across
 from tests.coordination.mission import release_all
 
-LOSSES_MAX = 5
+LOSSES_MAX = 4
 """Single sentences that single robots may miss: fewer than are needed to take a place from who has it."""
 
 
