@@ -78,8 +78,8 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities:
     print(f"{'':44} " + "".join(f"{level:>6}" for level in levels) + "   " + "".join(f"{level:>6}" for level in levels))
     for kind in dict.fromkeys(case.kind for case in cases):
         mine = [k for k, case in enumerate(cases) if case.kind == kind]
-        right = [k for k in mine if found[k] == cases[k].words]
-        wrong = [k for k in mine if found[k] != cases[k].words]
+        right = [k for k in mine if fusion.alike(found[k], cases[k].words)]
+        wrong = [k for k in mine if k not in right]
         halts = [k for k in wrong if found[k][-1] == "stop" and cases[k].words[-1:] != ("stop",)]
         stops = " ".join(f"{probabilities[k]:.2f}" for k in sorted(halts, key=lambda k: -probabilities[k])[:4])
         counts = [
@@ -107,7 +107,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     cases = all_cases(Stage(False), o.data, o.sentences, o.seed)
     found = winners(cases)
     values = np.array([each for _, each in found])
-    right = np.array([words == case.words for case, (words, _) in zip(cases, found, strict=True)], float)
+    right = np.array([fusion.alike(words, case.words) for case, (words, _) in zip(cases, found, strict=True)], float)
     counts = np.array([case.counts for case in cases])
     weights = fit_probability(values, right, counts)
     probabilities = 1.0 / (1.0 + np.exp(-values @ weights))

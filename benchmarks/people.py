@@ -43,6 +43,7 @@ from benchmarks.people_material import (
 from benchmarks.people_rooms import rooms_row
 from benchmarks.people_stage import SNR_DB, Stage, found, listen
 from hvcpd.people.enrolled import Person
+from hvcpd.people.fusion import alike
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_pass import Segment
@@ -71,9 +72,9 @@ def hear_voice(
         got = found(events, s)
         peer = stage.theirs(stage.book.people_graph, sound, s)
         stops = s.words[-1] == "stop"
-        right = bool(got) and all(words[-1] == "stop" if stops else words == s.words for words in got)
+        right = bool(got) and all(words[-1] == "stop" if stops else alike(words, s.words) for words in got)
         ours += right
-        theirs += peer.split()[-1:] == ["stop"] if stops else peer == " ".join(s.words)
+        theirs += peer.split()[-1:] == ["stop"] if stops else alike(tuple(peer.split()), s.words)
         if stage.wrong and not right:
             print(f"    {' '.join(s.words)} -> {[' '.join(words) for words in got]}; PocketSphinx: {peer}")
     told(label, ours, theirs, len(said))

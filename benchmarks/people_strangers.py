@@ -34,6 +34,7 @@ from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person
+from hvcpd.people.fusion import alike
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -197,7 +198,7 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
             segment = alone(say(phrases, rng), 20.0, "white", rng.randrange(1 << 16))
             for label, listener in listeners.items():
                 found = listener.search(segment)
-                right = found is not None and found.words == words
+                right = found is not None and alike(found.words, words)
                 totals.setdefault(label, Count()).add(Count(right, found is not None and not right, n=1))
     for label, total in totals.items():
         total.told_alone(f"Kokoro's voices, enrolled: {label}")
@@ -305,8 +306,8 @@ def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
 
 
 def _alike(one: Sequence[str], other: Sequence[str]) -> bool:
-    """Whether they say the same: a halt is one whoever it is for."""
-    return tuple(one) == tuple(other) or (bool(one) and bool(other) and one[-1] == other[-1] == "stop")
+    """Whether they say the same: a halt is one whoever it is for, and however it was called."""
+    return alike(tuple(one), tuple(other)) or one[-1:] == other[-1:] == ("stop",)
 
 
 def _drawn(said: Sequence[Utterance], most: int, seed: int) -> list[Utterance]:

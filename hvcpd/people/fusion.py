@@ -22,6 +22,8 @@ Words = tuple[str, ...]
 MOST_LOG_ODDS = 8.0
 """Largest natural logarithm of the odds of a sentence by the net; the net is not right more often than that."""
 URGENT = "stop"
+GREETINGS = ("hi", "hello")
+TO_ALL = "all"
 MOST_CALL_WORDS = 3
 """ "Team plant stop": an addressee and the word."""
 
@@ -51,13 +53,14 @@ class Hypotheses:
         return found[:1] if len(found) > 1 and alike(*found) else found
 
     def log_odds(self, words: Words) -> float:
-        """The log odds by the net that a sentence was said, not another one, the beginning of one, or other talk,
-        MOST_LOG_ODDS at most; for calls for a halt, any of them."""
+        """The log odds by the net that a sentence was said, in any of its `wordings`, not another one, the beginning of
+        one, or other talk, MOST_LOG_ODDS at most; for calls for a halt, any of them."""
         if is_call(words):
             others = self.search.log_likelihood(self.log_posteriors, URGENT, beginnings=True)
             mine = _without(self._of_sentences, others)
         else:
-            mine = self.search.log_likelihood_of(self.log_posteriors, words)
+            said = [self.search.log_likelihood_of(self.log_posteriors, each) for each in wordings(words)]
+            mine = float(np.logaddexp.reduce(said))
             others = _without(self._of_sentences, mine)
         if mine == -math.inf:
             return -MOST_LOG_ODDS
@@ -104,9 +107,19 @@ def is_call(words: Words) -> bool:
     return len(words) <= MOST_CALL_WORDS and words[-1] == URGENT
 
 
+def wordings(words: Words) -> Sequence[Words]:
+    """All ways to say the same: with either greeting, and to all or to nobody in particular, which robots do not tell
+    apart ("Hi, I am Anna" and "hello all, I am Anna")."""
+    if not words or words[0] not in GREETINGS:
+        return (words,)
+    rest = words[2:] if words[1:3] == (TO_ALL, "i") else words[1:]
+    to_all = ((), (TO_ALL,)) if rest[:1] == ("i",) else ((),)
+    return [(greeting, *to, *rest) for greeting in GREETINGS for to in to_all]
+
+
 def alike(one: Words, other: Words) -> bool:
     """Whether two sentences have the same meaning: calls for a halt do, whoever is to halt."""
-    return one == other or (is_call(one) and is_call(other))
+    return one in wordings(other) or (bool(one) and bool(other) and is_call(one) and is_call(other))
 
 
 PROBABILITY: tuple[float, ...] = tuple(fitted("people_fusion")["weights"]["probability"].values())

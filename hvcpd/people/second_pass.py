@@ -10,7 +10,7 @@ from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import EnrolledListener
-from hvcpd.people.fusion import Fused, Hypotheses, fuse
+from hvcpd.people.fusion import Fused, Hypotheses, alike, fuse
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, any_words, centred, phones_of
 from hvcpd.people.speaker_adaptation import adapted
 from hvcpd.recognition.events import Recognised, Source, WordSpan
@@ -103,7 +103,7 @@ class SecondPassRecogniser:
         if fused is None or not found:
             return hypotheses, fused
         other, by_person = max(found, key=lambda each: each[1].probability)
-        if by_person.words != fused.words:
+        if not alike(by_person.words, fused.words):
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 

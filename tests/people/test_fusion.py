@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import math
+import random
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from hvcpd.language.graph import Arc, WordGraph, graph_of
-from hvcpd.people.fusion import MOST_LOG_ODDS, Fused, Hypotheses, fuse
+from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.settings import DEFAULT_TEAMS
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import default_tasks_path
+from hvcpd.language.graph import Arc, WordGraph, ends_of, graph_of
+from hvcpd.people.fusion import MOST_LOG_ODDS, Fused, Hypotheses, alike, fuse, wordings
 from hvcpd.people.phones import PHONES, CtcSearch, any_words
 from hvcpd.recognition.events import Recognised, WordSpan
 
@@ -131,3 +138,39 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
 def test_nothing_heard_is_no_sentence() -> None:
     heard = hypotheses("turn", "left")
     assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, TALK, None, None)) is None
+
+
+def test_greetings_to_all_and_to_nobody_mean_the_same() -> None:
+    rest = ("i", "am", "anna", "i", "am", "busy")
+    same = [("hi", *rest), ("hi", "all", *rest), ("hello", *rest), ("hello", "all", *rest)]
+    assert all(sorted(wordings(words)) == sorted(same) for words in same)
+    assert alike(same[0], same[3])
+    assert not alike(same[0], ("hi", "rob", *rest))
+    assert list(wordings(("hi", "all"))) == [("hi", "all"), ("hello", "all")], "a question: who is here?"
+    assert list(wordings(LEFT)) == [LEFT]
+    assert not alike((), ("stop",))
+
+
+BOOK = make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
+
+
+@settings(max_examples=200)
+@given(st.integers(0, 1_000_000))
+def test_the_phrasebook_has_all_wordings_of_a_sentence(seed: int) -> None:
+    sentence = BOOK.render(BOOK.sample(random.Random(seed)))
+    graph = BOOK.people_graph
+    assert all(ends_of(graph, graph.start, words) & graph.finals for words in wordings(sentence))
+
+
+def test_wordings_of_one_sentence_do_not_compete() -> None:
+    """Between "hi I am" and "hi all I am" the net could not decide, and neither was sure."""
+    said = {"hi": [("HH", "AY")], "hello": [("HH", "OW")], "all": [("AO", "L")], "i": [("AY",)], "busy": [("B", "IH")]}
+    arcs = (Arc(0, 1, "hi"), Arc(0, 1, "hello"), Arc(1, 2, "all"), Arc(1, 3, "i"), Arc(2, 3, "i"), Arc(3, 4, "busy"))
+    search = CtcSearch(WordGraph(5, arcs, 0, frozenset((4,)), frozenset()), said.__getitem__)
+    log_posteriors = np.full((16, NONE + 1), -8.0, np.float32)
+    for k, phone in enumerate(("HH", "AY", "AO", "L", "AY", "B", "IH", None)):
+        log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
+    log_posteriors[4:8] = -1.5  # anything
+    heard = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None)
+    assert heard.by_phones is not None
+    assert heard.log_odds(heard.by_phones.words) > 4.0
