@@ -2,6 +2,7 @@
 
     python -m benchmarks.people [--data DIR] [--rows people,neural,rooms,enrolment,talk,digits,strangers,enrolled,stop]
         [--sentences 20] [--most 200] [--takes 15] [--voices NAME,...] [--minutes 30] [--seed 1] [--wrong]
+        [--names Rob,Bot,Anna] [--tasks FILE.yaml]
 
 With DIR, of speakers and recordings that nothing was trained or fitted with: `people`, "stop" by them, in noise and
 over talk, their words that are no sentence, and digits, nobody enrolled; `talk`, people who order coffee, and talk
@@ -12,7 +13,8 @@ on are heard; each once more with the other speakers alone enrolled. `strangers`
 espeak-ng and flite, nobody enrolled; `enrolled`: the same with three takes of each word, at other rates. `stop`:
 "stop", "Rob stop" and "all stop" by these voices. Speech is at 20 dB SNR in white noise where nothing else is said.
 Ours is told nothing but what enters a microphone; PocketSphinx is told where each sentence is. A sentence counts only
-if all its words are right and nothing else was made of it.
+if all its words are right ("hi, I am" may be "hi all, I am", which means the same) and nothing else was made of it.
+The phone net has learned from sentences with the default tasks: --names and --tasks are for others.
 """
 
 from __future__ import annotations
@@ -41,7 +43,7 @@ from benchmarks.people_material import (
     words_of,
 )
 from benchmarks.people_rooms import rooms_row
-from benchmarks.people_stage import SNR_DB, Stage, found, listen
+from benchmarks.people_stage import NAMES, SNR_DB, Stage, found, listen
 from hvcpd.people.enrolled import Person
 from hvcpd.people.fusion import alike
 from hvcpd.people.second_pass import SecondPassRecogniser
@@ -156,11 +158,13 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=200, help="recordings of people in a row")
     parser.add_argument("--takes", type=int, default=15, help="of each digit and speaker, at most")
     parser.add_argument("--voices", help="those of the synthesizers' voices whose names hold one of these")
+    parser.add_argument("--names", default=",".join(NAMES), help="of two robots, and of who else is known")
+    parser.add_argument("--tasks", type=Path, help="a task file, for other words than those that the phone net learned")
     parser.add_argument("--minutes", type=float, default=30.0, help="of talk, at most")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--wrong", action="store_true", help="print every sentence that was not right")
     o = parser.parse_args()
-    stage = Stage(o.wrong)
+    stage = Stage(o.wrong, o.names.split(","), o.tasks)
     rows = o.rows.split(",")
     if o.data is not None:
         people_rows(stage, o, rows)

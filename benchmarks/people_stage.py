@@ -31,20 +31,22 @@ PAD_S = 0.5
 
 
 class Stage:
-    """A team of two robots that knows Anna, and PocketSphinx with the same grammar."""
+    """A team of two robots that knows a person's name, and PocketSphinx with the same grammar."""
 
-    def __init__(self, wrong: bool) -> None:
+    def __init__(self, wrong: bool, names: Sequence[str] = NAMES, tasks: Path | None = None) -> None:
+        """`names`: of both robots, and of who else is known; `tasks`: a task file, else the default one."""
         self.wrong = wrong
+        self.names = tuple(names)
         self.sound = make_sound(None, user_cache_folder())
-        self.book = make_phrasebook(NAMES, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
-        self._books = make_books(self.book, NAMES[:2], self.sound)
+        self.book = make_phrasebook(self.names, DEFAULT_TEAMS, load_tasks(tasks or default_tasks_path()))
+        self._books = make_books(self.book, self.names[:2], self.sound)
         self._peers: dict[int, Any] = {}
 
     def ears(self, people: Sequence[Person] = ()) -> Ears:
         """As a robot has them that knows the robots' words and has heard nothing."""
         known = {person.name.lower(): person for person in people}
         hearing = HearingPlan(people=known, channel=AtOnce(), second=AtOnce())
-        return make_ears(self.book, NAMES[:2], self.sound, hearing, books=self._books)
+        return make_ears(self.book, self.names[:2], self.sound, hearing, books=self._books)
 
     def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
         """Of enrolled people, and of strangers."""

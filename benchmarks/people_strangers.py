@@ -26,7 +26,7 @@ from benchmarks.people_material import (
     sentences,
     stream,
 )
-from benchmarks.people_stage import BLOCK, NAMES, Stage, found, listen
+from benchmarks.people_stage import BLOCK, Stage, found, listen
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, KOKORO_TRAINING, Talker, kokoro
 from hvcpd.assembly.make import make_recogniser
@@ -228,7 +228,7 @@ def _endless(stage: Stage, label: str, talk: Sequence[Samples], seed: int) -> No
     sound = sound + QUIET_RMS * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
     opinion = TimedLooks(stage.opinion(stage.book.people_graph, ()))
     begin = time.thread_time()
-    events = listen(SecondEars(make_recogniser(stage.book, NAMES[:2], stage.sound), opinion, AtOnce()), sound)
+    events = listen(SecondEars(make_recogniser(stage.book, stage.names[:2], stage.sound), opinion, AtOnce()), sound)
     took = time.thread_time() - begin - opinion.loaded_s
     told = [" ".join(e.words) for e in events if isinstance(e, Recognised)]
     garbled = sum(e.end_sample - e.start_sample for e in events if isinstance(e, Garbled)) / SAMPLE_RATE_HZ

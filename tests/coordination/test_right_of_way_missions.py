@@ -29,6 +29,15 @@ def test_random_missions_through_a_corridor(seed: int) -> None:
     assert not mission.held
 
 
+@pytest.mark.parametrize("seed", [51173, 51298, 51319])
+def test_a_keeper_that_was_switched_off_and_has_forgotten_is_not_waited_for_long(seed: int) -> None:
+    """Six requests had to remain unanswered: robots waited for 68 to 110 s."""
+    mission = TrafficMission(corridor_plan(seed))
+    mission.run()
+    assert mission.traffic.collisions == 0
+    assert max(mission.traffic.waits_s) < 60.0
+
+
 class RightOfWay(RuleBasedStateMachine):
     """An adversary chooses who misses what, who is switched off outside, and when all are stopped and released."""
 
