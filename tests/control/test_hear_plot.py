@@ -77,6 +77,7 @@ def test_the_picture_is_written_whole(tmp_path: Path) -> None:
 
 
 def test_a_picture_that_cannot_be_written(refused: Refuse, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
     write_wav(tmp_path / "room.wav", noise(1.0))
     assert "there is no folder" in refused("hear", tmp_path / "room.wav", "--plot", tmp_path / "none" / "x.png")
     assert "Is a directory; name a file in it" in refused("hear", tmp_path / "room.wav", "--plot", tmp_path)
