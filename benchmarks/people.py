@@ -43,9 +43,8 @@ from benchmarks.people_material import (
     words_of,
 )
 from benchmarks.people_rooms import rooms_row
-from benchmarks.people_stage import NAMES, SNR_DB, Stage, found, listen
+from benchmarks.people_stage import NAMES, SNR_DB, Stage, found, listen, say_the_same
 from hvcpd.people.enrolled import Person
-from hvcpd.people.fusion import alike
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_pass import Segment
@@ -73,10 +72,9 @@ def hear_voice(
     for s in said:
         got = found(events, s)
         peer = stage.theirs(stage.book.people_graph, sound, s)
-        stops = s.words[-1] == "stop"
-        right = bool(got) and all(words[-1] == "stop" if stops else alike(words, s.words) for words in got)
+        right = bool(got) and all(say_the_same(words, s.words) for words in got)
         ours += right
-        theirs += peer.split()[-1:] == ["stop"] if stops else alike(tuple(peer.split()), s.words)
+        theirs += say_the_same(tuple(peer.split()), s.words)
         if stage.wrong and not right:
             print(f"    {' '.join(s.words)} -> {[' '.join(words) for words in got]}; PocketSphinx: {peer}")
     told(label, ours, theirs, len(said))

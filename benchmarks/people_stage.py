@@ -19,6 +19,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
+from hvcpd.people.fusion import Words, alike
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Recognised, Urgent
@@ -80,3 +81,8 @@ def found(events: Sequence[Event], said: Said) -> list[tuple[str, ...]]:
         for e in events
         if isinstance(e, Recognised | Urgent) and e.start_sample < said.end and e.end_sample > said.start
     ]
+
+
+def say_the_same(one: Words, other: Words) -> bool:
+    """Whether they mean the same: a halt is one whoever it is for, and however it was called."""
+    return alike(one, other) or one[-1:] == other[-1:] == ("stop",)

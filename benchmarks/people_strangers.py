@@ -26,7 +26,7 @@ from benchmarks.people_material import (
     sentences,
     stream,
 )
-from benchmarks.people_stage import BLOCK, Stage, found, listen
+from benchmarks.people_stage import BLOCK, Stage, found, listen, say_the_same
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, KOKORO_TRAINING, Talker, kokoro
 from hvcpd.assembly.make import make_recogniser
@@ -101,12 +101,12 @@ def heard(
         for one in where:
             got = found(events, one)
             peer = tuple(stage.theirs(stage.book.people_graph, sound, one).split())
-            right = bool(got) and all(_alike(each, one.words) for each in got)
+            right = bool(got) and all(say_the_same(each, one.words) for each in got)
             count.n += 1
             count.right += right
             count.wrong += bool(got) and not right
-            count.theirs += bool(one.words) and _alike(peer, one.words)
-            count.theirs_wrong += bool(peer) and not _alike(peer, one.words)
+            count.theirs += bool(one.words) and say_the_same(peer, one.words)
+            count.theirs_wrong += bool(peer) and not say_the_same(peer, one.words)
             if got and not right:
                 count.made.append(f"{' '.join(one.words) or 'nothing'} -> {[' '.join(each) for each in got]}")
     if stage.wrong:
@@ -303,11 +303,6 @@ def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
     )
     for each in made:
         print("   ", each)
-
-
-def _alike(one: Sequence[str], other: Sequence[str]) -> bool:
-    """Whether they say the same: a halt is one whoever it is for, and however it was called."""
-    return alike(tuple(one), tuple(other)) or one[-1:] == other[-1:] == ("stop",)
 
 
 def _drawn(said: Sequence[Utterance], most: int, seed: int) -> list[Utterance]:

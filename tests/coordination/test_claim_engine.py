@@ -171,7 +171,5 @@ TestClaimEngine = ClaimEngine.TestCase
 TestClaimEngine.settings = settings(
     max_examples=40,
     stateful_step_count=15,
-    deadline=None,
-    derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],
 )

@@ -112,7 +112,7 @@ def test_a_report_of_the_last_time_is_not_taken_for_this_one(seed: int) -> None:
     st.dictionaries(st.sampled_from(PLAN.names), st.floats(-50.0, 50.0), min_size=1),
     st.sets(st.tuples(st.sampled_from(PLAN.names), st.integers(0, 60)), max_size=4),
 )
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=12)
 def test_whoever_has_a_clock_however_wrong_and_misses_whatever_each_time_is_done_once(
     clocks: dict[str, float], missed: set[tuple[str, int]]
 ) -> None:

@@ -99,7 +99,5 @@ TestRightOfWay = RightOfWay.TestCase
 TestRightOfWay.settings = settings(
     max_examples=25,
     stateful_step_count=12,
-    deadline=None,
-    derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],
 )

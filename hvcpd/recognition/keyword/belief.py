@@ -2,8 +2,8 @@
 with `benchmarks/stop.py`.
 
 The robot stands still first and decides afterwards, by the probability of a call and by the sound after it. The word
-counts as said in three cases: it is certain; it is heard again, and both together are certain; or a sentence is
-understood in which something else was heard at that time. A less certain word is dropped after two seconds. That costs
+counts as said in three cases: it is certain; it is heard again, and both together are certain; or it is still heard
+once the sentence that was said at that time is subtracted. A less certain word is dropped after two seconds. That costs
 nothing else, while a stop ends the mission until a person resumes it.
 """
 
@@ -174,8 +174,9 @@ class Belief:
 
     def _accounts_for(self, told: Recognised, word: _Word) -> bool:
         """Whether a sentence reported earlier explains it: the residual without that sentence is not complete yet."""
-        is_known = self._left(told, word.start, word.end) is not None
-        return self._explains(told, word, None) and (not is_known or self._shows(told, word))
+        if not self._is_within(told, word):
+            return False
+        return self._shows(told, word) or self._left(told, word.start, word.end) is None
 
     def _shows(self, sentence: Recognised, word: _Word) -> bool:
         """Whether the sentence contains the word, or one that includes it, at this place."""
