@@ -11,7 +11,6 @@ import sys
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryFile
 
 from rich.console import Console
 from rich.progress import Progress
@@ -25,6 +24,7 @@ from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable
+from hvcpd.hardware.files import make_writable
 from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
@@ -62,8 +62,7 @@ def run(options: argparse.Namespace) -> int:
 def _check_writable(folder: Path) -> None:
     """Raise StoreError before minutes of work where nothing can be kept: a `UnitCache` says nothing of it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        TemporaryFile(dir=folder).close()
+        make_writable(folder)
     except OSError as error:
         raise StoreError(unwritable(folder, error, "set XDG_CACHE_HOME to a folder that you may write")) from error
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import random
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -28,6 +27,7 @@ from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, vocabulary_cache
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
+from hvcpd.hardware.files import make_writable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
@@ -204,9 +204,7 @@ class RealTime:
 
 def _make_directory(path: Path) -> None:
     try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            pass
+        make_writable(path)
     except OSError as error:
         raise AudioFileError(f"--report: {unwritable(path, error, ANOTHER_FOLDER)}") from None
 
