@@ -33,7 +33,7 @@ LEAST_RATIO = 4.0
 """Least power (6 dB) of the word's loudest 0.2 s over what is heard before it. In pink noise as loud as people's calls
 the phone net misheard 6 of 37."""
 MOST_NATS = 1.5
-"""A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 9 of 681
+"""A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 12 of 681
 calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions/keyword.md)."""
 
 
