@@ -78,12 +78,25 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
         (("water", "--paper-table"), "give words"),
         (("\U0001f389",), "cannot be said"),
         (("\x01\x7f",), "cannot be said"),
+        (("1,000 roses",), "'1,000' in '1,000 roses' cannot be said: write it in words"),
+        (("turn -5",), "'-5' in 'turn -5' cannot be said"),
         (("",), "nothing to say"),
         (("word " * 10_000,), "more than 1000 words"),
         (("two", "words", "--track", "x.csv"), "--track takes one word"),
         (("rob", "--lexicon", "/nowhere/x.txt"), "/nowhere/x.txt"),
     ],
-    ids=["none", "both", "emoji", "control characters", "empty", "ten thousand words", "track", "no file"],
+    ids=[
+        "none",
+        "both",
+        "emoji",
+        "control characters",
+        "comma",
+        "minus",
+        "empty",
+        "ten thousand words",
+        "track",
+        "no file",
+    ],
 )
 def test_what_cannot_be_pronounced(arguments: tuple[str, ...], part: str, refused: Refuse) -> None:
     assert part in refused("pronounce", *arguments)

@@ -76,7 +76,9 @@ def test_the_place_in_the_phrase_picks_the_pronunciation(phrase: str, word: str,
     assert used.source in ("built-in lexicon", "a regular form of a listed word")
 
 
-@given(st.lists(st.sampled_from("the a will have to wind lead rob task one not read it".split()), min_size=1, max_size=8))
+@given(
+    st.lists(st.sampled_from("the a will have to wind lead rob task one not read it".split()), min_size=1, max_size=8)
+)
 def test_every_place_has_a_word_and_exactly_one_pronunciation_is_used(words: list[str]) -> None:
     for number in range(len(words)):
         assert place_in(words, number) in (None, *Place)

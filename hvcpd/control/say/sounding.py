@@ -15,7 +15,7 @@ from hvcpd.ports import Samples
 def sayable_words(text: str) -> tuple[str, ...]:
     """The words of a text, whether or not the phrasebook has them. Raises PhraseError where there is nothing to say."""
     if strange := unsayable(text):
-        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
+        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in words")
     words = spoken_words(text)
     if not words:
         raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
