@@ -63,5 +63,5 @@ def varied(voice: Voice, pitch: float, rate: float) -> Voice:
     listeners tell them apart by name."""
     if (pitch, rate) == (1.0, 1.0):
         return voice
-    name = f"{voice.name} at {pitch:g} and {rate:g}"
+    name = f"{voice.name}, pitch {pitch:g}, rate {rate:g}"
     return replace(voice, name=name, f0_hz=pitch * voice.f0_hz, rate=rate * voice.rate)

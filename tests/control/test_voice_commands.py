@@ -71,6 +71,18 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
     assert all(200.0 < float(row["F1"]) < float(row["F2"]) < float(row["F3"]) for row in rows)
 
 
+def test_words_are_heard_in_the_voice_that_the_settings_choose(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("name: Rob\nvoice: granite\n")
+    ran(capsys, "pronounce", "water", "--config", config, "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv")
+    said = Speaker(voice_named("granite"), Lexicon.load()).render([["water"]])
+    assert np.allclose(read_wav(tmp_path / "x.wav"), said, atol=1e-3)
+    with (tmp_path / "x.csv").open() as file:
+        assert all(float(row["F0"]) < 1.4 * voice_named("granite").f0_hz for row in csv.DictReader(file))
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [

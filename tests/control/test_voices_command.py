@@ -41,6 +41,20 @@ def test_a_chosen_voice_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert table[2].endswith("Rob")
 
 
+def test_a_voice_at_another_pitch_or_rate_has_a_row_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Rob\nvoice: oak\npitch: 1.1\nnames: [Rob, Bot]\npeers: {Bot: {voice: oak}}\n")
+    assert main(["voices", "--silent", "--json", "--text", "Hi", "--config", str(settings)]) == 0
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [row["voice"] for row in rows] == [*(voice.name for voice in VOICES), "oak, pitch 1.1, rate 1"]
+    assert {name: row["pitch_hz"] for row in rows for name in row["robots"]} == {
+        "Rob": pytest.approx(1.1 * voice_named("oak").f0_hz),
+        "Bot": voice_named("oak").f0_hz,
+    }
+
+
 def test_the_file_has_the_voices_one_after_the_other(tmp_path: Path) -> None:
     path = tmp_path / "voices.wav"
     assert main(["voices", "cedar", "lark", "--text", "Hi all, stop", "-o", str(path)]) == 0
