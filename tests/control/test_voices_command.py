@@ -65,7 +65,11 @@ def test_the_file_has_the_voices_one_after_the_other(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["okk"], "'okk' is not a voice; did you mean 'oak'?"), (["--text", "?!"], "nothing to say")],
+    [
+        (["okk"], "'okk' is not a voice; did you mean 'oak'?"),
+        (["--text", "?!"], "nothing to say"),
+        (["--text", "water " * 2000, "--silent"], "more than 1000 words"),
+    ],
 )
 def test_what_is_no_voice_and_no_text_is_refused(arguments: list[str], message: str, refused: Refuse) -> None:
     assert message in refused("voices", *arguments)

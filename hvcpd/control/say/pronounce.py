@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.say.sounding import sayable_words
+from hvcpd.control.say.sounding import require_few_words, sayable_words
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import write_wav
@@ -22,9 +22,6 @@ from hvcpd.synthesis.frames import frame_table
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
-
-MAX_WORDS = 1000
-"""Words explained at once; more is a mistake, such as a file pasted in."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -38,8 +35,7 @@ def run(options: argparse.Namespace) -> int:
         _print_table(lexicon, options.json)
         return 0
     phrases = [sayable_words(text) for text in options.words]
-    if sum(map(len, phrases)) > MAX_WORDS:
-        raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
+    require_few_words(phrases)
     if options.track is not None and sum(map(len, phrases)) != 1:
         raise PhraseError("--track takes one word")
     for words in phrases:

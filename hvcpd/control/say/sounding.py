@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,15 @@ from hvcpd.errors import DeviceError, PhraseError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.ports import Samples
+
+MAX_WORDS = 1000
+"""Words explained or said at once; more is a mistake, such as a file pasted in."""
+
+
+def require_few_words(phrases: Sequence[Sequence[str]]) -> None:
+    """Raises PhraseError if there are more than `MAX_WORDS`."""
+    if sum(map(len, phrases)) > MAX_WORDS:
+        raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
 
 
 def sayable_words(text: str) -> tuple[str, ...]:
