@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.config.icons import ICONS
-from hvcpd.config.names import valid_task_name
+from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import (
     Action,
@@ -161,7 +161,10 @@ actions = st.one_of(
     st.builds(Turn, st.floats(-360, 360)),
     st.builds(Wait, st.floats(0, 600)),
     st.builds(Tend, st.floats(0, 600)),
-    st.builds(SayAction, st.text("abc XYZ019,.!'éß", min_size=1, max_size=200).filter(str.strip)),
+    st.builds(
+        SayAction,
+        st.text("abc XYZ019,.!'éß", min_size=1, max_size=200).filter(lambda text: text.strip() and not unsayable(text)),
+    ),
 )
 
 
@@ -264,6 +267,7 @@ def test_alternatives_are_read_strictly(tmp_path: Path, text: str, expected: str
         ("{turn: x}", "turn: expected a number, found the text 'x'"),
         ("{say: ''}", "say: a sentence has 1 to 200 characters"),
         ("{say: Hi 日本}", "say: '日' cannot be said"),
+        ("{say: it is 3.5 m long}", "say: '3.5' cannot be said"),
         ("{go to: 3}", "go to: expected a group of keys"),
     ],
 )
