@@ -8,10 +8,11 @@ import io
 import json
 import sys
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.say.sounding import sayable_words
+from hvcpd.control.say.sounding import sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import write_wav
@@ -37,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     if options.paper_table:
         _print_table(lexicon, options.json)
         return 0
-    phrases = [sayable_words(text) for text in options.words]
+    phrases = [tuple(chain.from_iterable(sayable_phrases(text))) for text in options.words]
     if sum(map(len, phrases)) > MAX_WORDS:
         raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
     if options.track is not None and sum(map(len, phrases)) != 1:
