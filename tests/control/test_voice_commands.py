@@ -148,6 +148,13 @@ def test_rate_gain_and_lombard_are_heard(tmp_path: Path) -> None:
     assert float(np.max(np.abs(said("--gain-db", "20")))) <= 10.0 ** (-1.0 / 20.0)
 
 
+@pytest.mark.parametrize("text", ["I am Rob", "stop"])
+def test_an_error_in_the_settings_is_told_once(text: str, refused: Refuse, tmp_path: Path) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("nonsense: 3\n")
+    assert refused("say", text, "--config", config).count("unknown key 'nonsense'") == 1
+
+
 @pytest.mark.parametrize(("rate", "noted"), [("1.75", False), ("2", True), ("0.6", True), ("0.8", False)])
 def test_speech_that_robots_do_not_understand_is_noted(
     rate: str, noted: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]

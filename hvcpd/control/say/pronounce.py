@@ -8,11 +8,12 @@ import io
 import json
 import sys
 from collections.abc import Sequence
+from itertools import chain
 
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.say.sounding import require_few_words, sayable_words
+from hvcpd.control.say.sounding import require_few_words, sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import write_wav
@@ -34,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
     if options.paper_table:
         _print_table(lexicon, options.json)
         return 0
-    phrases = [sayable_words(text) for text in options.words]
+    phrases = [tuple(chain.from_iterable(sayable_phrases(text))) for text in options.words]
     require_few_words(phrases)
     if options.track is not None and sum(map(len, phrases)) != 1:
         raise PhraseError("--track takes one word")

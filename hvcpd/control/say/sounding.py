@@ -22,14 +22,17 @@ def require_few_words(phrases: Sequence[Sequence[str]]) -> None:
         raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
 
 
-def sayable_words(text: str) -> tuple[str, ...]:
-    """The words of a text, whether or not the phrasebook has them. Raises PhraseError where there is nothing to say."""
+def sayable_phrases(text: str) -> tuple[tuple[str, ...], ...]:
+    """The words of a text, whether or not the phrasebook has them, in phrases: each comma is a pause.
+
+    Raises PhraseError where there is nothing to say.
+    """
     if strange := unsayable(text):
         raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in words")
-    words = spoken_words(text)
-    if not words:
+    phrases = tuple(words for part in text.split(",") if (words := spoken_words(part)))
+    if not phrases:
         raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
-    return words
+    return phrases
 
 
 def write_or_play(samples: Samples, file: Path | None, device: str | None, backend: Any | None = None) -> None:

@@ -15,9 +15,8 @@ import numpy as np
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.say.sounding import require_few_words, sayable_words, write_or_play
+from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
 from hvcpd.errors import EX_OK
-from hvcpd.language.words import spoken_words
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
@@ -35,8 +34,7 @@ def run(options: argparse.Namespace) -> int:
         sound = sound.made_natural()
     names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or _all_voices(sound, names)
-    sayable_words(options.text)  # raises where there is none
-    phrases = [words for part in options.text.split(",") if (words := spoken_words(part))]  # each comma is a pause
+    phrases = sayable_phrases(options.text)
     require_few_words(phrases)
     said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
