@@ -100,10 +100,19 @@ class Pass:
             self.silences = 0
         self.asker, self.began_s, self.asked_s, self.answer_s = asker, began_s, now, now + ANSWER_S
 
+    def note_waiting(self, name: str, now: float) -> None:
+        """Another robot asks for the place."""
+        first_s, last_s = self.waiting.get(name, (now, now))
+        self.waiting[name] = (first_s if now - last_s < WAITS_S else now, now)
+
+    def queue(self, now: float) -> tuple[str, ...]:
+        """The other robots that wait, the one that has waited longest first."""
+        waits = (name for name, (_, last_s) in self.waiting.items() if now - last_s < WAITS_S)
+        return tuple(sorted(waits, key=lambda name: self.waiting[name]))
+
     def comes_first(self, name: str, now: float) -> bool:
         """Whether a robot comes first in the alphabet of all that wait."""
-        others = (other for other, (_, last_s) in self.waiting.items() if now - last_s < WAITS_S)
-        return all(name.lower() < other.lower() for other in others)
+        return all(name.lower() < other.lower() for other in self.queue(now))
 
     def tell(self, now: float) -> None:
         """This robot says that it is inside."""
