@@ -6,7 +6,7 @@ Times are seconds of the robot's sample clock; -inf means never, inf means that 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
@@ -89,6 +89,11 @@ class Pass:
                 return before_m + line_m
             here, before_m = goal, before_m + here.distance_m(goal)
         return None
+
+    def nearest_outside(self, here: Place, places: Iterable[Place | None]) -> Place | None:
+        """The nearest of these places that is beyond the line; None if none is."""
+        outside = (each for each in places if each is not None and self.place.distance_m(each) > LINE_M)
+        return min(outside, key=here.distance_m, default=None)
 
     def next_s(self) -> float:
         """When something is next due."""

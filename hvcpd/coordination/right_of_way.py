@@ -41,11 +41,11 @@ FIRST_SLOT = 2
 HELD_SLOT, HELD_SLOTS = 2, 3
 """First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
 ASK_NEXT_S = 5.0
-"""After another robot was given the place, or said that it is inside: before it leaves, so that it knows who waits."""
+"""After another robot was given the place, or said that it is inside: it shall know who waits before it leaves."""
 PAUSE_MAX_S = 28.0
-"""A robot that waits asks a keeper that stays on as rarely as the keeper has stayed so far, up to this: with the request
-itself, less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to announce its
-task, nor others to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never ended."""
+"""A robot that waits pauses for as long as the keeper has been inside so far, and at most this long: with the request
+itself less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to announce its
+task, and the others none to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never ended."""
 YIELD_S = 12.0
 """After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin.
 With ASK_NEXT_S two met (seed 10190)."""
@@ -91,7 +91,8 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     was_inside = p.inside
     p.inside = p.place.distance_m(here) < BODY_M + OUT_M * was_inside
     if p.inside:
-        p.came_from = p.came_from or _outside(me, p, here)
+        tasks = (each.definition.place for each in me.board.entries())
+        p.came_from = p.came_from or p.nearest_outside(here, tasks)  # it may have been switched on inside
         _have(me, p, now)
         return True
     if p.place.distance_m(here) >= LINE_M:  # nearer, it would still be in the way
@@ -112,13 +113,6 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
         if me.floor.wants(p.topic):
             _want_to_ask(me, p, now)
     return not p.held
-
-
-def _outside(me: Knowledge, p: Pass, here: Place) -> Place | None:
-    """The nearest place of a task outside, for a robot that was switched on inside."""
-    places = [e.definition.place for e in me.board.entries() if e.definition.place is not None]
-    outside = [each for each in places if p.place.distance_m(each) > LINE_M]
-    return min(outside, key=here.distance_m, default=None)
 
 
 def _want_no_more(me: Knowledge, p: Pass) -> None:
@@ -169,6 +163,8 @@ def next_s(me: Knowledge) -> float:
 def ask(me: Knowledge, now: float) -> None:
     """Say the requests that are due, and that this robot is inside a place; draw conclusions from silence."""
     for p in me.passes:
+        if now >= p.tell_s and me.state is State.CHECKING:  # the answers to what it has just said come first
+            p.tell_s = min(me.timer_s, now + TELL_S)
         if now >= p.tell_s:
             p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
@@ -229,6 +225,8 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 
 def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be."""
+    if p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX and p.wanted_s is None:
+        return True  # who was given it has not heard so, nor has anybody else
     own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
     if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
         return p.keeper == me.role.name
@@ -259,7 +257,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _wait(me, p, now + ASK_NEXT_S)
         return
     yield_s = YIELD_S if p.silences else ASK_NEXT_S
-    _wait(me, p, now + (yield_s if comes_first else ANSWER_S))  # an answer takes precedence
+    due_s = p.ask_s if p.ask_s < math.inf else now
+    _wait(me, p, max(due_s, now + (yield_s if comes_first else ANSWER_S)))  # an answer takes precedence
     if p.keeper != name:
         p.was_asked(name, me.floor.busy_since_s, now)
     else:

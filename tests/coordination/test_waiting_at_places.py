@@ -9,8 +9,10 @@ import pytest
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import LINE_M
 from hvcpd.config.tasks import Place
+from hvcpd.coordination import right_of_way
 from hvcpd.coordination.floor import EARLY_SLOTS
 from hvcpd.coordination.passes import WAITS_S
+from hvcpd.coordination.right_of_way import ASKS_MAX, LEASE_S
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -111,3 +113,44 @@ def test_no_two_met_where_one_presumed_itself_the_first_keeper() -> None:
     mission = TrafficMission(corridor_plan(250, loss=(0.3, 0.3), outages_max=0, inside=0.3))
     mission.run()
     assert mission.traffic.collisions == 0
+
+
+def test_who_hears_another_one_ask_does_not_ask_sooner_than_it_meant_to() -> None:
+    """Each request of one that waited made the first of the alphabet ask as well, long before its pause was over."""
+    robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
+    p = robot.knowledge.passes[0]
+    p.wanted_s = 50.0
+    for now in (50.0, 100.0):
+        robot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceTaken("corridor")), now)
+    due_s = p.ask_s
+    robot.heard(m.Utterance("Max", m.ToAll(), None, m.PlaceWanted("corridor")), 105.0)
+    assert p.ask_s == due_s
+
+
+@pytest.mark.parametrize("silences", [ASKS_MAX - 1, ASKS_MAX])
+def test_who_gave_a_place_to_one_that_never_heard_it_gives_it_anew(silences: int) -> None:
+    """Nobody had heard that Max gave the place on when it left, after a long stay: the others took it for inside, and
+    asked in vain for 16 minutes, while Max heard them (seed 199, with tasks inside at a loss of 30 %)."""
+    mission = Corridor(NAMES, (), starts=(WEST,) * 3)
+    p = mission.robots["Max"].knowledge.passes[0]
+    p.keep("Rob", 100.0 + LEASE_S)
+    p.given_s, p.gave, p.silences = 100.0, True, silences
+    mission.robots["Max"].heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceWanted("corridor")), 101.0 + LEASE_S)
+    assert (p.keeper == "Bot") is (silences == ASKS_MAX)
+
+
+def test_who_has_announced_its_task_inside_hears_the_answers_before_it_says_again_that_it_is_there() -> None:
+    """It spoke in the time of the confirmations, and announced its task again and again (seed 195, tasks inside)."""
+    robot = Corridor(("Bot", "Rob"), (across(1),), starts=(INSIDE, WEST)).robots["Bot"]
+    me = robot.knowledge
+    robot.heard(m.Utterance("Rob", m.ToAll(), None, m.Free()), 10.0)
+    robot.may_drive((), 10.0)
+    p = me.passes[0]
+    me.state, me.timer_s, p.tell_s = State.CHECKING, 53.0, 50.0
+    right_of_way.ask(me, 50.0)
+    assert not me.floor.wants("taken corridor")
+    assert 50.0 < right_of_way.next_s(me) <= 53.0
+    right_of_way.ask(me, 53.0)
+    me.state = State.ANNOUNCING
+    right_of_way.ask(me, right_of_way.next_s(me))
+    assert me.floor.wants("taken corridor")
