@@ -163,8 +163,6 @@ def next_s(me: Knowledge) -> float:
 def ask(me: Knowledge, now: float) -> None:
     """Say the requests that are due, and that this robot is inside a place; draw conclusions from silence."""
     for p in me.passes:
-        if now >= p.tell_s and me.state is State.CHECKING:  # the answers to what it has just said come first
-            p.tell_s = min(me.timer_s, now + TELL_S)
         if now >= p.tell_s:
             p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there

@@ -9,7 +9,6 @@ import pytest
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import LINE_M
 from hvcpd.config.tasks import Place
-from hvcpd.coordination import right_of_way
 from hvcpd.coordination.floor import EARLY_SLOTS
 from hvcpd.coordination.passes import WAITS_S
 from hvcpd.coordination.right_of_way import ASKS_MAX, LEASE_S
@@ -137,20 +136,3 @@ def test_who_gave_a_place_to_one_that_never_heard_it_gives_it_anew(silences: int
     p.given_s, p.gave, p.silences = 100.0, True, silences
     mission.robots["Max"].heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceWanted("corridor")), 101.0 + LEASE_S)
     assert (p.keeper == "Bot") is (silences == ASKS_MAX)
-
-
-def test_who_has_announced_its_task_inside_hears_the_answers_before_it_says_again_that_it_is_there() -> None:
-    """It spoke in the time of the confirmations, and announced its task again and again (seed 195, tasks inside)."""
-    robot = Corridor(("Bot", "Rob"), (across(1),), starts=(INSIDE, WEST)).robots["Bot"]
-    me = robot.knowledge
-    robot.heard(m.Utterance("Rob", m.ToAll(), None, m.Free()), 10.0)
-    robot.may_drive((), 10.0)
-    p = me.passes[0]
-    me.state, me.timer_s, p.tell_s = State.CHECKING, 53.0, 50.0
-    right_of_way.ask(me, 50.0)
-    assert not me.floor.wants("taken corridor")
-    assert 50.0 < right_of_way.next_s(me) <= 53.0
-    right_of_way.ask(me, 53.0)
-    me.state = State.ANNOUNCING
-    right_of_way.ask(me, right_of_way.next_s(me))
-    assert me.floor.wants("taken corridor")
