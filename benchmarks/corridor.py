@@ -60,7 +60,8 @@ def corridor(o: argparse.Namespace) -> None:
     least, _, most = o.loss.partition("-")
     tally = Tally()
     for seed in range(int(first), int(last or first) + 1):
-        plan = corridor_plan(seed, loss=(float(least), float(most or least)), outages_max=o.outages)
+        loss = float(least), float(most or least)
+        plan = corridor_plan(seed, loss=loss, outages_max=o.outages, inside=o.inside)
         tally.add(TrafficMission(plan), seed)
     n, waits_s = tally.missions, sorted(tally.waits_s) or [0.0]
     print(f"{n} missions, {tally.passages} passages, {tally.sent / tally.tasks:.1f} sentences a task")

@@ -5,7 +5,7 @@
     python -m benchmarks.missions relay [--seeds 1-3]
     python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2] [--talk normal | --anything]
     python -m benchmarks.missions earshot [--seeds 1-200]
-    python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2]
+    python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2] [--inside 0]
     python -m benchmarks.missions days [--seeds 1-10000] [--hours 72] [--no-mishearing]
     python -m benchmarks.missions crowd [--seeds 1-5]
     python -m benchmarks.missions makespan [--seeds 1-20] [--tasks 24] [--work-s 5] [--pick nearest]
@@ -302,6 +302,7 @@ def main() -> None:
     c.add_argument("--seeds", default="1-1000")
     c.add_argument("--loss", default="0-0.3")
     c.add_argument("--outages", type=int, default=2)
+    c.add_argument("--inside", type=float, default=0.0, help="share of the tasks that lie in the corridor")
     c.set_defaults(run=corridor)
     c = kinds.add_parser("days")
     c.add_argument("--seeds", default="1-10000")

@@ -175,10 +175,12 @@ ROOM_M = 4.0
 """How far the rooms reach to either side."""
 
 
-def corridor_plan(seed: int, *, loss: tuple[float, float] = (0.0, 0.3), outages_max: int = 2) -> WordPlan:
+def corridor_plan(
+    seed: int, *, loss: tuple[float, float] = (0.0, 0.3), outages_max: int = 2, inside: float = 0.0
+) -> WordPlan:
     """Two rooms with a corridor between them, two to six robots and six to sixteen tasks in both, up to `outages_max`
-    robots switched off."""
-    rng = random.Random(f"corridor {seed}")
+    robots switched off. `inside`: the share of the tasks, 0 to 1, that lie in the corridor instead."""
+    rng, rng_inside = random.Random(f"corridor {seed}"), random.Random(f"inside {seed}")
     plan = random_plan(seed, loss=loss, robots=(2, 6), tasks=(6, 16), outages_max=outages_max)
     half_m = 0.5 * rng.uniform(*CORRIDOR_M)
     corridor = SharedPlace("corridor", -half_m, -0.5, half_m, 0.5)
@@ -188,6 +190,8 @@ def corridor_plan(seed: int, *, loss: tuple[float, float] = (0.0, 0.3), outages_
 
     def task(number: int) -> TaskDefinition:
         there = somewhere(rng.choice((-1, 1)))
+        if rng_inside.random() < inside:
+            there = Place(rng_inside.uniform(-half_m, half_m), 0.0)
         return TaskDefinition(number, f"task {number}", there, (GoTo(there), Tend(rng.uniform(2.0, 8.0))))
 
     tasks = tuple(task(each.number) for each in plan.tasks)

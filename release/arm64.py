@@ -22,7 +22,7 @@ TARGET = Target("3.11", "arm64")
 EMULATOR = "qemu-aarch64"
 NEEDED = {EMULATOR: "qemu-user", STRIP[TARGET.architecture]: "binutils-aarch64-linux-gnu", "dpkg-deb": "dpkg"}
 """Programs, and Debian's packages that they come in."""
-PACKAGES = ("python3", "libportaudio2", "python3-cryptography", "tzdata")
+PACKAGES = ("python3", "libportaudio2", "libsndfile1", "python3-cryptography", "tzdata")
 """What the package depends on and Debian has; their own dependencies come with them."""
 LIBRARIES = Path("usr/lib/hvcpd")
 
@@ -56,7 +56,7 @@ def put_hvcpd(root: Path, folder: Path) -> None:
     shutil.rmtree(root / LIBRARIES, ignore_errors=True)
     _unpack(build(TARGET, folder, compression=AT_ONCE), root)
     _unpack(build_natural(folder, compression=AT_ONCE), root)
-    _compile(root / LIBRARIES)
+    compile_hvcpd(root)
 
 
 def command(root: Path, arguments: Sequence[str], emulator: Sequence[str] = ()) -> list[str]:
@@ -67,6 +67,11 @@ def command(root: Path, arguments: Sequence[str], emulator: Sequence[str] = ()) 
 def environment(root: Path) -> Mapping[str, str]:
     """Return what Python there needs to find hvcpd."""
     return {**os.environ, "PYTHONPATH": str(root / LIBRARIES), "OPENBLAS_NUM_THREADS": "1"}
+
+
+def compile_hvcpd(root: Path) -> None:
+    """As the package's own script does after the installation."""
+    _compile(root / LIBRARIES, "-X", "no_debug_ranges")
 
 
 def resident_mb(pid: int) -> float:
@@ -111,9 +116,10 @@ def _debian_packages(folder: Path) -> list[Path]:
     return sorted((cache / "archives").glob("*.deb"))
 
 
-def _compile(folder: Path) -> None:
+def _compile(folder: Path, *options: str) -> None:
     """As Debian's own scripts do after the installation; a file of a test that is no Python does no harm."""
-    subprocess.run([sys.executable, "-m", "compileall", "-q", str(folder)], check=False, stdout=subprocess.DEVNULL)
+    compileall = [sys.executable, *options, "-m", "compileall", "-q", str(folder)]
+    subprocess.run(compileall, check=False, stdout=subprocess.DEVNULL)
 
 
 def _unpack(package: Path, root: Path) -> None:

@@ -192,7 +192,7 @@ def _set_modes(root: Path) -> None:
     """Whatever the builder's umask: folders and programs 0755, files 0644."""
     programs = {root / "DEBIAN" / script for script in SCRIPTS}
     programs |= {root / "usr/bin" / command for command in COMMANDS}
-    for path in root.rglob("*"):
+    for path in (path for path in root.rglob("*") if not path.is_symlink()):
         path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
     root.chmod(0o755)
 

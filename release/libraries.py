@@ -12,8 +12,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from release.lock import Locked, Target
 from release.symbols import without_symbols
 from release.words import default_words, write_words
@@ -27,24 +25,39 @@ LEFT_OUT = frozenset(
 anyio for domain names beyond ASCII, and cffi to read C, which nobody asks of them; and what Debian has itself, with its
 security updates."""
 UNUSED = (
+    "_soundfile_data/COPYING",
+    "_yaml",
     "anyio/_backends/_trio.py",
     "anyio/pytest_plugin.py",
+    "cattr",
+    "cattrs/preconf",
+    "cattrs/strategies",
+    "cattrs/subclasses.py",
     "cffi",
     "click/shell_completion.py",
     "click/testing.py",
     "dynamixel_easy_sdk",
+    "markupsafe/_speedups.*",
     "numpy/char",
+    "numpy/conftest.py",
+    "numpy/core",
     "numpy/ctypeslib",
     "numpy/distutils",
+    "numpy/doc",
     "numpy/f2py",
+    "numpy/lib/*user_array*.py",
     "numpy/lib/recfunctions.py",
     "numpy/ma/mrecords.py",
+    "numpy/ma/testutils.py",
     "numpy/matlib.py",
     "numpy/polynomial",
     "numpy/random/_examples",
     "numpy/random/lib",
     "numpy/strings",
     "numpy/testing",
+    "numpy/typing/mypy_plugin.py",
+    "numpy/_configtool.py",
+    "numpy/_pyinstaller",
     "numpy/_core/include",
     "numpy/_core/defchararray.py",
     "numpy/_core/lib",
@@ -53,18 +66,41 @@ UNUSED = (
     "numpy/_core/*_tests.*.so",
     "numpy/linalg/lapack_lite.*.so",
     "rich/_win*.py",
+    "rich/layout.py",
+    "rich/logging.py",
     "rich/markdown.py",
+    "rich/prompt.py",
     "rich/syntax.py",
     "rich/traceback.py",
+    "rich/tree.py",
     "serial/rfc2217.py",
+    "serial/rs485.py",
+    "serial/serialcli.py",
+    "serial/serialjava.py",
     "serial/*win32.py",
-    "serial/tools/*_osx.py",
-    "serial/tools/*_windows.py",
-    "serial/tools/miniterm.py",
+    "serial/threaded",
+    "serial/tools",
     "serial/urlhandler",
+    "shtab/click.py",
+    "starlette/config.py",
+    "starlette/endpoints.py",
+    "starlette/middleware/authentication.py",
+    "starlette/middleware/cors.py",
+    "starlette/middleware/gzip.py",
+    "starlette/middleware/httpsredirect.py",
+    "starlette/middleware/opentelemetry.py",
+    "starlette/middleware/sessions.py",
+    "starlette/middleware/trustedhost.py",
+    "starlette/middleware/wsgi.py",
+    "starlette/schemas.py",
+    "starlette/staticfiles.py",
+    "starlette/templating.py",
     "starlette/testclient.py",
+    "uvicorn/loops/*uvloop.py",
     "uvicorn/protocols/http/*tt*_impl.py",
     "uvicorn/protocols/websockets/*_impl.py",
+    "uvicorn/workers.py",
+    "yaml/_yaml.*.so",
     "**/*.pyi",
     "**/*.pxd",
     *(f"*.dist-info/{name}" for name in ("INSTALLER", "RECORD", "REQUESTED", "WHEEL", "top_level.txt")),
@@ -88,8 +124,6 @@ def put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> Non
     shutil.rmtree(folder / SHIPPED, ignore_errors=True)
     write_words(default_words(), folder / SHIPPED)
     (folder / WEIGHTS).unlink()
-    for weights in (folder / "hvcpd").rglob("*.npz"):
-        _store(weights)
     for unused in ("bin", *UNUSED):
         for path in folder.glob(unused):
             if path.is_dir():
@@ -99,12 +133,7 @@ def put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> Non
     for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
         shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
     _strip(folder, target)
-
-
-def _store(weights: Path) -> None:
-    """Keep a file of arrays without compression of its own: the package's makes it smaller, and it is read sooner."""
-    with np.load(weights) as arrays:
-        np.savez(weights, allow_pickle=False, **arrays)
+    _link_libsndfile(folder / "_soundfile_data", target)
 
 
 def install_wheels(wanted: Sequence[Locked], target: Target, folder: Path) -> None:
@@ -141,6 +170,14 @@ def _strip(folder: Path, target: Target) -> None:
     run(STRIP[target.architecture], "--strip-unneeded", *modules)
     for library in folder.glob("*.libs/*"):  # of auditwheel
         library.write_bytes(without_symbols(library.read_bytes()))
+
+
+def _link_libsndfile(folder: Path, target: Target) -> None:
+    """Put Debian's libsndfile in place of the wheel's, where soundfile looks for it first. Raises ValueError if that is
+    not one file."""
+    (wheels,) = folder.glob("libsndfile_*.so")
+    wheels.unlink()
+    wheels.symlink_to(f"../../{target.machine}-linux-gnu/libsndfile.so.1")
 
 
 def run(*command: str) -> None:

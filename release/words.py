@@ -31,8 +31,7 @@ COMPRESSION = 1.0
 
 
 COMMON_NAMES = ("Anna", "Max")
-"""Names that the documentation's teams have, beside the default ones: 0.16 MB each, and two have room. A robot renders
-others itself."""
+"""Names that the documentation's teams have, beside the default ones: 0.11 MB each. A robot renders others itself."""
 
 
 def default_words() -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.people.keyword_check import loss_of_call
 from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.sentence_check import loss_of_sentence
 from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
@@ -113,7 +114,7 @@ def make_ears(
     ears: Ears = Listening(sentences, spelled() if spelled and hearing.prepared else None, spelled)
     if hearing.channel is not None and sound.cache is not None:
         books = books or make_books(phrasebook, names, sound)
-        ears = make_channel_ears(phrasebook, books, ears, hearing.channel, hearing.prepared)
+        ears = make_channel_ears(phrasebook, books, ears, sound, hearing.channel, hearing.prepared)
     if hearing.second is not None:
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
@@ -199,10 +200,16 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
 
 
 def make_channel_ears(
-    phrasebook: Phrasebook, books: Books, ears: Ears, worker: Worker[Stretch, SearchResult], prepared: bool = True
+    phrasebook: Phrasebook,
+    books: Books,
+    ears: Ears,
+    sound: Sound,
+    worker: Worker[Stretch, SearchResult],
+    prepared: bool = True,
 ) -> ChannelEars:
     """Return ears around others that also hear these robots through an unknown channel."""
-    listener = ChannelListener(phrasebook.robots_graph, books, prepared)
+    check = partial(loss_of_sentence, sound.lexicon.sounds)
+    listener = ChannelListener(phrasebook.robots_graph, books, prepared, check)
     others = set(phrasebook.marked_graph.words) - set(phrasebook.robots_graph.words)
     varied = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
     return ChannelEars(ears, listener, worker, frozenset(varied))

@@ -1,6 +1,6 @@
 """Which robot speaks with which voice, where the settings say so and it does not follow from the name.
 
-It is another one of the synthesizer's, at its own pitch and pace or others, or a folder of recorded words, one WAV
+It is another one of the synthesizer's, at its own pitch and rate or others, or a folder of recorded words, one WAV
 each, named by its word: `water.wav`.
 """
 
@@ -29,10 +29,10 @@ def assign_voices(sound: Sound, settings: Settings, words: Callable[[], Iterable
     the synthesizer. Raises ConfigError with every fault of every folder.
     """
     sound = sound.made_natural() if settings.synthesizer == "natural" else sound
-    own = PeerSettings(settings.voice, settings.voice_folder, settings.pitch, settings.pace)
+    own = PeerSettings(settings.voice, settings.voice_folder, settings.pitch, settings.rate)
     chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
     voices = {
-        name: varied(voice_named(peer.voice) if peer.voice else voice_for(name), peer.pitch, peer.pace)
+        name: varied(voice_named(peer.voice) if peer.voice else voice_for(name), peer.pitch, peer.rate)
         for name, peer in chosen.items()
     }
     recorded: dict[str, RecordedSpeaker] = {}

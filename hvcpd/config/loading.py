@@ -38,6 +38,7 @@ MAX_FAULTS_TOLD = 100
 """Lines of one ConfigError; nobody reads more at a time."""
 
 _CHECK = "check"
+_SYNONYMS = "synonyms"
 
 
 class FaultError(ValueError):
@@ -155,6 +156,17 @@ def number_between(least: float, most: float) -> Check:
 def checked(check: Check) -> dict[str, Check]:
     """Field metadata: `check` says what is wrong with the value and what to do."""
     return {_CHECK: check}
+
+
+def synonyms(*words: str) -> dict[str, tuple[str, ...]]:
+    """Field metadata: no names of the field, but words for which the message on an unknown key proposes it."""
+    return {_SYNONYMS: words}
+
+
+def synonym_of(word: str, cls: Any) -> str | None:
+    """The field of a dataclass that has this word among its `synonyms`."""
+    fields = dataclasses.fields(cls)
+    return next((field.name for field in fields if word.casefold() in field.metadata.get(_SYNONYMS, ())), None)
 
 
 def describe(value: object) -> str:
@@ -320,7 +332,8 @@ def _flatten(error: BaseException, path: KeyPath, document: Document) -> Iterato
         case ForbiddenExtraKeysError():
             known = [field.name for field in dataclasses.fields(error.cl)]
             for key in error.extra_fields:
-                yield (*path, key), f"unknown key {key[:40]!r}; {did_you_mean(key[:40], known)}"
+                hint = did_you_mean(synonym_of(key, error.cl) or key[:40], known)
+                yield (*path, key), f"unknown key {key[:40]!r}; {hint}"
         case KeyError():  # cattrs' way to say that a key is absent
             yield path, f"the key {path[-1]!r} is missing; add it"
         case _:

@@ -37,8 +37,9 @@ _UNDECOMPOSED = str.maketrans(
 
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
-_SAYABLE = re.compile(r"[A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]")
-"""Letters, digits, and the punctuation that a reader passes over."""
+_UNSAYABLE = re.compile(r"(?<!\S)-[0-9]+|[0-9]+[.,][0-9]+|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]")
+"""Numbers whose minus sign, point or comma would get lost; all but letters, digits, and the punctuation that a reader
+passes over."""
 
 
 def plain_letters(text: str) -> str:
@@ -48,8 +49,9 @@ def plain_letters(text: str) -> str:
 
 
 def unsayable(text: str) -> str | None:
-    """The first character of a sentence that has no sound and is no punctuation, such as a sign of another script."""
-    return next((sign for sign in plain_letters(text) if not _SAYABLE.match(sign)), None)
+    """The first part of a sentence that would not be said as it is meant: a sign of another script, -5, 3.5, 1,000."""
+    found = _UNSAYABLE.search(plain_letters(text))
+    return found and found[0]
 
 
 def valid_robot_name(name: str) -> str | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from hvcpd.config.loading import between, checked
+from hvcpd.config.loading import between, checked, synonyms
 from hvcpd.config.names import Accent, VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.shared_places import WITHIN_ROOM
@@ -32,7 +32,10 @@ DEFAULT_TEAMS = ("plant", "a", "b")
 """The teams that are known without being told: the paper's."""
 
 VOICE_FACTORS = (0.8, 1.25)
-"""Bounds of a robot's pitch and pace as multiples of its voice's: four semitones, and as slow as slow speech is."""
+"""Bounds of a robot's pitch and rate as multiples of its voice's: four semitones, and as slow as slow speech is."""
+
+RATE_SYNONYMS = synonyms("pace", "speed", "tempo")
+"""`pace` was the key's name once."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,7 @@ class PeerSettings:
     voice: VoiceName | None = None
     voice_folder: Path | None = None
     pitch: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
-    pace: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
+    rate: float = field(default=1.0, metadata=between(*VOICE_FACTORS) | RATE_SYNONYMS)
 
 
 @dataclass(frozen=True)
@@ -171,7 +174,7 @@ class Settings:
     voice: VoiceName | None = None
     voice_folder: Path | None = None
     pitch: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
-    pace: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
+    rate: float = field(default=1.0, metadata=between(*VOICE_FACTORS) | RATE_SYNONYMS)
     synthesizer: Literal["formant", "natural"] = "formant"
     accent: Accent = "us"
     speech: SpeechSettings = SpeechSettings()

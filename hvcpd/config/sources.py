@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hvcpd.config.document import Document, KeyPath, Place, parse
+from hvcpd.config.loading import synonym_of
 from hvcpd.errors import ConfigError, did_you_mean
 
 PREFIX = "HVCPD_"
@@ -46,7 +47,9 @@ def overlay_environment(document: Document, type_: Any, environment: Mapping[str
         if not variable.startswith(PREFIX) or variable == FILE_VARIABLE:
             continue
         if variable not in keys:
-            hint = did_you_mean(variable[:80], [FILE_VARIABLE, *keys]) if len(variable) <= 80 else "delete it"
+            synonym = synonym_of(variable.removeprefix(PREFIX), type_)
+            meant = variable_of((synonym,)) if synonym else variable
+            hint = did_you_mean(meant, [FILE_VARIABLE, *keys]) if len(variable) <= 80 else "delete it"
             text = f"no setting has this variable; {hint.removeprefix('known are: ')}"
             document.fault((), text, Place(variable[:80]))
             continue

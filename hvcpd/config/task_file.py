@@ -163,7 +163,7 @@ def _valid_sentence(text: str) -> str | None:
     if not text.strip() or len(text) > MAX_SENTENCE_LENGTH:
         return f"a sentence has 1 to {MAX_SENTENCE_LENGTH} characters, found {len(text)}; reword it"
     strange = unsayable(text)
-    return f"{strange!r} cannot be said; write {text[:40]!r} in letters and digits" if strange else None
+    return f"{strange!r} cannot be said; write {text[:40]!r} in words" if strange else None
 
 
 _ACTIONS: dict[str, tuple[type[Any], Check | None, Callable[[Any], Action]]] = {

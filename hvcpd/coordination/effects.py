@@ -50,11 +50,13 @@ def want_turn(
     slot: int | None = None,
     decide: Callable[[], Trigger | None] = nothing,
 ) -> None:
-    """Request the floor for the state's own sentence; one that was said several `times` unanswered is held back."""
+    """Request the floor for the state's own sentence; one that was said several `times` unanswered is held back. In a
+    place that others wait for, the robot speaks before all turns: they wait for what it has to say."""
     doublings = min(times - 1, BACK_OFF_DOUBLINGS)
     after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
     not_before_s = now + after_s
     intent = Intent(urgency, OWN_TURN, lambda: compose(me), trigger, slot, not_before_s=not_before_s, decide=decide)
+    intent.early = any(p.inside and p.queue(now) for p in me.passes)
     me.floor.want(intent, now)
 
 

@@ -32,8 +32,9 @@ SLOTS_MAX = 64
 """Maximum number of slots that random back-off is drawn from: doubled after each sentence that nobody understood, and
 three quarters after each that was understood (binary exponential back-off, as in Ethernet)."""
 EARLY_SLOTS = 3
-"""Slots before all turns for robots that wait at a place with room for only one; teams with such places begin all turns
-later by these slots. Without them robots waited 16.9 s on average instead of 15.0 (600 missions)."""
+"""Slots before all turns for robots that wait at a place with room for only one, or are in one that others wait for.
+Teams with such places begin all turns later by these slots. Without them robots waited 16.9 s on average instead of
+15.0 (600 missions)."""
 CROWD = 4
 """In a larger team a robot may miss its turn so often that its lease ends before it can report."""
 OVERDUE_SLOTS = 2

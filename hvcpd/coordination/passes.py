@@ -6,7 +6,7 @@ Times are seconds of the robot's sample clock; -inf means never, inf means that 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
@@ -90,6 +90,11 @@ class Pass:
             here, before_m = goal, before_m + here.distance_m(goal)
         return None
 
+    def nearest_outside(self, here: Place, places: Iterable[Place | None]) -> Place | None:
+        """The nearest of these places that is beyond the line; None if none is."""
+        outside = (each for each in places if each is not None and self.place.distance_m(each) > LINE_M)
+        return min(outside, key=here.distance_m, default=None)
+
     def next_s(self) -> float:
         """When something is next due."""
         return min(self.ask_s if self.wanted_s is not None else math.inf, self.answer_s, self.tell_s)
@@ -100,10 +105,19 @@ class Pass:
             self.silences = 0
         self.asker, self.began_s, self.asked_s, self.answer_s = asker, began_s, now, now + ANSWER_S
 
+    def note_waiting(self, name: str, now: float) -> None:
+        """Another robot asks for the place."""
+        first_s, last_s = self.waiting.get(name, (now, now))
+        self.waiting[name] = (first_s if now - last_s < WAITS_S else now, now)
+
+    def queue(self, now: float) -> tuple[str, ...]:
+        """The other robots that wait, the one that has waited longest first."""
+        waits = (name for name, (_, last_s) in self.waiting.items() if now - last_s < WAITS_S)
+        return tuple(sorted(waits, key=lambda name: self.waiting[name]))
+
     def comes_first(self, name: str, now: float) -> bool:
         """Whether a robot comes first in the alphabet of all that wait."""
-        others = (other for other, (_, last_s) in self.waiting.items() if now - last_s < WAITS_S)
-        return all(name.lower() < other.lower() for other in others)
+        return all(name.lower() < other.lower() for other in self.queue(now))
 
     def tell(self, now: float) -> None:
         """This robot says that it is inside."""

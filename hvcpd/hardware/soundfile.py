@@ -7,6 +7,7 @@ without it. Python's own `wave` writes. The choice is explained in docs/decision
 from __future__ import annotations
 
 import io
+import os
 import re
 import shutil
 import stat
@@ -107,8 +108,9 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
             f"{path}: no WAV, FLAC, AIFF or Ogg; convert it, for example with `sox {path.name} new.wav`"
         )
     try:
-        # By its number: a Python file would be read by callbacks, which need memory that the service's unit forbids.
-        with soundfile.SoundFile(file.fileno(), closefd=False) as sound:
+        # By its number: a Python file would be read by callbacks, which need memory that the service's unit forbids. By
+        # a number of its own: Debian 12's libsndfile closes it where it cannot read the file, whatever `closefd` says.
+        with soundfile.SoundFile(os.dup(file.fileno())) as sound:
             _check(path, sound.samplerate, sound.channels, sound.frames, sound.extra_info)
             frames = sound.read(dtype="float32", always_2d=True)
             rate_hz: int = sound.samplerate

@@ -19,19 +19,38 @@ class Place(Enum):
     PAST = "past"
 
 
-_VERB_FOLLOWS = frozenset(
-    "will cannot can could would should must may to not and please do does did don't let's i you we they who".split()
-)
+_SUBJECTS = frozenset("i he she it you we they".split())
+_AUXILIARIES = {
+    **dict.fromkeys(
+        "will would can cannot could should must may do does did won't wouldn't can't couldn't shouldn't mustn't don't "
+        "doesn't didn't".split(),
+        Place.VERB,
+    ),
+    **dict.fromkeys(
+        "have has had am is are was were haven't hasn't hadn't isn't aren't wasn't weren't".split(), Place.PAST
+    ),
+}
+"""They may stand before their subject, too: "is it live", "have you read it"."""
+_VERB_FOLLOWS = frozenset("to and please let's who i'll you'll he'll she'll it'll we'll they'll".split())
 _NOUN_FOLLOWS = frozenset(
     "a an the this that these those my your our his her its their each every any some no of in on at by with from for "
-    "one two three four five six seven eight nine".split()
+    "one two three four five six seven eight nine very too quite how stay".split()
 )
-_PAST_FOLLOWS = frozenset("have has had is are was were been be being got".split())
+_PAST_FOLLOWS = frozenset(
+    "be been being got i'm i've you're you've he's she's it's we're we've they're they've that's there's who's".split()
+)
 _PLACES = {
-    **dict.fromkeys(_VERB_FOLLOWS, Place.VERB),
+    **_AUXILIARIES,
+    **dict.fromkeys(_SUBJECTS | _VERB_FOLLOWS, Place.VERB),
     **dict.fromkeys(_NOUN_FOLLOWS, Place.NOUN),
     **dict.fromkeys(_PAST_FOLLOWS, Place.PAST),
 }
+_ADVERBS = frozenset("not never always already now also just still ever only then again".split())
+"""They change nothing: "have not read", "now close the door"."""
+_OBJECT_BEGINS = frozenset(
+    "a an the this these those my your our his her its their each every it him us me them".split()
+)
+"""What stands before one of these, and not right after an article, is a verb: "the robots use the water"."""
 NOUN_PHRASE_WORDS = 3
 """Words after an article that still belong to its noun: "the old lead pipe"."""
 
@@ -39,10 +58,24 @@ NOUN_PHRASE_WORDS = 3
 def place_in(words: Sequence[str], number: int) -> Place | None:
     """What the word at `number` of a phrase is, by its neighbours; None for a word alone or where they don't tell."""
     lowered = [word.lower() for word in words]
-    for distance, word in enumerate(reversed(lowered[:number]), start=1):
+    before = [word for word in lowered[:number] if word not in _ADVERBS]
+    if not before:
+        return Place.VERB if len(words) > 1 else None
+    if _asks(before):
+        return _AUXILIARIES[before[-2]]
+    has_object = number + 1 < len(words) and lowered[number + 1] in _OBJECT_BEGINS
+    verb = Place.VERB if has_object else None
+    for distance, word in enumerate(reversed(before), start=1):
         place = _PLACES.get(word)
         if place is Place.NOUN and distance <= NOUN_PHRASE_WORDS:
-            return place
+            return place if distance == 1 else verb or place
         if place is not None:
-            return place if distance == 1 else None
-    return Place.VERB if number == 0 and len(words) > 1 else None
+            return place if distance == 1 else verb
+    return verb
+
+
+def _asks(before: Sequence[str]) -> bool:
+    """Whether these words end in an auxiliary and its subject: "have you", or at the beginning "has rob"."""
+    if len(before) < 2 or before[-2] not in _AUXILIARIES:
+        return False
+    return before[-1] in _SUBJECTS or (len(before) == 2 and before[-1] not in _PLACES)

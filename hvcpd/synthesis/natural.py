@@ -1,7 +1,7 @@
 """A word in a natural voice: said by the acoustic network inside a carrier phrase, cut out, and given a speaker's
 pitch and tract.
 
-Words are recorded one by one, so that all who know the speaker know each sample; the carrier gives a word the pace, the
+Words are recorded one by one, so that all who know the speaker know each sample; the carrier gives a word the rate, the
 melody and the soft edges of running speech.
 """
 

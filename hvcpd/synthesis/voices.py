@@ -14,7 +14,7 @@ class Voice:
     (1 = adult male tract of 17.5 cm), `rate` divides durations, `breathiness_db` is the breath noise in voiced sounds
     relative to a vowel, `open_quotient` the share of the glottal cycle that is open, `tilt_hz` the corner of the
     source's low-pass (low = dark). A `natural` voice is a recorded talker's, made over to the same pitch, formants,
-    pace, breath and brightness (`natural.py`); the others are the formant synthesizer's.
+    rate, breath and brightness (`natural.py`); the others are the formant synthesizer's.
     """
 
     name: str
@@ -58,10 +58,10 @@ def voice_named(name: str) -> Voice:
     return {voice.name: voice for voice in VOICES}[name]
 
 
-def varied(voice: Voice, pitch: float, pace: float) -> Voice:
-    """That voice with its pitch and its pace multiplied, under a name of its own: two robots may have one voice, and
+def varied(voice: Voice, pitch: float, rate: float) -> Voice:
+    """That voice with its pitch and its rate multiplied, under a name of its own: two robots may have one voice, and
     listeners tell them apart by name."""
-    if (pitch, pace) == (1.0, 1.0):
+    if (pitch, rate) == (1.0, 1.0):
         return voice
-    name = f"{voice.name} at {pitch:g} and {pace:g}"
-    return replace(voice, name=name, f0_hz=pitch * voice.f0_hz, rate=pace * voice.rate)
+    name = f"{voice.name}, pitch {pitch:g}, rate {rate:g}"
+    return replace(voice, name=name, f0_hz=pitch * voice.f0_hz, rate=rate * voice.rate)

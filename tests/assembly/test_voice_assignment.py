@@ -76,8 +76,8 @@ def test_a_peer_is_heard_in_the_voice_that_it_was_given() -> None:
     assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]
 
 
-def test_pitch_and_pace_are_multiples_of_the_voices_own_and_make_another_voice() -> None:
-    settings = Settings(name="Rob", voice="oak", pitch=1.1, peers={"Bot": PeerSettings(voice="oak", pace=0.9)})
+def test_pitch_and_rate_are_multiples_of_the_voices_own_and_make_another_voice() -> None:
+    settings = Settings(name="Rob", voice="oak", pitch=1.1, peers={"Bot": PeerSettings(voice="oak", rate=0.9)})
     sound = assign_voices(Sound(LEXICON), settings, tuple)
     oak, rob, bot = voice_named("oak"), sound.voice_of("Rob"), sound.voice_of("Bot")
     assert (rob.f0_hz, rob.rate) == (pytest.approx(1.1 * oak.f0_hz), oak.rate)
@@ -86,10 +86,10 @@ def test_pitch_and_pace_are_multiples_of_the_voices_own_and_make_another_voice()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pitch", "pace"), [(0.8, 1.25), (1.25, 0.8)])
-def test_a_peer_is_heard_at_the_pitch_and_pace_that_it_was_given(pitch: float, pace: float) -> None:
+@pytest.mark.parametrize(("pitch", "rate"), [(0.8, 1.25), (1.25, 0.8)])
+def test_a_peer_is_heard_at_the_pitch_and_rate_that_it_was_given(pitch: float, rate: float) -> None:
     """Even where another robot has that voice unchanged."""
-    rob = PeerSettings(voice="wren", pitch=pitch, pace=pace)
+    rob = PeerSettings(voice="wren", pitch=pitch, rate=rate)
     told = Settings(name="Bot", names=("Rob", "Bot", "Mia"), peers={"Rob": rob, "Mia": PeerSettings(voice="wren")})
     said = assign_voices(Sound(LEXICON), told, tuple).speaker_of("Rob").render(SENTENCE)
     assert heard(told, 0.2 * said) == [("hi", "i", "am", "rob")]

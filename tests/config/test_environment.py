@@ -87,6 +87,7 @@ def test_all_faults_of_file_and_variables_at_once(file: Path) -> None:
         {
             "HVCPD_MOED": "follow",
             "HVCPD_AUDIO__BLOCK_MS": "1000",
+            "HVCPD_PACE": "0.9",
             "HVCPD_SEED": "[",
             "HVCPD_WHEELS__LEFT_ID": "one",
             "HVCPD_NAMES": "{a: 1, a: 2}",
@@ -100,6 +101,7 @@ def test_all_faults_of_file_and_variables_at_once(file: Path) -> None:
     told = "\n".join(found)
     assert f"{file}:2: unknown key 'mod'; did you mean 'mode'?" in told
     assert "HVCPD_MOED: no setting has this variable; did you mean 'HVCPD_MODE'?" in told
+    assert "HVCPD_PACE: no setting has this variable; did you mean 'HVCPD_RATE'?" in told
     assert "HVCPD_AUDIO__BLOCK_MS: the number 1000 is out of range; give a number from 5 to 100" in told
     assert "HVCPD_SEED: not valid YAML" in told
     assert "HVCPD_WHEELS__LEFT_ID: expected a whole number, found the text 'one'" in told
@@ -108,7 +110,7 @@ def test_all_faults_of_file_and_variables_at_once(file: Path) -> None:
     assert "HVCPD_NAME: the name 'R2-D2'" in told
     assert "HVCPD_UNABLE: expected a whole number" in told
     assert "HVCPD_SKILLS: wave: expected a group" in told
-    assert len(found) == 10
+    assert len(found) == 11
 
 
 @pytest.mark.parametrize(

@@ -265,7 +265,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             voice=voices,
             voice_folder=st.none() | paths,
             pitch=factors,
-            pace=factors,
+            rate=factors,
             peers=st.just({}),
             skills=st.dictionaries(st.sampled_from(["look", "pour", "grip_2"]), skills, max_size=3),
             tasks=paths,
@@ -293,7 +293,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
     )
     assert isinstance(made, Settings)
     others = [name for name in made.names if name.casefold() != made.name.casefold()]
-    speak = _of(PeerSettings, voice=voices, voice_folder=st.none() | paths, pitch=factors, pace=factors)
+    speak = _of(PeerSettings, voice=voices, voice_folder=st.none() | paths, pitch=factors, rate=factors)
     return dataclasses.replace(made, peers={name: draw(speak) for name in others[:3]})
 
 
@@ -375,6 +375,8 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
         ("voice: oka", "F:2: voice: the text 'oka' is not one of the choices; did you mean 'oak'?"),
         ("accent: british", "F:2: accent: the text 'british' is not one of the choices; known are: us, gb"),
         ("peers: {Bot: {voice: cedr}}", "F:2: voice: the text 'cedr' is not one of the choices; did you mean 'cedar'?"),
+        ("pace: 0.9", "F:2: unknown key 'pace'; did you mean 'rate'?"),
+        ("peers: {Bot: {Pace: 0.9}}", "F:2: unknown key 'Pace'; did you mean 'rate'?"),
         ("peers: {Bot: {voce: oak}}", "F:2: unknown key 'voce'; did you mean 'voice'?"),
         ("peers: {Bott: {voice: oak}}", "F:2: 'Bott' is not one of `names`; did you mean 'Bot'?"),
         (

@@ -20,7 +20,7 @@ from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, Simula
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
 from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium, ready_text, rereading_of
-from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit, Visitor
+from hvcpd.control.duet.onlookers import UNHEARD, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
 from hvcpd.daemon.wiring import Wiring, wire_up
@@ -166,66 +166,6 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert UNHEARD not in out.getvalue()
 
 
-def visit(times: list[float], addressee: str = "") -> Visit:
-    """A visit whose sentence is said at once; `times` grows by each time that it is said."""
-
-    def say() -> Callable[[], bool]:
-        times.append(0.0)
-        return lambda: True
-
-    return Visit("Anna: what is left", say, addressee)
-
-
-def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_once() -> None:
-    out, times = io.StringIO(), list[float]()
-    onlooker = Onlooker(["Rob", "Bot"], out)
-    onlooker.visited(visit(times), 5.0)
-    onlooker.look(5.0)
-    onlooker.look(5.0 + ANSWER_S)
-    assert len(times) == 1
-    onlooker.look(5.5 + ANSWER_S)
-    assert len(times) == TIMES == 2
-    onlooker.tell({"event": "said", "text": "Hi all, I am Rob, task one complete", "at_s": 6.0}, "Rob")
-    onlooker.look(6.0 + ANSWER_S)
-    assert UNHEARD not in out.getvalue()
-    onlooker.look(6.5 + 2 * ANSWER_S)
-    onlooker.look(7.0 + 3 * ANSWER_S)
-    assert out.getvalue().startswith(" 0:05  Anna: what is left\n")
-    assert out.getvalue().count(UNHEARD) == 1
-    assert len(times) == TIMES
-
-
-@pytest.mark.parametrize("event", ["heard", "held", "statechanged"])
-def test_a_visitor_who_is_understood_is_told_nothing_and_says_nothing_more(event: str) -> None:
-    out, times = io.StringIO(), list[float]()
-    onlooker = Onlooker(["Rob", "Bot"], out)
-    onlooker.visited(visit(times), 5.0)
-    onlooker.look(5.0)
-    told = {"event": event, "speaker": "somebody", "text": "Bot stop", "state": "stopped", "at_s": 5.1}
-    onlooker.tell(told, "Bot")
-    onlooker.look(6.0 + ANSWER_S)
-    shown = out.getvalue()
-    assert event == "statechanged" or "Bot heard you" in shown or "Bot stood still" in shown
-    assert UNHEARD not in out.getvalue()
-    assert len(times) == 1
-
-
-def test_a_call_to_one_robot_is_repeated_until_that_robot_reacts() -> None:
-    out, times = io.StringIO(), list[float]()
-    onlooker = Onlooker(["Rob", "Bot"], out)
-    onlooker.visited(visit(times, "Bot"), 5.0)
-    onlooker.look(5.0)
-    heard = {"event": "heard", "speaker": "somebody", "text": "Bot stop", "at_s": 5.1}
-    onlooker.tell(heard, "Rob")
-    onlooker.look(5.5 + ANSWER_S)
-    assert len(times) == 2, "Bot has not reacted"
-    onlooker.tell({**heard, "at_s": 9.8}, "Bot")
-    onlooker.look(6.0 + 2 * ANSWER_S)
-    onlooker.look(6.5 + 3 * ANSWER_S)
-    assert len(times) == 2
-    assert UNHEARD not in out.getvalue()
-
-
 def block(level: float) -> Samples:
     return np.full(BLOCK, level, np.float32)
 
@@ -244,17 +184,6 @@ def test_a_visitor_waits_for_a_pause_says_it_as_a_whole_and_interrupts_in_the_en
     waited = [voice.take([block(0.1)]).any() for _ in range(round(PATIENCE_S / blocks_s))]
     assert waited.count(True) == 1
     assert waited[-1]
-
-
-def test_a_call_that_robots_pass_on_or_hear_again_as_a_whole_is_shown_once() -> None:
-    out = io.StringIO()
-    onlooker = Onlooker(["Rob", "Bot"], out)
-    heard = {"event": "heard", "speaker": "somebody", "text": "Stop"}
-    onlooker.tell({**heard, "at_s": 5.0}, "Rob")
-    onlooker.tell({**heard, "at_s": 4.6}, "Rob")
-    onlooker.tell({"event": "said", "text": "Stop", "at_s": 6.0}, "Rob")
-    onlooker.tell({**heard, "at_s": 6.2}, "Bot")
-    assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"
 
 
 def test_air_that_falls_behind_real_time_is_slow_until_it_keeps_up() -> None:

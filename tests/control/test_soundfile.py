@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import io
 import os
+import platform
 import struct
+import subprocess
+import sys
 import tempfile
 import threading
 import wave
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -150,6 +154,19 @@ def test_numbers_that_are_none_become_silence_and_giants_are_clipped(tmp_path: P
     np.testing.assert_allclose(got, [0.1, 0.0, 0.0, 0.0, 64.0, 0.2], atol=1e-6)
 
 
+DEBIANS = Path(f"/usr/lib/{platform.machine()}-linux-gnu/libsndfile.so.1")
+"""What the Debian package has in place of the wheel's."""
+REPOSITORY = Path(__file__).parents[2]
+READS = """
+import sys
+from pathlib import Path
+from hvcpd.errors import AudioFileError
+from hvcpd.hardware.soundfile import read_wav
+try:
+    read_wav(Path(sys.argv[1]))
+except AudioFileError as error:
+    print(error)
+"""
 GOOD = riff(KINDS["16 bit"][2](tone(SAMPLE_RATE_HZ)))
 
 
@@ -183,6 +200,27 @@ def test_broken_files(data: bytes, part: str, tmp_path: Path, refused: Refuse) -
         read_wav(path)
     assert part in str(error.value)
     assert str(path) in refused("hear", path)
+
+
+@pytest.mark.skipif(not DEBIANS.exists(), reason="not installed: libsndfile1")
+def test_a_broken_file_is_told_of_with_debians_library(tmp_path: Path) -> None:
+    """That of Debian 12 closes the number of a file that it cannot read, even if told not to."""
+    spec = find_spec("_soundfile_data")
+    assert spec is not None
+    (wheels,) = Path(str(spec.origin)).parent.glob("libsndfile_*")
+    first = tmp_path / "_soundfile_data"
+    first.mkdir()
+    (first / "__init__.py").touch()
+    (first / wheels.name).symlink_to(DEBIANS)
+    (tmp_path / "x.wav").write_bytes(b"RIFF")
+    done = subprocess.run(
+        [sys.executable, "-c", READS, tmp_path / "x.wav"],
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{REPOSITORY}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert "ormat not recognised; record it again" in done.stdout, done.stderr
 
 
 def test_files_that_are_not_there(tmp_path: Path, refused: Refuse) -> None:

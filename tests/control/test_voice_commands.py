@@ -71,6 +71,18 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
     assert all(200.0 < float(row["F1"]) < float(row["F2"]) < float(row["F3"]) for row in rows)
 
 
+def test_words_are_heard_in_the_voice_that_the_settings_choose(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("name: Rob\nvoice: granite\n")
+    ran(capsys, "pronounce", "water", "--config", config, "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv")
+    said = Speaker(voice_named("granite"), Lexicon.load()).render([["water"]])
+    assert np.allclose(read_wav(tmp_path / "x.wav"), said, atol=1e-3)
+    with (tmp_path / "x.csv").open() as file:
+        assert all(float(row["F0"]) < 1.4 * voice_named("granite").f0_hz for row in csv.DictReader(file))
+
+
 @pytest.mark.parametrize(
     ("arguments", "part"),
     [
@@ -78,12 +90,25 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
         (("water", "--paper-table"), "give words"),
         (("\U0001f389",), "cannot be said"),
         (("\x01\x7f",), "cannot be said"),
+        (("1,000 roses",), "'1,000' in '1,000 roses' cannot be said: write it in words"),
+        (("turn -5",), "'-5' in 'turn -5' cannot be said"),
         (("",), "nothing to say"),
         (("word " * 10_000,), "more than 1000 words"),
         (("two", "words", "--track", "x.csv"), "--track takes one word"),
         (("rob", "--lexicon", "/nowhere/x.txt"), "/nowhere/x.txt"),
     ],
-    ids=["none", "both", "emoji", "control characters", "empty", "ten thousand words", "track", "no file"],
+    ids=[
+        "none",
+        "both",
+        "emoji",
+        "control characters",
+        "comma",
+        "minus",
+        "empty",
+        "ten thousand words",
+        "track",
+        "no file",
+    ],
 )
 def test_what_cannot_be_pronounced(arguments: tuple[str, ...], part: str, refused: Refuse) -> None:
     assert part in refused("pronounce", *arguments)
@@ -121,6 +146,13 @@ def test_rate_gain_and_lombard_are_heard(tmp_path: Path) -> None:
     softer = said("--gain-db", "-12")
     assert float(np.std(softer)) == pytest.approx(float(np.std(plain)) * 10.0**-0.6, rel=0.02)
     assert float(np.max(np.abs(said("--gain-db", "20")))) <= 10.0 ** (-1.0 / 20.0)
+
+
+@pytest.mark.parametrize("text", ["I am Rob", "stop"])
+def test_an_error_in_the_settings_is_told_once(text: str, refused: Refuse, tmp_path: Path) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("nonsense: 3\n")
+    assert refused("say", text, "--config", config).count("unknown key 'nonsense'") == 1
 
 
 @pytest.mark.parametrize(("rate", "noted"), [("1.75", False), ("2", True), ("0.6", True), ("0.8", False)])

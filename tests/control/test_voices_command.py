@@ -41,6 +41,20 @@ def test_a_chosen_voice_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert table[2].endswith("Rob")
 
 
+def test_a_voice_at_another_pitch_or_rate_has_a_row_of_its_own(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("name: Rob\nvoice: oak\npitch: 1.1\nnames: [Rob, Bot]\npeers: {Bot: {voice: oak}}\n")
+    assert main(["voices", "--silent", "--json", "--text", "Hi", "--config", str(settings)]) == 0
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [row["voice"] for row in rows] == [*(voice.name for voice in VOICES), "oak, pitch 1.1, rate 1"]
+    assert {name: row["pitch_hz"] for row in rows for name in row["robots"]} == {
+        "Rob": pytest.approx(1.1 * voice_named("oak").f0_hz),
+        "Bot": voice_named("oak").f0_hz,
+    }
+
+
 def test_the_file_has_the_voices_one_after_the_other(tmp_path: Path) -> None:
     path = tmp_path / "voices.wav"
     assert main(["voices", "cedar", "lark", "--text", "Hi all, stop", "-o", str(path)]) == 0
@@ -51,7 +65,11 @@ def test_the_file_has_the_voices_one_after_the_other(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["okk"], "'okk' is not a voice; did you mean 'oak'?"), (["--text", "?!"], "nothing to say")],
+    [
+        (["okk"], "'okk' is not a voice; did you mean 'oak'?"),
+        (["--text", "?!"], "nothing to say"),
+        (["--text", "water " * 2000, "--silent"], "more than 1000 words"),
+    ],
 )
 def test_what_is_no_voice_and_no_text_is_refused(arguments: list[str], message: str, refused: Refuse) -> None:
     assert message in refused("voices", *arguments)

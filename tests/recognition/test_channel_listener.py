@@ -10,7 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch, noise_power, quiet_part
+from hvcpd.recognition.channel.listener import (
+    MARGIN,
+    MOST_LOSS,
+    ChannelListener,
+    SearchResult,
+    Stretch,
+    noise_power,
+    quiet_part,
+)
 from hvcpd.recognition.events import Source
 from hvcpd.recognition.renderings import Said
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
@@ -200,3 +208,21 @@ def test_all_voices_are_made_ready_and_none_is_kept_in_memory() -> None:
     ChannelListener(GRAPH, (book,)).prepare(lambda: True)
     assert book.prepared
     assert book.forgot
+
+
+@pytest.mark.parametrize(("loss", "is_told"), [(MOST_LOSS - 0.1, True), (MOST_LOSS + 0.1, False)])
+def test_what_has_other_phones_is_not_told(loss: float, is_told: bool) -> None:
+    asked: list[tuple[Sequence[str], int, int]] = []
+
+    def check(words: Sequence[str], sound: Samples, noise: Samples) -> float:
+        asked.append((words, len(sound), len(noise)))
+        return loss
+
+    sound = heard("hi rob, water rose")
+    listener = ChannelListener(GRAPH, tuple(BOOKS.values()), check=check)
+    found = listener.search(Stretch(scene(AT + len(sound) + 12_000, (AT, sound), noise=0.03), ORIGIN, AT, (AT,)))
+    assert (told(found) == {("hi rob water rose", "oak")}) == is_told
+    words, n_sound, n_noise = asked[0]
+    assert tuple(words) == ("hi", "rob", "water", "rose")
+    assert abs(n_sound - len(sound) - 2 * MARGIN) <= 800
+    assert n_noise > 0

@@ -41,6 +41,20 @@ lexicon = Lexicon.load()
 units = [unit for voice in VOICES for word in sys.argv[2:] for _, unit in Speaker(voice, lexicon).keyed(word)]
 np.savez(sys.argv[1], *units)
 """
+LOAD_ALL = """
+from importlib import import_module
+from pkgutil import walk_packages
+for name in ("hvcpd", "hil_fakes"):
+    for module in walk_packages(import_module(name).__path__, f"{name}."):
+        if not module.name.endswith(".__main__"):
+            try:
+                import_module(module.name)
+            except ModuleNotFoundError as error:
+                assert error.name == "gpiozero", error  # Debian's
+    print(name)
+"""
+LARGEST_BYTES, BLOCK_BYTES = 80_000_000, 4_096
+"""Of a card, for the package with what its installation compiles; and what the card gives at a time."""
 ONE_TASK = "tasks:\n  - {number: 1, name: water the yellow rose, actions: [forward: 0.2, wait: 1]}\n"
 
 
@@ -118,6 +132,18 @@ def settings(tmp_path_factory: pytest.TempPathFactory) -> str:
     (folder / "state").mkdir()
     config.write_text(f"name: Rob\ntasks: {tasks(folder)}\nstate_dir: {folder / 'state'}\nwheels: {{driver: none}}\n")
     return str(config)
+
+
+def test_it_takes_up_no_more_of_the_card_than_it_may(pi: Path, tmp_path: Path) -> None:
+    (package,) = pi.parent.glob("hvcpd_*.deb")
+    subprocess.run(["dpkg-deb", "--extract", package, tmp_path], check=True)
+    arm64.compile_hvcpd(tmp_path)
+    sizes = [path.lstat().st_size for path in tmp_path.rglob("*")]
+    assert sum(-(-size // BLOCK_BYTES) * BLOCK_BYTES for size in sizes) <= LARGEST_BYTES
+
+
+def test_every_module_finds_what_it_needs_in_the_package(pi: Path) -> None:
+    assert completed(pi, arm64.command(pi, ["-c", LOAD_ALL])).split() == ["hvcpd", "hil_fakes"]
 
 
 def test_it_says_what_it_hears(pi: Path, tmp_path: Path) -> None:

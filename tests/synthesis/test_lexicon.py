@@ -90,6 +90,8 @@ def test_words_with_two_readings_have_both(word: str) -> None:
         ("xkcd", "EH1 K S K EY1 S IY1 D IY1"),
         ("nova7", "N OW1 V AH0 S EH1 V AH0 N"),
         ("gadget", "G AE1 JH AH0 T"),
+        ("usb", "Y UW2 EH2 S B IY1"),
+        ("dr", "D AA1 K T ER0"),
         ("Łukasz", "L UW1 K AH0 SH"),
         ("robolina", "R AH0 B AH0 L IY1 N AH0"),
         ("wobbletron", "W AA1 B AH0 L T R AO2 N"),

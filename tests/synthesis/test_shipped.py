@@ -91,7 +91,7 @@ def test_a_file_that_is_too_short_is_none(shipped: Path, tmp_path: Path) -> None
 def test_steps_are_lossless_for_what_is_in_steps() -> None:
     sound = from_steps(in_steps(np.linspace(-1.5, 1.5, 999, dtype=np.float32)))
     assert np.array_equal(from_steps(in_steps(sound)), sound)
-    assert in_steps(np.array([3.0, -3.0], np.float32)).tolist() == [32_767, -32_768]
+    assert in_steps(np.array([9.0, -9.0], np.float32)).tolist() == [32_767, -32_768]
 
 
 def test_a_sound_in_steps_is_off_by_half_a_step_at_most() -> None:
@@ -99,6 +99,14 @@ def test_a_sound_in_steps_is_off_by_half_a_step_at_most() -> None:
     again = from_steps(in_steps(sound))
     assert (again.dtype, again.shape) == (np.float32, sound.shape)
     assert again == pytest.approx(sound, abs=0.5 / float(STEPS) + 1e-7)
+
+
+def test_the_noise_of_steps_is_60_db_below_the_speech() -> None:
+    lexicon = Lexicon.load()
+    for voice in VOICES:
+        for word in WORDS:
+            for _, unit in Speaker(voice, lexicon).keyed(word):
+                assert np.sqrt(12 * np.mean(unit.astype(np.float64) ** 2)) * STEPS >= 1_000
 
 
 def test_the_default_words_are_what_two_robots_say() -> None:

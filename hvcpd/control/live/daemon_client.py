@@ -204,14 +204,15 @@ def _raise_refusal(reply: Mapping[str, Any]) -> None:
         raise kind(str(refusal.get("text", "the daemon gave no reason")))
 
 
-def find_daemon(options: argparse.Namespace) -> DaemonClient:
+def find_daemon(options: argparse.Namespace, *, noted: bool = True) -> DaemonClient:
     """The daemon that the options and settings mean; without a name the only one there is.
 
-    Raises NotRunningError, NotAllowedError, and ConfigError where several run and none was named.
+    Errors in the settings are `noted` on standard error. Raises NotRunningError, NotAllowedError, and ConfigError where
+    several run and none was named.
     """
     if options.socket is not None:
         return DaemonClient(options.socket)
-    return daemon_in(*lenient_settings(options))
+    return daemon_in(*lenient_settings(options, noted=noted))
 
 
 def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
@@ -229,8 +230,9 @@ def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
 
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
-    """The daemon of that robot, if it runs here and may be asked."""
-    settings, _ = lenient_settings(options)
+    """The daemon of that robot, if it runs here and may be asked. Who goes on without it tells of errors in the
+    settings."""
+    settings, _ = lenient_settings(options, noted=False)
     own = settings.control.socket if settings.name.lower() == name.lower() else None
     paths = [own] if own else [folder / socket_name(name) for folder in socket_folders(settings)]
     for path in paths:
@@ -239,15 +241,16 @@ def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | Non
     return None
 
 
-def lenient_settings(options: argparse.Namespace) -> tuple[Settings, str | None]:
+def lenient_settings(options: argparse.Namespace, *, noted: bool = True) -> tuple[Settings, str | None]:
     """The settings, and the robot's name if there is one; errors in them must not keep anybody from stopping a
     robot."""
     name = getattr(options, "name", None)
     try:
         loaded = load_with_sources(options.config, {"name": name}, name_needed=False)
     except ConfigError as error:
-        first = str(error).splitlines()[0]
-        sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
+        if noted:
+            first = str(error).splitlines()[0]
+            sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
         return _guessed(options.config or os.environ.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
     source = next(each.source for each in loaded.sources if each.key == "name")
     return loaded.settings, None if source == "default" else loaded.settings.name

@@ -24,7 +24,7 @@ def daemon_that_says(options: argparse.Namespace) -> DaemonClient | None:
     if speaker:
         return find_daemon_of(speaker[1], options)
     try:
-        return find_daemon(options)
+        return find_daemon(options, noted=False)
     except (NotRunningError, NotAllowedError):
         return None
 

@@ -8,10 +8,12 @@ import io
 import json
 import sys
 from collections.abc import Sequence
-from pathlib import Path
+from itertools import chain
 
+from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
+from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.say.sounding import sayable_words
+from hvcpd.control.say.sounding import require_few_words, sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import write_wav
@@ -21,10 +23,6 @@ from hvcpd.synthesis.frames import frame_table
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import voice_for
-
-MAX_WORDS = 1000
-"""Words explained at once; more is a mistake, such as a file pasted in."""
 
 
 def run(options: argparse.Namespace) -> int:
@@ -32,20 +30,20 @@ def run(options: argparse.Namespace) -> int:
     if bool(options.words) == options.paper_table:
         raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
     settings = load_settings(options.config, {}, name_needed=False)
-    path: Path | None = options.lexicon or settings.lexicon
-    lexicon, builtin = (Lexicon.load(each, settings.accent) for each in (path, None))
+    sound = make_sound(options.lexicon or settings.lexicon, user_cache_folder(), settings.accent)
+    lexicon, builtin = sound.lexicon, Lexicon.load(None, settings.accent)
     if options.paper_table:
         _print_table(lexicon, options.json)
         return 0
-    phrases = [sayable_words(text) for text in options.words]
-    if sum(map(len, phrases)) > MAX_WORDS:
-        raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
+    phrases = [tuple(chain.from_iterable(sayable_phrases(text))) for text in options.words]
+    require_few_words(phrases)
     if options.track is not None and sum(map(len, phrases)) != 1:
         raise PhraseError("--track takes one word")
     for words in phrases:
         for number, word in enumerate(words):
             _print_word(word, explain(words, number, lexicon, builtin), options.json)
-    _render(options, phrases, lexicon)
+    if options.output is not None or options.track is not None:
+        _render(options, phrases, assign_voices(sound, settings, tuple))
     return 0
 
 
@@ -93,15 +91,15 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
     sys.stdout.write("A line of your own lexicon file (`lexicon:` in the settings) overrides all of these.\n")
 
 
-def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], lexicon: Lexicon) -> None:
-    """Play the words, or print the synthesizer's frames, if requested."""
-    name: str = options.voice_of
+def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], sound: Sound) -> None:
+    """Write the words as sound, and the synthesizer's frames, if requested."""
+    voice = sound.voice_of(options.voice_of)
     if options.output is not None:
-        write_wav(options.output, Speaker(voice_for(name), lexicon).render(phrases))
+        write_wav(options.output, Speaker(voice, sound.lexicon, sound.cache).render(phrases))
     if options.track is None:
         return
     ((word,),) = phrases
-    columns, table = frame_table(controls_for(lexicon.pronounce(word), voice_for(name), final=True))
+    columns, table = frame_table(controls_for(sound.lexicon.pronounce(word), voice, final=True))
     text = io.StringIO(newline="")
     writer = csv.writer(text)
     writer.writerow(columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,27 @@ from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
 from hvcpd.ports import Samples
 
+MAX_WORDS = 1000
+"""Words explained or said at once; more is a mistake, such as a file pasted in."""
 
-def sayable_words(text: str) -> tuple[str, ...]:
-    """The words of a text, whether or not the phrasebook has them. Raises PhraseError where there is nothing to say."""
+
+def require_few_words(phrases: Sequence[Sequence[str]]) -> None:
+    """Raises PhraseError if there are more than `MAX_WORDS`."""
+    if sum(map(len, phrases)) > MAX_WORDS:
+        raise PhraseError(f"more than {MAX_WORDS} words; give fewer")
+
+
+def sayable_phrases(text: str) -> tuple[tuple[str, ...], ...]:
+    """The words of a text, whether or not the phrasebook has them, in phrases: each comma is a pause.
+
+    Raises PhraseError where there is nothing to say.
+    """
     if strange := unsayable(text):
-        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in letters")
-    words = spoken_words(text)
-    if not words:
+        raise PhraseError(f"{strange!r} in {text!r} cannot be said: write it in words")
+    phrases = tuple(words for part in text.split(",") if (words := spoken_words(part)))
+    if not phrases:
         raise PhraseError(f"nothing to say in {text!r}: write letters or digits")
-    return words
+    return phrases
 
 
 def write_or_play(samples: Samples, file: Path | None, device: str | None, backend: Any | None = None) -> None:

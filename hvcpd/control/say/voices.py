@@ -15,9 +15,8 @@ import numpy as np
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.say.sounding import sayable_words, write_or_play
+from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
 from hvcpd.errors import EX_OK
-from hvcpd.language.words import spoken_words
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
@@ -33,10 +32,10 @@ def run(options: argparse.Namespace) -> int:
     sound = assign_voices(make_sound(settings.lexicon, user_cache_folder(), settings.accent), settings, tuple)
     if options.natural:
         sound = sound.made_natural()
-    chosen = [sound.said_by(voice_named(name)) for name in options.voices] or list(sound.every_voice())
     names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
-    sayable_words(options.text)  # raises where there is none
-    phrases = [words for part in options.text.split(",") if (words := spoken_words(part))]  # each comma is a pause
+    chosen = [sound.said_by(voice_named(name)) for name in options.voices] or _all_voices(sound, names)
+    phrases = sayable_phrases(options.text)
+    require_few_words(phrases)
     said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
     if options.output != Path("/dev/stdout"):
@@ -45,6 +44,12 @@ def run(options: argparse.Namespace) -> int:
     if options.output is not None or not options.silent:
         write_or_play(_one_after_the_other(said), options.output, settings.audio.output_device)
     return EX_OK
+
+
+def _all_voices(sound: Sound, names: Sequence[str]) -> list[Voice]:
+    """The eight, and those of robots with another pitch or rate."""
+    theirs = [sound.voice_of(name) for name in names if name.lower() not in sound.recorded]
+    return list(dict.fromkeys([*sound.every_voice(), *theirs]))
 
 
 def _whose(voice: Voice, names: Sequence[str], sound: Sound) -> list[str]:
@@ -88,11 +93,12 @@ def _as_json(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _as_table(rows: Sequence[dict[str, Any]]) -> str:
-    lines = [f"{'voice':10}{'pitch':>8}{'formants':>10}{'centre':>10}{'time':>8}  {'most like':27}robots"]
+    width = 2 + max(len("granite"), *(len(row["voice"]) for row in rows))
+    lines = [f"{'voice':{width}}{'pitch':>8}{'formants':>10}{'centre':>10}{'time':>8}  {'most like':27}robots"]
     for row in rows:
         like = f"{row['most_like']}, {row['pitch_apart_semitones']:g} semitones off"
         lines.append(
-            f"{row['voice']:10}{row['pitch_hz']:5.0f} Hz{row['formants']:10.2f}{row['centre_hz']:7.0f} Hz"
+            f"{row['voice']:{width}}{row['pitch_hz']:5.0f} Hz{row['formants']:10.2f}{row['centre_hz']:7.0f} Hz"
             f"{row['duration_s']:6.2f} s  {like:27}{', '.join(row['robots'])}".rstrip()
         )
     lines += [
