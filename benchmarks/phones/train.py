@@ -1,7 +1,7 @@
-"""Trains the net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
+"""Trains a net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
-    python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --out FILE.npz [--minutes 82] [--seed 1]
-        [--rate 2e-3]
+    python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --apart 1 2 3 ... --out FILE.npz
+        [--minutes 82] [--seed 1] [--rate 2e-3]
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from benchmarks.keyword.model import in_bytes
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
-from hvcpd.people.phones import APART, PHONES, SIZES
+from hvcpd.people.phones import PHONES, SIZES
 
 BLANK = len(PHONES)
 WIDTH = 320
@@ -37,12 +37,13 @@ PRINTED = 2000
 
 
 class Net(nn.Module):
-    """As `hvcpd.people.phones.phones_of`, with a normalisation of each layer's sums."""
+    """As `hvcpd.people.phones.PhoneNet`, with a normalisation of each layer's sums."""
 
-    def __init__(self) -> None:
+    def __init__(self, apart: Sequence[int]) -> None:
         super().__init__()
         first, second = SIZES
-        inputs = [first * N_BANDS, second * WIDTH, *[WIDTH] * len(APART)]
+        self.apart = tuple(apart)
+        inputs = [first * N_BANDS, second * WIDTH, *[WIDTH] * len(self.apart)]
         self.layers = nn.ModuleList(nn.Linear(n, WIDTH) for n in inputs)
         self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in inputs)
         self.out = nn.Linear(WIDTH, BLANK + 1)
@@ -53,7 +54,7 @@ class Net(nn.Module):
         sound = sound.transpose(1, 2)
         for number, size in enumerate(SIZES):
             sound = self.dropped(torch.relu(self.sums(number, beside(sound, size, number + 1))))
-        for number, apart in enumerate(APART, len(SIZES)):
+        for number, apart in enumerate(self.apart, len(SIZES)):
             sound = torch.relu(sound + self.dropped(self.sums(number, shifted(sound, apart))))
         logits: Tensor = self.out(sound)
         return logits.transpose(1, 2)
@@ -184,7 +185,8 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
         found |= stored(f"{number}", (layer.weight.detach() * gain[:, None]).T.numpy(), bias)
-    return found | stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
+    found |= stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
+    return found | {"apart": np.array(net.apart, np.int64)}
 
 
 def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
@@ -197,6 +199,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="+")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="voices that are not trained on")
+    parser.add_argument("--apart", type=int, nargs="+", required=True, help="frames, of each residual layer")
     parser.add_argument("--rate", type=float, default=2e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=82.0, help="of a processor")
@@ -205,7 +208,7 @@ def main() -> None:
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(o.seed)
-    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net()
+    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net(o.apart)
     print("check:", [errors_of(net, check) for check in checks], flush=True)
     optimizer = torch.optim.AdamW(net.parameters(), o.rate, weight_decay=0.01)
     begin, step, losses = time.process_time(), 0, []

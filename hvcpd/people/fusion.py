@@ -7,9 +7,9 @@ and to an equal amount of other speech: other words, parts of longer sentences, 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -30,21 +30,28 @@ MOST_CALL_WORDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """Results of the phone net and of the enrolled people's templates for one segment of sound.
+    """Results of the phone nets and of the enrolled people's templates for one segment of sound.
 
-    `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `nearest` the one that is
-    nearest to the words of enrolled people; None where there is none. `talk` is the network of other talk.
+    `readings` are the nets' posteriors, one or more, in each of which a sentence has a probability of its own: their
+    geometric mean counts (product of experts: G. Hinton, "Training products of experts by minimizing contrastive
+    divergence", Neural Computation 14(8), 2002). `nearest` is the sentence nearest to the words of enrolled people, or
+    None. `talk` is the network of other talk.
     """
 
-    log_posteriors: LogPosteriors
+    readings: Sequence[LogPosteriors]
     search: CtcSearch
     talk: CtcSearch
-    by_phones: CtcSentence | None
     nearest: Recognised | None
 
-    def through(self, log_posteriors: LogPosteriors) -> Hypotheses:
-        """The same with posteriors of another output layer."""
-        return replace(self, log_posteriors=log_posteriors, by_phones=self.search.best(log_posteriors))
+    def through(self, readings: Sequence[LogPosteriors]) -> Hypotheses:
+        """The same with posteriors of other output layers."""
+        return replace(self, readings=readings)
+
+    @cached_property
+    def by_phones(self) -> CtcSentence | None:
+        """The likeliest of the sentences that fit one of the readings best; None if there is none."""
+        found = {each.words: each for reading in self.readings if (each := self.search.best(reading)) is not None}
+        return max(found.values(), key=lambda each: self._mean_of(each.words), default=None)
 
     @property
     def sentences(self) -> list[Words]:
@@ -56,11 +63,10 @@ class Hypotheses:
         """The log odds by the net that a sentence was said, in any of its `wordings`, not another one, the beginning of
         one, or other talk, MOST_LOG_ODDS at most; for calls for a halt, any of them."""
         if is_call(words):
-            others = self.search.log_likelihood(self.log_posteriors, URGENT, beginnings=True)
+            others = self._mean(partial(self.search.log_likelihood, without=URGENT, beginnings=True))
             mine = _without(self._of_sentences, others)
         else:
-            said = [self.search.log_likelihood_of(self.log_posteriors, each) for each in wordings(words)]
-            mine = float(np.logaddexp.reduce(said))
+            mine = float(np.logaddexp.reduce([self._mean_of(each) for each in wordings(words)]))
             others = _without(self._of_sentences, mine)
         if mine == -math.inf:
             return -MOST_LOG_ODDS
@@ -69,18 +75,24 @@ class Hypotheses:
 
     @cached_property
     def _of_sentences(self) -> float:
-        return self.search.log_likelihood(self.log_posteriors, beginnings=True)
+        return self._mean(partial(self.search.log_likelihood, beginnings=True))
 
     @cached_property
     def _of_talk(self) -> float:
-        return self.talk.log_likelihood(self.log_posteriors)
+        return self._mean(self.talk.log_likelihood)
+
+    def _mean_of(self, words: Words) -> float:
+        return self._mean(partial(self.search.log_likelihood_of, words=words))
+
+    def _mean(self, log_likelihood: Callable[[LogPosteriors], float]) -> float:
+        return sum(map(log_likelihood, self.readings)) / len(self.readings)
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
         by_phones = self.by_phones
         is_best = by_phones is not None and words == by_phones.words
-        aligned = by_phones if is_best else self.search.fit(self.log_posteriors, words)
-        return aligned.spans if aligned is not None else [(0, len(self.log_posteriors))] * len(words)
+        aligned = by_phones if is_best else self.search.fit(self.readings[0], words)
+        return aligned.spans if aligned is not None else [(0, len(self.readings[0]))] * len(words)
 
 
 @dataclass(frozen=True)
@@ -136,13 +148,18 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     nearest = hypotheses.nearest
     if nearest is not None and alike(nearest.words, words):
         heard = 1.0, logit(nearest.confidence)
-    n_frames = max(len(hypotheses.log_posteriors), 1)
+    n_frames = max(len(hypotheses.readings[0]), 1)
     return (
         1.0,
-        float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
+        -certainty(hypotheses.readings) / n_frames,
         hypotheses.log_odds(words),
         *heard,
     )
+
+
+def certainty(readings: Sequence[LogPosteriors]) -> float:
+    """The mean log probability of the likeliest phones of each reading."""
+    return float(np.mean([each.max(axis=1).sum() for each in readings]))
 
 
 def _without(whole: float, part: float) -> float:
