@@ -186,3 +186,11 @@ def test_what_is_said_can_be_piped_to_who_hears_it() -> None:
     silence = bytes(2 * 16_000)
     heard = subprocess.run([*hvcpctl, "hear", "-"], input=said.stdout + silence, capture_output=True, check=True)
     assert b"water the yellow rose" in heard.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["pronounce water", "pronounce water --json", "voices oak --text water"])
+def test_nothing_but_sound_goes_into_a_pipe(command: str) -> None:
+    hvcpctl = [sys.executable, "-m", "hvcpd.control.cli"]
+    piped = subprocess.run([*hvcpctl, *command.split(), "-o", "-"], capture_output=True, check=True)
+    assert piped.stdout[:4] == b"RIFF"
