@@ -226,9 +226,10 @@ class ChannelListener:
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
-            if evidence is not None and self._is_unlike(evidence.path, heard, noise):
+            goes_on = evidence is not None and stretch.cut and evidence.path.end + GOES_ON > len(heard)
+            if evidence is not None and not goes_on and self._is_unlike(evidence.path, heard, noise):
                 evidence = None
-            if evidence is None or (stretch.cut and evidence.path.end + GOES_ON > len(heard)):
+            if evidence is None or goes_on:
                 if not paths:
                     break
                 best = evidence.path if evidence is not None else paths[0]
