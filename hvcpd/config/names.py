@@ -51,9 +51,10 @@ def plain_letters(text: str) -> str:
 
 
 def unsayable(text: str) -> str | None:
-    """The first part of a sentence that would not be said as it is meant: a sign of another script, -5, 3.5, 1,000."""
+    """A part of a sentence that would not be said as it is meant: a sign of another script, -5, 3.5, 1,000, m²."""
+    raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
     found = _UNSAYABLE.search(plain_letters(text))
-    return found and found[0]
+    return raised or (found and found[0])
 
 
 def valid_robot_name(name: str) -> str | None:
