@@ -11,7 +11,7 @@ import ast
 import dataclasses
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from types import UnionType
 from typing import Literal, Union, get_args, get_origin
@@ -105,25 +105,29 @@ def _cell(text: str) -> str:
 
 def settings() -> str:
     """Every key with its variable, type and default, and the comment of etc/hvcpd.yaml."""
-    comments = _comments((ROOT / "etc" / "hvcpd.yaml").read_text(encoding="utf-8"))
+    keys = {".".join(map(str, key)): (key, hint) for key, hint in leaf_keys(Settings)}
+    comments = _comments((ROOT / "etc" / "hvcpd.yaml").read_text(encoding="utf-8"), keys)
     parts = [f"{MADE}# Settings\n\n[`etc/hvcpd.yaml`](../../etc/hvcpd.yaml) lists them too, ready to be edited.\n\n"]
-    for key, hint in leaf_keys(Settings):
-        dotted = ".".join(map(str, key))
+    for dotted, (key, hint) in keys.items():
         default = _default(Settings, key)
         parts.append(f"## `{dotted}`\n\nVariable `{variable_of(key)}`, {_type(hint)}{default}.\n\n")
-        if comment := comments.get(key[-1]):
+        if comment := comments.get(dotted):
             parts.append(f"{_cell(comment)}\n\n")
     return "".join(parts)
 
 
-def _comments(text: str) -> dict[object, str]:
-    """The comment above each key of the example file."""
-    found: dict[object, str] = {}
+def _comments(text: str, keys: Collection[str]) -> dict[str, str]:
+    """The comment above each key of the example file; keys of a group are indented there, and have dots here."""
+    known = {*keys, *(key.partition(".")[0] for key in keys)}
+    found: dict[str, str] = {}
     block: list[str] = []
+    group = ""
     for line in text.splitlines():
-        key = re.match(r"#? {1,4}?(?:#? *)?(\w+):(?: |$)", line) or re.match(r"(\w+):", line)
-        if key:
-            found.setdefault(key[1], " ".join(block))
+        written = re.match(r"(?:# )?(  )?(\w+):(?: |$)", line)
+        key = written and (f"{group}.{written[2]}" if written[1] else written[2])
+        if written and key in known:
+            group = group if written[1] else written[2]
+            found[key] = " ".join(block)
             block = []
         elif line.lstrip("# "):
             block.append(line.lstrip("# "))

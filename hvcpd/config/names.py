@@ -37,7 +37,9 @@ _UNDECOMPOSED = str.maketrans(
 
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
-_UNSAYABLE = re.compile(r"(?<!\S)-[0-9]+|[0-9]+[.,][0-9]+|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]")
+_UNSAYABLE = re.compile(
+    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|[0-9]+[.,][0-9]+|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
+)
 """Numbers whose minus sign, point or comma would get lost; all but letters, digits, and the punctuation that a reader
 passes over."""
 
@@ -49,9 +51,10 @@ def plain_letters(text: str) -> str:
 
 
 def unsayable(text: str) -> str | None:
-    """The first part of a sentence that would not be said as it is meant: a sign of another script, -5, 3.5, 1,000."""
+    """A part of a sentence that would not be said as it is meant: a sign of another script, -5, 3.5, 1,000, m²."""
+    raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
     found = _UNSAYABLE.search(plain_letters(text))
-    return found and found[0]
+    return raised or (found and found[0])
 
 
 def valid_robot_name(name: str) -> str | None:

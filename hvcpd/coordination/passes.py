@@ -73,7 +73,7 @@ class Pass:
     waiting: dict[str, tuple[float, float]] = field(default_factory=dict)
     """The other robots that want it: when they were first and last heard to ask."""
     came_from: Place | None = None
-    """Where this robot last stood outside."""
+    """Where this robot makes room for others: where it last was beyond the line, or the nearest task there."""
 
     @property
     def topic(self) -> str:

@@ -53,10 +53,10 @@ ASKS_MAX = 4
 """Number of unanswered requests in a row after which a keeper counts as gone: at a loss of 30 %, a robot that is there
 misses all of them with a probability of 0.3⁴ = 0.8 %, and whoever passes through has left by then. With six, robots
 waited for more than 60 s in 22 of 1,200 missions instead of 14."""
-LISTENED_S = 30.0
-"""A robot that has heard nothing of a place for this long knows that nobody uses it: each use takes two sentences."""
 ASKS_ALONE = 2
 """The same if no other robot was ever heard of."""
+LISTENED_S = 30.0
+"""A robot that has heard nothing of a place for this long knows that nobody uses it: each use takes two sentences."""
 LEASE_S = 45.0
 """A robot that was given the place and does not mention it has left it by then: 4 m of it take 20 s. Each request that
 it hears renews the lease, because it answers."""

@@ -6,6 +6,7 @@ import argparse
 import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -186,3 +187,20 @@ def test_what_is_said_can_be_piped_to_who_hears_it() -> None:
     silence = bytes(2 * 16_000)
     heard = subprocess.run([*hvcpctl, "hear", "-"], input=said.stdout + silence, capture_output=True, check=True)
     assert b"water the yellow rose" in heard.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("pronounce", "water"),
+        ("pronounce", "water", "--json"),
+        ("voices", "oak", "--text", "water"),
+        ("say", "Hi Rob, I am Bot, water the yellow rose", "--json"),
+    ],
+)
+def test_nothing_but_sound_goes_into_a_pipe(arguments: Sequence[str]) -> None:
+    hvcpctl = [sys.executable, "-m", "hvcpd.control.cli"]
+    piped = subprocess.run([*hvcpctl, *arguments, "-o", "-"], capture_output=True, check=True).stdout
+    assert piped[:4] == b"RIFF"
+    assert len(piped) == 8 + int.from_bytes(piped[4:8], "little")

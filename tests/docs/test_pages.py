@@ -11,7 +11,7 @@ import yaml
 
 from hvcpd.config.task_file import load_tasks
 from release import api
-from release.reference import FOLDER, PAGES
+from release.reference import FOLDER, PAGES, settings
 
 ROOT = Path(__file__).parents[2]
 MKDOCS = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
@@ -42,6 +42,20 @@ def test_every_link_leads_somewhere(path: Path) -> None:
 def test_the_reference_is_what_the_code_says(name: str) -> None:
     text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
     assert text == PAGES[name](), "run `python -m release.reference`"
+
+
+@pytest.mark.parametrize(
+    ("key", "begins"),
+    [
+        ("pitch", "How much higher"),
+        ("speech.rate", "normal or slow: a quarter longer."),  # there is a `rate` without a group, too
+        ("mode", "volunteer: the robot picks"),
+        ("wheels.driver", "opencr: a stock TurtleBot3's controller; dynamixel: two"),
+    ],
+)
+def test_each_setting_has_the_whole_comment_of_the_example_file(key: str, begins: str) -> None:
+    section = settings().partition(f"## `{key}`\n\n")[2].split("\n\n")
+    assert section[1].startswith(begins)
 
 
 @pytest.mark.slow

@@ -99,4 +99,10 @@ def test_latin_letters_become_plain(text: str, plain: str) -> None:
 def test_signs_without_sound_are_found() -> None:
     assert unsayable("Hi all, it's Zoë: \N{EM DASH} done!") is None
     assert unsayable("50 % done") == "%"
+    assert unsayable("20 m²") == "²"
+    assert unsayable("½ a litre") == "½"
+    for number in ("-5", "\N{EN DASH}5", "-.5", ".5", "3.5", "1,000"):
+        assert unsayable(f"it is (now) {number} degrees") == unsayable(f"it is ({number}) degrees") == number
+    for said in ("3-5 roses", "3\N{EN DASH}5 roses", "Rob - 5 roses", "Rob--5 roses", "well ...5 roses", "5.", "Rob,5"):
+        assert unsayable(said) is None
     assert unsayable("Hi 日本") == "日"

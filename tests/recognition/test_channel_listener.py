@@ -226,3 +226,20 @@ def test_what_has_other_phones_is_not_told(loss: float, is_told: bool) -> None:
     assert tuple(words) == ("hi", "rob", "water", "rose")
     assert abs(n_sound - len(sound) - 2 * MARGIN) <= 800
     assert n_noise > 0
+
+
+@pytest.mark.parametrize(("rest_s", "n_checks"), [(0.3, 0), (0.8, 1)])
+def test_the_phones_are_checked_of_what_would_be_told_alone(rest_s: float, n_checks: int) -> None:
+    """A check takes a twentieth of the sentence's time, and a long sentence may be looked at many times."""
+    asked: list[Sequence[str]] = []
+
+    def check(words: Sequence[str], sound: Samples, noise: Samples) -> float:
+        asked.append(words)
+        return 0.0
+
+    sound = heard("hi rob, water rose")
+    stretch = scene(AT + len(sound) + round(rest_s * SAMPLE_RATE_HZ), (AT, sound), noise=0.03)
+    found = ChannelListener(GRAPH, tuple(BOOKS.values()), check=check).search(
+        Stretch(stretch, ORIGIN, AT, (AT,), cut=True)
+    )
+    assert (len(found.sentences), len(asked)) == (n_checks, n_checks)

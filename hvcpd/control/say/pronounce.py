@@ -15,7 +15,7 @@ from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
-from hvcpd.hardware.files import write_whole
+from hvcpd.hardware.files import STANDARD_OUTPUT, write_whole
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.explain import PAPER_TABLE, PLACE_WORDS, Known, explain, paper_row, respelled
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     require_few_words(phrases)
     if options.track is not None and sum(map(len, phrases)) != 1:
         raise PhraseError("--track takes one word")
-    for words in phrases:
+    for words in phrases if options.output != STANDARD_OUTPUT else ():
         for number, word in enumerate(words):
             _print_word(word, explain(words, number, lexicon, builtin), options.json)
     if options.output is not None or options.track is not None:

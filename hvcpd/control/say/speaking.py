@@ -10,6 +10,7 @@ from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import EX_OK, PhraseError
+from hvcpd.hardware.files import STANDARD_OUTPUT
 from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
@@ -44,7 +45,7 @@ def speak(options: argparse.Namespace) -> int:
     if gain_db < options.gain_db - HEARD_DB:
         sys.stderr.write(f"hvcpctl: note: only {gain_db:+.1f} dB; more would clip\n")
     write_or_play(samples, options.output, team.settings.audio.output_device)
-    if options.json:
+    if options.json and options.output != STANDARD_OUTPUT:
         duration_s = len(samples) / SAMPLE_RATE_HZ
         written = team.phrasebook.write(utterance)
         file = str(options.output) if options.output is not None else None

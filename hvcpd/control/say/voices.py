@@ -7,7 +7,6 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
 from hvcpd.errors import EX_OK
+from hvcpd.hardware.files import STANDARD_OUTPUT
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named
@@ -38,7 +38,7 @@ def run(options: argparse.Namespace) -> int:
     require_few_words(phrases)
     said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
-    if options.output != Path("/dev/stdout"):
+    if options.output != STANDARD_OUTPUT:
         sys.stdout.write(_as_json(rows) if options.json else _as_table(rows))
         sys.stdout.flush()
     if options.output is not None or not options.silent:

@@ -136,8 +136,8 @@ weight."""
 TAIL = SAMPLE_RATE_HZ // 10
 """Most samples (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
 MOST_LOSS = 3.0
-"""Nats by which the phones of a sentence may be less likely than those that were heard. Of 100 right sentences in 14
-worlds none has more than 2.8, of 13 that were made of people ordering coffee none less than 3.3."""
+"""Nats per phone by which the phones of a sentence may be less likely than the likeliest ones. Of 100 right sentences
+in 14 worlds none has more than 2.8, of 13 that were made of people ordering coffee none less than 3.3."""
 MARGIN = SAMPLE_RATE_HZ // 10
 """Samples (0.1 s) before and after a sentence with which its phones are checked."""
 Check = Callable[[Sequence[str], Samples, Samples], float]
@@ -226,9 +226,10 @@ class ChannelListener:
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
-            if evidence is not None and self._is_unlike(evidence.path, heard, noise):
+            goes_on = evidence is not None and stretch.cut and evidence.path.end + GOES_ON > len(heard)
+            if evidence is not None and not goes_on and self._is_unlike(evidence.path, heard, noise):
                 evidence = None
-            if evidence is None or (stretch.cut and evidence.path.end + GOES_ON > len(heard)):
+            if evidence is None or goes_on:
                 if not paths:
                     break
                 best = evidence.path if evidence is not None else paths[0]
