@@ -7,9 +7,9 @@ and to an equal amount of other speech: other words, parts of longer sentences, 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -32,10 +32,10 @@ MOST_CALL_WORDS = 3
 class Hypotheses:
     """Results of the phone nets and of the enrolled people's templates for one segment of sound.
 
-    `readings` are the nets' posteriors, one or more, in each of which a sentence has a probability of its own: their
-    geometric mean counts (product of experts: G. Hinton, "Training products of experts by minimizing contrastive
-    divergence", Neural Computation 14(8), 2002). `nearest` is the sentence nearest to the words of enrolled people, or
-    None. `talk` is the network of other talk.
+    `readings` are the nets' posteriors, one or more, in each of which a sentence has a probability of its own. The one
+    with the highest product of them is likeliest (product of experts: G. Hinton, "Training products of experts by
+    minimizing contrastive divergence", Neural Computation 14(8), 2002), and as sure as by the net that is surest.
+    `nearest` is the sentence nearest to the words of enrolled people, or None. `talk` is the network of other talk.
     """
 
     readings: Sequence[LogPosteriors]
@@ -51,7 +51,10 @@ class Hypotheses:
     def by_phones(self) -> CtcSentence | None:
         """The likeliest of the sentences that fit one of the readings best; None if there is none."""
         found = {each.words: each for reading in self.readings if (each := self.search.best(reading)) is not None}
-        return max(found.values(), key=lambda each: self._mean_of(each.words), default=None)
+        return max(found.values(), key=lambda each: self._log_product(each.words), default=None)
+
+    def _log_product(self, words: Words) -> float:
+        return sum(self.search.log_likelihood_of(reading, words) for reading in self.readings)
 
     @property
     def sentences(self) -> list[Words]:
@@ -60,32 +63,32 @@ class Hypotheses:
         return found[:1] if len(found) > 1 and alike(*found) else found
 
     def log_odds(self, words: Words) -> float:
-        """The log odds by the net that a sentence was said, in any of its `wordings`, not another one, the beginning of
-        one, or other talk, MOST_LOG_ODDS at most; for calls for a halt, any of them."""
+        """The log odds, by the net that is surest, that a sentence was said, in any of its `wordings`, not another one,
+        the beginning of one, or other talk, MOST_LOG_ODDS at most; for calls for a halt, any of them."""
+        least = -MOST_LOG_ODDS
+        return max(least, *(self._log_odds(number, words) for number in range(len(self.readings))))
+
+    def _log_odds(self, number: int, words: Words) -> float:
+        """By one of the nets."""
+        reading, whole = self.readings[number], self._of_sentences[number]
         if is_call(words):
-            others = self._mean(partial(self.search.log_likelihood, without=URGENT, beginnings=True))
-            mine = _without(self._of_sentences, others)
+            others = self.search.log_likelihood(reading, URGENT, beginnings=True)
+            mine = _without(whole, others)
         else:
-            mine = float(np.logaddexp.reduce([self._mean_of(each) for each in wordings(words)]))
-            others = _without(self._of_sentences, mine)
+            said = [self.search.log_likelihood_of(reading, each) for each in wordings(words)]
+            mine = float(np.logaddexp.reduce(said))
+            others = _without(whole, mine)
         if mine == -math.inf:
-            return -MOST_LOG_ODDS
-        against = float(np.logaddexp(others, self._of_talk))
-        return min(max(mine - against, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+            return mine
+        return min(mine - float(np.logaddexp(others, self._of_talk[number])), MOST_LOG_ODDS)
 
     @cached_property
-    def _of_sentences(self) -> float:
-        return self._mean(partial(self.search.log_likelihood, beginnings=True))
+    def _of_sentences(self) -> Sequence[float]:
+        return [self.search.log_likelihood(each, beginnings=True) for each in self.readings]
 
     @cached_property
-    def _of_talk(self) -> float:
-        return self._mean(self.talk.log_likelihood)
-
-    def _mean_of(self, words: Words) -> float:
-        return self._mean(partial(self.search.log_likelihood_of, words=words))
-
-    def _mean(self, log_likelihood: Callable[[LogPosteriors], float]) -> float:
-        return sum(map(log_likelihood, self.readings)) / len(self.readings)
+    def _of_talk(self) -> Sequence[float]:
+        return [self.talk.log_likelihood(each) for each in self.readings]
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
