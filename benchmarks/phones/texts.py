@@ -7,14 +7,14 @@ import random
 import re
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.people_material import DIGITS
 from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import default_tasks_path
+from hvcpd.config.tasks import TaskDefinition, TaskRepository
+from hvcpd.errors import VocabularyError
 from hvcpd.language.phrasebook import Phrasebook
 
 NAMES = tuple(
@@ -37,7 +37,7 @@ FREE_PHRASES = (
     "say again",
     "what are you doing",
 )
-TEAMS_OF = 40
+TEAMS_OF = 400
 """Phrasebooks, each of three names."""
 LONGEST = 9
 """Words of a piece of prose."""
@@ -92,23 +92,35 @@ class Texts:
         self._chooser = random.Random(seed)
         self._runs = [kept for run in docstrings() for kept in _stretches(run, known)]
         self._common = sorted({word for run in self._runs for word in run})
-        tasks = load_tasks(default_tasks_path())
-        self._books: list[Phrasebook] = []
-        for _ in range(TEAMS_OF):
-            self._books.append(make_phrasebook(self._chooser.sample(NAMES, 3), DEFAULT_TEAMS, tasks))
+        self._known = sorted(word for word in known if word.isalpha() and len(word) > 2)
+        self._books = [self._book() for _ in range(TEAMS_OF)]
         self._names = [name.lower() for name in NAMES]
+
+    def _book(self) -> Phrasebook:
+        """A phrasebook of other names, teams and tasks: what the net learns of them it cannot use elsewhere."""
+        while True:
+            with suppress(VocabularyError):  # one of the words is in every phrasebook
+                return self._any_book()
+
+    def _any_book(self) -> Phrasebook:
+        chooser = self._chooser
+        names = [name.capitalize() for name in chooser.sample(self._common, 3)]
+        tasks = (" ".join(chooser.sample(self._common, chooser.randint(2, 4))) for _ in range(5))
+        defined = (TaskDefinition(number, name, None, ()) for number, name in enumerate(tasks, 1))
+        return make_phrasebook(names, chooser.sample(self._common, 2), TaskRepository(tuple(defined)))
 
     def draw(self) -> Text:
         """One text, now of one kind and now of another."""
         chooser = self._chooser
         kind = chooser.random()
-        if kind < 0.38:
+        if kind < 0.28:
             return self.prose()
-        if kind < 0.66:
+        if kind < 0.5:
             book = chooser.choice(self._books)
             return Text(tuple(tuple(phrase) for phrase in book.phrases(book.sample(chooser))))
-        if kind < 0.76:
-            return Text((tuple(chooser.choice(self._common) for _ in range(chooser.randint(1, 3))),))
+        if kind < 0.78:
+            words = chooser.choice((self._known, self._common))
+            return Text((tuple(chooser.choice(words) for _ in range(chooser.randint(1, 6))),))
         if kind < 0.86:
             return Text((tuple(chooser.choice(DIGITS) for _ in range(chooser.choice((1, 1, 2, 4)))),))
         return Text((tuple(self._call()),))
@@ -122,7 +134,7 @@ class Texts:
 
     def _call(self) -> list[str]:
         chooser = self._chooser
-        name = chooser.choice((*self._names, "all", "team a", "team b", ""))
+        name = chooser.choice((*self._names, chooser.choice(self._known), "all", "team a", "team b", ""))
         kind = chooser.random()
         if kind < 0.35:
             return f"{name} stop".split()

@@ -1,20 +1,20 @@
-"""Trains the net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
+"""Trains a net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
-    python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --out FILE.npz [--minutes 40] [--seed 1]
-        [--start FILE.npz] [--width 320] [--rate 2e-3]
+    python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --apart 1 2 3 ... --out FILE.npz
+        [--minutes 82] [--seed 1] [--rate 2e-3]
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
 by a longer or shorter vocal tract (N. Jaitly & G. Hinton, "Vocal tract length perturbation", ICML 2013).
-
-With --start the net goes on from other weights, of as many units or fewer.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -24,87 +24,64 @@ from torch import Tensor, nn
 from benchmarks.keyword.model import in_bytes
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
-from hvcpd.people.phones import APART, HALVES, PHONES, whole_weights
+from hvcpd.people.phones import PHONES, SIZES
 
 BLANK = len(PHONES)
 WIDTH = 320
-LAYERS = tuple((3 if number else 5, 2 if number == HALVES else 1, apart) for number, apart in enumerate(APART))
-"""Of each layer: how many frames it sees, its step, and how far apart they are."""
 MOST = 31
 """The largest weight as it is stored: six bits, which pack into three quarters of the space of eight."""
 BATCH_FRAMES = 6000
-WARP = (0.93, 1.07)
-PRINTED = 400
+WARP = (0.9, 1.1)
+PRINTED = 2000
 """Steps from one check to the next."""
 
 
 class Net(nn.Module):
-    """Convolutions in time; after HALVES what a layer finds is added to what it was given.
+    """As `hvcpd.people.phones.PhoneNet`, with a normalisation of each layer's sums."""
 
-    Each is one product of matrices, its inputs side by side: two thirds of the time of `nn.Conv1d`.
-    """
-
-    def __init__(self, width: int = WIDTH) -> None:
+    def __init__(self, apart: Sequence[int]) -> None:
         super().__init__()
-        self.width = width
-        inputs = [N_BANDS, *[width] * (len(LAYERS) - 1)]
-        self.layers = nn.ModuleList(nn.Linear(size * n, width) for n, (size, _, _) in zip(inputs, LAYERS, strict=True))
-        self.norms = nn.ModuleList(nn.BatchNorm1d(width) for _ in LAYERS)
-        self.out = nn.Linear(width, BLANK + 1)
+        first, second = SIZES
+        self.apart = tuple(apart)
+        inputs = [first * N_BANDS, second * WIDTH, *[WIDTH] * len(self.apart)]
+        self.layers = nn.ModuleList(nn.Linear(n, WIDTH) for n in inputs)
+        self.norms = nn.ModuleList(nn.BatchNorm1d(WIDTH) for _ in inputs)
+        self.out = nn.Linear(WIDTH, BLANK + 1)
         self.drop = nn.Dropout(0.1)
 
     def forward(self, sound: Tensor) -> Tensor:
         """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
         sound = sound.transpose(1, 2)
-        for number in range(len(LAYERS)):
-            sums = self.sums(number, sound)
-            found = torch.relu(self.norms[number](sums.flatten(0, 1)).view(sums.shape))
-            kept = self.drop(
-                torch.ones(len(found), 1, self.width, dtype=found.dtype)
-            )  # the same in all of a take: faster
-            found = found * kept
-            sound = found if number <= HALVES else sound + found
+        for number, size in enumerate(SIZES):
+            sound = self.dropped(torch.relu(self.sums(number, beside(sound, size, number + 1))))
+        for number, apart in enumerate(self.apart, len(SIZES)):
+            sound = torch.relu(sound + self.dropped(self.sums(number, shifted(sound, apart))))
         logits: Tensor = self.out(sound)
         return logits.transpose(1, 2)
 
-    def sums(self, number: int, sound: Tensor) -> Tensor:
-        """A layer's weighted sums of (batch, frames, inputs), with silence at both ends."""
-        size, step, apart = LAYERS[number]
-        reach, n = (size - 1) // 2 * apart, sound.shape[1]
-        padded = nn.functional.pad(sound, (0, 0, reach, reach))
-        seen = torch.cat([padded[:, k * apart : k * apart + n : step] for k in range(size)], dim=2)
+    def sums(self, number: int, seen: Tensor) -> Tensor:
+        """A layer's weighted sums of (batch, frames, inputs), normalised."""
         found: Tensor = self.layers[number](seen)
-        return found
+        normalised: Tensor = self.norms[number](found.flatten(0, 1))
+        return normalised.view(found.shape)
+
+    def dropped(self, found: Tensor) -> Tensor:
+        """Units left out at random, the same in all of a take: faster than in each frame."""
+        kept: Tensor = self.drop(torch.ones(len(found), 1, WIDTH, dtype=found.dtype))
+        return found * kept
 
 
-def started(net: Net, path: Path, sound: Tensor) -> None:
-    """Give the net the weights of a file that `weights_of` wrote, of as many units or fewer.
+def beside(sound: Tensor, size: int, step: int) -> Tensor:
+    """Every `step`-th frame of (batch, frames, units) with those around it, `size` in all."""
+    n, padded = sound.shape[1], nn.functional.pad(sound, (0, 0, size // 2, size // 2))
+    return torch.cat([padded[:, k : k + n : step] for k in range(size)], dim=2)
 
-    Units that the file does not have begin with random weights, and nothing listens to them yet. In the file the norms
-    are folded in. Here each gets the mean and variance that its layer has for `sound`, a batch, and is scaled so that
-    it changes nothing at first.
-    """
-    file = {name: torch.from_numpy(values) for name, values in whole_weights(dict(np.load(path))).items()}
-    old = len(file["bias0"])
-    with torch.no_grad():
-        sound = sound.transpose(1, 2)
-        for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
-            weights = file[f"weights{number}"]
-            size, inputs, _ = weights.shape
-            given = layer.weight.view(net.width, size, -1)
-            given[:old, :, :inputs] = weights.permute(2, 0, 1)
-            given[:old, :, inputs:] = 0.0
-            layer.bias[:old] = file[f"bias{number}"]
-            found = net.sums(number, sound)
-            norm.running_mean.copy_(found.mean(dim=(0, 1)))
-            norm.running_var.copy_(found.var(dim=(0, 1)))
-            norm.weight.copy_(torch.sqrt(norm.running_var + norm.eps))
-            norm.bias.copy_(norm.running_mean)
-            found = torch.relu(found)
-            sound = found if number <= HALVES else sound + found
-        net.out.weight.zero_()
-        net.out.weight[:, :old] = file["weights_out"].T
-        net.out.bias.copy_(file["bias_out"])
+
+def shifted(sound: Tensor, apart: int) -> Tensor:
+    """The first third of the units from `apart` frames earlier, the last from as many later."""
+    n, third, padded = sound.shape[1], WIDTH // 3, nn.functional.pad(sound, (0, 0, apart, apart))
+    earlier, later = padded[:, :n, :third], padded[:, 2 * apart :, 2 * third :]
+    return torch.cat((earlier, sound[:, :, third : 2 * third], later), dim=2)
 
 
 class Data:
@@ -201,17 +178,15 @@ def errors_of(net: Net, data: Data) -> tuple[float, float]:
 
 
 def weights_of(net: Net) -> dict[str, np.ndarray]:
-    """Of each layer, its norm folded in: `weights0`, shape (size, inputs, outputs), bytes, with a scale for each
-    output, `scale0`, and `bias0`, ...; the last layer's end in "_out"."""
+    """Of each layer, its norm folded in: `weights0`, shape (inputs, outputs), bytes, with a scale for each output,
+    `scale0`, and `bias0`, ...; the last layer's end in "_out"."""
     found = {}
     for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
-        weights = (
-            (layer.weight.detach() * gain[:, None]).view(net.width, LAYERS[number][0], -1).permute(1, 2, 0).numpy()
-        )
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
-        found |= stored(f"{number}", weights, bias)
-    return found | stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
+        found |= stored(f"{number}", (layer.weight.detach() * gain[:, None]).T.numpy(), bias)
+    found |= stored("_out", net.out.weight.detach().T.numpy(), net.out.bias.detach().numpy())
+    return found | {"apart": np.array(net.apart, np.int64)}
 
 
 def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
@@ -224,20 +199,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="+")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="voices that are not trained on")
-    parser.add_argument("--start", type=Path, help="weights to begin with, else random ones")
-    parser.add_argument("--width", type=int, default=WIDTH, help="units of a layer")
+    parser.add_argument("--apart", type=int, nargs="+", required=True, help="frames, of each residual layer")
     parser.add_argument("--rate", type=float, default=2e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--minutes", type=float, default=40.0, help="of a processor")
+    parser.add_argument("--minutes", type=float, default=82.0, help="of a processor")
     parser.add_argument("--seed", type=int, default=1)
     o = parser.parse_args()
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(o.seed)
-    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net(o.width)
-    if o.start is not None:
-        first = next(iter(data.batches(rng)))
-        started(net, o.start, data.batch(first, None)[0])
+    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net(o.apart)
     print("check:", [errors_of(net, check) for check in checks], flush=True)
     optimizer = torch.optim.AdamW(net.parameters(), o.rate, weight_decay=0.01)
     begin, step, losses = time.process_time(), 0, []
@@ -259,9 +230,18 @@ def main() -> None:
                 print(f"{done:.2f} step {step}: {np.mean(losses[-PRINTED:]):.3f}; check {errors}", flush=True)
             if done >= 1.0:
                 break
-    print(f"step {step}; check: loss, phone errors {[errors_of(net, check) for check in checks]}")
+    errors = {path.stem: errors_of(net, check) for path, check in zip(o.check, checks, strict=True)}
+    print(f"step {step}; check: loss, phone errors {errors}")
     net.eval()
-    np.savez_compressed(o.out, **weights_of(net))  # type: ignore[arg-type]
+    about = {
+        "date": datetime.now(UTC).date().isoformat(),
+        "data": [path.name for path in o.data],
+        "seed": o.seed,
+        "minutes": o.minutes,
+        "steps": step,
+        "loss and phone errors": errors,
+    }
+    np.savez_compressed(o.out, about=np.array(json.dumps(about)), **weights_of(net))  # type: ignore[arg-type]
 
 
 if __name__ == "__main__":

@@ -30,21 +30,31 @@ MOST_CALL_WORDS = 3
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses:
-    """Results of the phone net and of the enrolled people's templates for one segment of sound.
+    """Results of the phone nets and of the enrolled people's templates for one segment of sound.
 
-    `log_posteriors` are the net's, `by_phones` is the sentence that fits them best, and `nearest` the one that is
-    nearest to the words of enrolled people; None where there is none. `talk` is the network of other talk.
+    `readings` are the nets' posteriors, one or more, in each of which a sentence has a probability of its own. The one
+    with the highest product of them is likeliest (product of experts: G. Hinton, "Training products of experts by
+    minimizing contrastive divergence", Neural Computation 14(8), 2002), and as sure as by the net that is surest.
+    `nearest` is the sentence nearest to the words of enrolled people, or None. `talk` is the network of other talk.
     """
 
-    log_posteriors: LogPosteriors
+    readings: Sequence[LogPosteriors]
     search: CtcSearch
     talk: CtcSearch
-    by_phones: CtcSentence | None
     nearest: Recognised | None
 
-    def through(self, log_posteriors: LogPosteriors) -> Hypotheses:
-        """The same with posteriors of another output layer."""
-        return replace(self, log_posteriors=log_posteriors, by_phones=self.search.best(log_posteriors))
+    def through(self, readings: Sequence[LogPosteriors]) -> Hypotheses:
+        """The same with posteriors of other output layers."""
+        return replace(self, readings=readings)
+
+    @cached_property
+    def by_phones(self) -> CtcSentence | None:
+        """The likeliest of the sentences that fit one of the readings best; None if there is none."""
+        found = {each.words: each for reading in self.readings if (each := self.search.best(reading)) is not None}
+        return max(found.values(), key=lambda each: self._log_product(each.words), default=None)
+
+    def _log_product(self, words: Words) -> float:
+        return sum(self.search.log_likelihood_of(reading, words) for reading in self.readings)
 
     @property
     def sentences(self) -> list[Words]:
@@ -53,34 +63,39 @@ class Hypotheses:
         return found[:1] if len(found) > 1 and alike(*found) else found
 
     def log_odds(self, words: Words) -> float:
-        """The log odds by the net that a sentence was said, in any of its `wordings`, not another one, the beginning of
-        one, or other talk, MOST_LOG_ODDS at most; for calls for a halt, any of them."""
+        """The log odds, by the net that is surest, that a sentence was said, in any of its `wordings`, not another one,
+        the beginning of one, or other talk, MOST_LOG_ODDS at most; for calls for a halt, any of them."""
+        least = -MOST_LOG_ODDS
+        return max(least, *(self._log_odds(number, words) for number in range(len(self.readings))))
+
+    def _log_odds(self, number: int, words: Words) -> float:
+        """By one of the nets."""
+        reading, whole = self.readings[number], self._of_sentences[number]
         if is_call(words):
-            others = self.search.log_likelihood(self.log_posteriors, URGENT, beginnings=True)
-            mine = _without(self._of_sentences, others)
+            others = self.search.log_likelihood(reading, URGENT, beginnings=True)
+            mine = _without(whole, others)
         else:
-            said = [self.search.log_likelihood_of(self.log_posteriors, each) for each in wordings(words)]
+            said = [self.search.log_likelihood_of(reading, each) for each in wordings(words)]
             mine = float(np.logaddexp.reduce(said))
-            others = _without(self._of_sentences, mine)
+            others = _without(whole, mine)
         if mine == -math.inf:
-            return -MOST_LOG_ODDS
-        against = float(np.logaddexp(others, self._of_talk))
-        return min(max(mine - against, -MOST_LOG_ODDS), MOST_LOG_ODDS)
+            return mine
+        return min(mine - float(np.logaddexp(others, self._of_talk[number])), MOST_LOG_ODDS)
 
     @cached_property
-    def _of_sentences(self) -> float:
-        return self.search.log_likelihood(self.log_posteriors, beginnings=True)
+    def _of_sentences(self) -> Sequence[float]:
+        return [self.search.log_likelihood(each, beginnings=True) for each in self.readings]
 
     @cached_property
-    def _of_talk(self) -> float:
-        return self.talk.log_likelihood(self.log_posteriors)
+    def _of_talk(self) -> Sequence[float]:
+        return [self.talk.log_likelihood(each) for each in self.readings]
 
     def spans(self, words: Words) -> Sequence[tuple[int, int]]:
         """The first frame of each word of a sentence that was found, and the one after its last."""
         by_phones = self.by_phones
         is_best = by_phones is not None and words == by_phones.words
-        aligned = by_phones if is_best else self.search.fit(self.log_posteriors, words)
-        return aligned.spans if aligned is not None else [(0, len(self.log_posteriors))] * len(words)
+        aligned = by_phones if is_best else self.search.fit(self.readings[0], words)
+        return aligned.spans if aligned is not None else [(0, len(self.readings[0]))] * len(words)
 
 
 @dataclass(frozen=True)
@@ -136,13 +151,18 @@ def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     nearest = hypotheses.nearest
     if nearest is not None and alike(nearest.words, words):
         heard = 1.0, logit(nearest.confidence)
-    n_frames = max(len(hypotheses.log_posteriors), 1)
+    n_frames = max(len(hypotheses.readings[0]), 1)
     return (
         1.0,
-        float(-hypotheses.log_posteriors.max(axis=1).sum()) / n_frames,
+        -certainty(hypotheses.readings) / n_frames,
         hypotheses.log_odds(words),
         *heard,
     )
+
+
+def certainty(readings: Sequence[LogPosteriors]) -> float:
+    """The mean log probability of the likeliest phones of each reading."""
+    return float(np.mean([each.max(axis=1).sum() for each in readings]))
 
 
 def _without(whole: float, part: float) -> float:

@@ -1,4 +1,4 @@
-"""A small speaker-independent phone net for English: convolutions in time over mel bands.
+"""A small speaker-independent phone net for English: a residual net in time over mel bands.
 
 Trained by connectionist temporal classification (A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on
 synthetic speech and people's words (`benchmarks/phones`): between two sounds it emits a blank.
@@ -46,28 +46,11 @@ def centred(logs: Bands) -> Logs:
 
 FRAME_SAMPLES = 320
 """Two of the bands' frames make one of the net's."""
-APART = (1, 1, 2, 3, 4, 6)
-"""Dilation of each layer's convolution, frames."""
+SIZES = (5, 3)
+"""Frames that the first two layers see; the second halves their number."""
 GAP_COST = 1.5
 """Cost of a blank, natural logarithm: a net trained this way is surer of blanks than of phones, so that short words
 were left out. Of 195 sentences of other synthetic voices than those trained on 191 are right, with 0.5 189."""
-HALVES = 1
-"""The layer with stride 2; those after it are residual layers."""
-
-
-@cache
-def _weights() -> dict[str, NDArray[np.float32]]:
-    return whole_weights(stored("phones.npz"))
-
-
-def whole_weights(file: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[np.float32]]:
-    """Weights and biases of a file of `benchmarks.phones.train`, where bytes have a scale for each output."""
-    scales = {name.replace("scale", "weights"): values for name, values in file.items() if name.startswith("scale")}
-    return {
-        name: np.asarray(values, np.float32) * scales.get(name, np.float32(1.0))
-        for name, values in file.items()
-        if not name.startswith("scale")
-    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,28 +84,70 @@ class OutputLayer:
         return np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32)
 
 
-def anybodys_layer() -> OutputLayer:
-    """The layer as it was trained, for any voice."""
-    return OutputLayer(_weights()["weights_out"], _weights()["bias_out"])
+@dataclass(frozen=True, eq=False)
+class PhoneNet:
+    """Two convolutions, then residual layers (K. He et al., CVPR 2016) of one matrix each: a third of the units are
+    taken from earlier, a third from later frames, `apart` (temporal shift: J. Lin, C. Gan & S. Han, ICCV 2019).
+
+    `arrays`: as `benchmarks.phones.train` wrote them: of each layer bytes, "weights0", shape (inputs, outputs), and of
+    each output "scale0" and "bias0", ... As numbers of four bytes the weights of a net would take 7 MB of memory.
+    `layer`: the one after them, for any voice.
+    """
+
+    arrays: Mapping[str, NDArray[Any]]
+    apart: tuple[int, ...]
+    layer: OutputLayer
+
+    @classmethod
+    def of(cls, file: Mapping[str, NDArray[Any]]) -> PhoneNet:
+        """That of a file."""
+        weights = file["weights_out"] * file["scale_out"]
+        return cls(file, tuple(map(int, file["apart"])), OutputLayer(weights, file["bias_out"]))
+
+    def output(self, logs: Logs) -> NetOutput:
+        """For `centred` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
+        sound = logs
+        for number, size in enumerate(SIZES):
+            sound = np.maximum(self._sums(number, _beside(sound, size)[:: number + 1]), 0.0)
+        for number, apart in enumerate(self.apart, len(SIZES)):
+            sound = np.maximum(sound + self._sums(number, _shifted(sound, apart)), 0.0)
+        return NetOutput(self.layer.log_posteriors(sound), sound)
+
+    def _sums(self, number: int, seen: Logs) -> Logs:
+        """A layer's weighted sums of what it sees, shape (frames, inputs)."""
+        arrays = self.arrays
+        sums = seen @ arrays[f"weights{number}"].astype(np.float32)
+        return np.asarray(sums * arrays[f"scale{number}"] + arrays[f"bias{number}"], np.float32)
 
 
-def phones_of(logs: Logs) -> NetOutput:
-    """The net's output for `centred` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
-    weights, sound = _weights(), logs
-    for number, apart in enumerate(APART):
-        step = 2 if number == HALVES else 1
-        found = _layer(sound, weights[f"weights{number}"], weights[f"bias{number}"], apart, step)
-        sound = found if number <= HALVES else sound + found
-    return NetOutput(anybodys_layer().log_posteriors(sound), sound)
+@cache
+def near_net() -> PhoneNet:
+    """Sees 0.35 s on either side of a frame, and so knows sounds alone: it tells best what was not said."""
+    return PhoneNet.of(stored("phones_near.npz"))
 
 
-def _layer(sound: Logs, weights: Logs, bias: Logs, apart: int, step: int) -> Logs:
-    """The positive part of the weighted sums, `weights` of shape (size, inputs, outputs), with silence at both ends."""
-    reach = (len(weights) - 1) // 2 * apart
-    padded = np.pad(sound, ((reach, reach), (0, 0)))
-    n = len(sound)
-    total = bias + sum(padded[k * apart : k * apart + n : step] @ each for k, each in enumerate(weights))
-    return np.asarray(np.maximum(total, 0.0), np.float32)
+@cache
+def far_net() -> PhoneNet:
+    """Sees 1.2 s on either side, and so knows words, too: the better one by itself."""
+    return PhoneNet.of(stored("phones_far.npz"))
+
+
+def nets() -> tuple[PhoneNet, PhoneNet]:
+    """Both: they err in different ways (docs/decisions/phones.md)."""
+    return near_net(), far_net()
+
+
+def _beside(sound: Logs, size: int) -> Logs:
+    """Each frame with those around it, `size` in all, and silence at both ends: shape (frames, size * units)."""
+    padded = np.pad(sound, ((size // 2, size // 2), (0, 0)))
+    return np.concatenate([padded[k : k + len(sound)] for k in range(size)], axis=1)
+
+
+def _shifted(sound: Logs, apart: int) -> Logs:
+    """The first third of the units as they were `apart` frames earlier, the last third as they will be."""
+    n, third = len(sound), sound.shape[1] // 3
+    padded = np.pad(sound, ((apart, apart), (0, 0)))
+    return np.concatenate((padded[:n, :third], sound[:, third : 2 * third], padded[2 * apart :, 2 * third :]), axis=1)
 
 
 Scores = NDArray[np.float32]

@@ -10,8 +10,8 @@ from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.people.bands import logs_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import EnrolledListener
-from hvcpd.people.fusion import Fused, Hypotheses, alike, fuse
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, any_words, centred, phones_of
+from hvcpd.people.fusion import Fused, Hypotheses, alike, certainty, fuse
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, any_words, centred, nets
 from hvcpd.people.speaker_adaptation import adapted
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.second_pass import Segment
@@ -54,7 +54,7 @@ class SecondPassRecogniser:
         self._strangers = strangers
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
-        self._layer = lru_cache(LAYERS_KEPT)(partial(adapted, pronounce=lexicon.sounds))
+        self._layers = lru_cache(LAYERS_KEPT)(partial(adapted, pronounce=lexicon.sounds))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
@@ -64,7 +64,7 @@ class SecondPassRecogniser:
         for person in self._people.values() if self._strangers else ():
             if not go_on():
                 return
-            self._layer(person.sentences)
+            self._layers(person.sentences)
 
     def search(self, segment: Segment) -> Recognised | None:
         """The sentence in a segment, with its confidence; None if none is sure enough."""
@@ -96,9 +96,9 @@ class SecondPassRecogniser:
         sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are then
         right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with another
         one's)."""
-        hypotheses, output = self._heard(segment)
+        hypotheses, outputs = self._heard(segment)
         fused = fuse(hypotheses)
-        through = [hypotheses.through(each) for each in self._through_layers(output)] if fused is not None else []
+        through = [hypotheses.through(each) for each in self._through_layers(outputs)] if fused is not None else []
         found = [(other, each) for other in through if (each := fuse(other)) is not None]
         if fused is None or not found:
             return hypotheses, fused
@@ -107,23 +107,27 @@ class SecondPassRecogniser:
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
-    def _through_layers(self, output: NetOutput) -> list[LogPosteriors]:
-        """The posteriors by people's own layers, MOST_LAYERS of those that are surest of their phones."""
-        layers = (self._layer(person.sentences) for person in self._people.values())
-        found = [layer.log_posteriors(output.activations) for layer in layers if layer is not None]
-        return sorted(found, key=lambda each: -float(each.max(axis=1).sum()))[:MOST_LAYERS]
+    def _through_layers(self, outputs: Sequence[NetOutput]) -> list[list[LogPosteriors]]:
+        """The readings by people's own layers, MOST_LAYERS of those that are surest of their phones."""
+        people = (self._layers(person.sentences) for person in self._people.values())
+        found = [
+            [layer.log_posteriors(each.activations) for layer, each in zip(layers, outputs, strict=True)]
+            for layers in people
+            if layers
+        ]
+        return sorted(found, key=certainty, reverse=True)[:MOST_LAYERS]
 
     def hypotheses(self, segment: Segment) -> Hypotheses:
         """The results of the net for anybody and of the enrolled people's templates for a segment."""
         return self._heard(segment)[0]
 
-    def _heard(self, segment: Segment) -> tuple[Hypotheses, NetOutput]:
+    def _heard(self, segment: Segment) -> tuple[Hypotheses, Sequence[NetOutput]]:
         search, talk = self._searches
-        output = phones_of(centred(logs_of_segment(segment)))
+        logs = centred(logs_of_segment(segment))
+        outputs = [net.output(logs) for net in nets()]
         listener = self._listener()
         nearest = listener.nearest(segment) if listener is not None else None
-        by_phones = search.best(output.log_posteriors)
-        return Hypotheses(output.log_posteriors, search, talk, by_phones, nearest), output
+        return Hypotheses([each.log_posteriors for each in outputs], search, talk, nearest), outputs
 
     @cached_property
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:

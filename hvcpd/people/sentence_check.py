@@ -12,7 +12,7 @@ import numpy as np
 
 from hvcpd.language.graph import graph_of
 from hvcpd.people.bands import levelled, logs_of, noise_of
-from hvcpd.people.phones import CtcSearch, Pronounce, centred, phones_of
+from hvcpd.people.phones import CtcSearch, Pronounce, centred, near_net
 from hvcpd.ports import Samples
 
 SPOKEN = 0.18
@@ -24,7 +24,7 @@ def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples,
     """The loss of these words' phones against the likeliest ones in a sound, shape (n,), nats per phone; less where the
     net hears hardly any. `noise`: the sound of the room alone, shape (m,)."""
     both, speech = levelled(np.concatenate([noise, sound]), sound)
-    log_posteriors = phones_of(centred(logs_of(speech, noise_of(both, len(noise))))).log_posteriors
+    log_posteriors = near_net().output(centred(logs_of(speech, noise_of(both, len(noise))))).log_posteriors
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(log_posteriors)
     if fit is None:

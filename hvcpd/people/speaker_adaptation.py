@@ -22,10 +22,10 @@ from hvcpd.people.phones import (
     LogPosteriors,
     Logs,
     OutputLayer,
+    PhoneNet,
     Pronounce,
-    anybodys_layer,
     centred,
-    phones_of,
+    nets,
 )
 from hvcpd.recognition.second_pass import Segment
 
@@ -43,18 +43,23 @@ def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
     return SpokenSentence(words, centred(logs_of_segment(segment)))
 
 
-def adapted(sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:
-    """A person's output layer; None if the phones of none of the sentences can be aligned."""
-    pairs = [pair for sentence in sentences if (pair := _aligned(sentence, pronounce)) is not None]
+def adapted(sentences: Sequence[SpokenSentence], pronounce: Pronounce) -> tuple[OutputLayer, ...]:
+    """A person's output layer of each net; none if the phones of none of the sentences can be aligned."""
+    layers = (_adapted(net, sentences, pronounce) for net in nets())
+    return tuple(layer for layer in layers if layer is not None)
+
+
+def _adapted(net: PhoneNet, sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:
+    pairs = [pair for sentence in sentences if (pair := _aligned(net, sentence, pronounce)) is not None]
     if not pairs:
         return None
     activations = np.concatenate([of_sentence for of_sentence, _ in pairs])
-    return _fitted(activations, np.concatenate([phones for _, phones in pairs]))
+    return _fitted(net.layer, activations, np.concatenate([phones for _, phones in pairs]))
 
 
-def _aligned(sentence: SpokenSentence, pronounce: Pronounce) -> tuple[Logs, Index] | None:
+def _aligned(net: PhoneNet, sentence: SpokenSentence, pronounce: Pronounce) -> tuple[Logs, Index] | None:
     """Each frame's activations and phone."""
-    output = phones_of(sentence.logs)
+    output = net.output(sentence.logs)
     phones = alignment(output.log_posteriors, sentence.words, pronounce)
     return (output.activations, phones) if phones is not None else None
 
@@ -74,9 +79,8 @@ def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pr
     return phones
 
 
-def _fitted(activations: Logs, phones: Index) -> OutputLayer:
-    """The layer with the least cross-entropy of the phones and the prior's loss."""
-    start = anybodys_layer()
+def _fitted(start: OutputLayer, activations: Logs, phones: Index) -> OutputLayer:
+    """The layer near `start` with the least cross-entropy of the phones and the prior's loss."""
     scale = np.sqrt((activations**2).mean(axis=0) + 1e-6)
     inputs = activations / scale
     base, wanted = start.logits(activations), np.eye(GAP + 1, dtype=np.float32)[phones]

@@ -38,7 +38,7 @@ def hypotheses(*said: str, clear: float = 8.0, nearest: Recognised | None = None
     for k, phone in enumerate(phones):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
     search = CtcSearch(GRAPH, SAID.__getitem__)
-    return Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), nearest)
+    return Hypotheses([log_posteriors], search, TALK, nearest)
 
 
 def enrolled(words: tuple[str, ...], confidence: float) -> Recognised:
@@ -94,13 +94,13 @@ def test_the_surer_an_enrolled_sentence_the_more_it_counts() -> None:
 
 
 def test_silence_around_a_sentence_does_not_change_its_odds() -> None:
-    strange = hypotheses("turn", "left").log_posteriors
+    strange = hypotheses("turn", "left").readings[0]
     strange[6:12, PHONES.index("AA")] = 0.4  # in a strange voice
     silence = np.full((40, NONE + 1), -8.0, np.float32)
     silence[:, NONE] = 0.0
     search, odds = CtcSearch(GRAPH, SAID.__getitem__), []
     for heard in (strange, np.concatenate([silence, strange, silence])):
-        odds.append(Hypotheses(heard, search, TALK, search.best(heard), None).log_odds(LEFT))
+        odds.append(Hypotheses([heard], search, TALK, None).log_odds(LEFT))
     assert odds[0] > 0.0
     assert odds[1] == pytest.approx(odds[0], abs=0.1)
 
@@ -108,13 +108,13 @@ def test_silence_around_a_sentence_does_not_change_its_odds() -> None:
 def test_what_no_row_of_phones_explains_is_unlikely() -> None:
     noise = hypotheses("turn", "left")
     log_posteriors = np.log(np.random.default_rng(3).dirichlet(np.full(NONE + 1, 0.05), 60) + 1e-6).astype(np.float32)
-    found = Hypotheses(log_posteriors, noise.search, TALK, noise.search.best(log_posteriors), None)
+    found = Hypotheses([log_posteriors], noise.search, TALK, None)
     assert fused(found).probability < 0.1
 
 
 def test_a_sentence_that_cannot_be_has_the_least_odds() -> None:
     short = hypotheses("turn", "left")
-    brief = Hypotheses(short.log_posteriors[:3], short.search, TALK, None, enrolled(RIGHT, 0.9))
+    brief = Hypotheses([short.readings[0][:3]], short.search, TALK, enrolled(RIGHT, 0.9))
     assert brief.log_odds(RIGHT) == -MOST_LOG_ODDS
     assert len(brief.spans(RIGHT)) == 2
     assert fused(brief).words == RIGHT
@@ -127,7 +127,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
     log_posteriors = np.full((12, NONE + 1), -8.0, np.float32)
     for k, phone in enumerate(("AO", "L", "S", "T", "AA", "P")):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
-    alone = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None)
+    alone = Hypotheses([log_posteriors], search, TALK, None)
     same, other, else_ = (
         fused(replace(alone, nearest=enrolled(words, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
@@ -137,7 +137,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
 
 def test_nothing_heard_is_no_sentence() -> None:
     heard = hypotheses("turn", "left")
-    assert fuse(Hypotheses(heard.log_posteriors[:0], heard.search, TALK, None, None)) is None
+    assert fuse(Hypotheses([heard.readings[0][:0]], heard.search, TALK, None)) is None
 
 
 def test_greetings_to_all_and_to_nobody_mean_the_same() -> None:
@@ -171,6 +171,14 @@ def test_wordings_of_one_sentence_do_not_compete() -> None:
     for k, phone in enumerate(("HH", "AY", "AO", "L", "AY", "B", "IH", None)):
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone) if phone else NONE] = 0.0
     log_posteriors[4:8] = -1.5  # anything
-    heard = Hypotheses(log_posteriors, search, TALK, search.best(log_posteriors), None)
+    heard = Hypotheses([log_posteriors], search, TALK, None)
     assert heard.by_phones is not None
     assert heard.log_odds(heard.by_phones.words) > 4.0
+
+
+def test_of_two_nets_the_surer_one_decides() -> None:
+    left, right = hypotheses("turn", "left"), hypotheses("turn", "right", clear=2.0)
+    for readings in ([*left.readings, *right.readings], [*right.readings, *left.readings]):
+        both = Hypotheses(readings, left.search, TALK, None)
+        assert fused(both).words == LEFT
+        assert both.log_odds(LEFT) == left.log_odds(LEFT) > both.log_odds(RIGHT) == right.log_odds(RIGHT)

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
-from hvcpd.people.phones import PHONES, Logs, centred, phones_of, whole_weights
+from hvcpd.people.phones import PHONES, Logs, PhoneNet, _beside, _shifted, centred, far_net, nets
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -31,14 +31,15 @@ def logs(speech: Samples, noise_rms: float = 1e-3) -> Logs:
 
 def by_phones(found: Logs) -> list[str]:
     """The likeliest phones, repeats and gaps left out."""
-    best = phones_of(found).log_posteriors.argmax(axis=1)
+    best = far_net().output(found).log_posteriors.argmax(axis=1)
     kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
     return [PHONES[k] for k in kept]
 
 
-def test_shapes_and_sums() -> None:
+@pytest.mark.parametrize("net", nets())
+def test_shapes_and_sums(net: PhoneNet) -> None:
     for n in (0, 1, 2, 7, 100):
-        sounds = phones_of(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
+        sounds = net.output(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
         log_posteriors = sounds.log_posteriors
         assert len(sounds.activations) == len(log_posteriors)
         assert log_posteriors.shape == ((n + 1) // 2, len(PHONES) + 1)
@@ -47,15 +48,21 @@ def test_shapes_and_sums() -> None:
 
 
 def test_weights_are_bytes_with_a_scale_for_each_output() -> None:
-    file = {
-        "weights0": np.array([[127, -2], [0, 64]], np.int8),
-        "scale0": np.array([0.01, 0.5], np.float32),
-        "bias0": np.array([1.0, -1.0], np.float16),
-    }
-    found = whole_weights(file)
-    assert sorted(found) == ["bias0", "weights0"]
-    assert np.allclose(found["weights0"], [[1.27, -1.0], [0.0, 32.0]])
-    assert all(values.dtype == np.float32 for values in found.values())
+    for net in nets():
+        arrays = net.arrays
+        layers = range(2 + len(net.apart))
+        assert all(arrays[f"weights{n}"].dtype == np.int8 for n in layers)
+        assert all(arrays[f"weights{n}"].shape[1:] == arrays[f"scale{n}"].shape for n in layers)
+        assert all(array.nbytes < 320 * 1000 for array in arrays.values()), "in memory as in the file"
+
+
+def test_a_layer_sees_units_from_earlier_now_and_later() -> None:
+    sound = np.arange(1, 61, dtype=np.float32).reshape(10, 6)
+    found = _shifted(sound, 2)
+    assert np.array_equal(found[5], [*sound[3, :2], *sound[5, 2:4], *sound[7, 4:]])
+    assert not found[:2, :2].any(), "silence before the sound"
+    assert not found[-2:, 4:].any()
+    assert np.array_equal(_beside(sound, 3)[4], sound[3:6].ravel())
 
 
 def test_a_microphone_s_tilt_does_not_count() -> None:
@@ -68,8 +75,8 @@ def test_a_microphone_s_tilt_does_not_count() -> None:
 def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:
     found = logs(Speaker(VOICES[1], sound.lexicon, sound.cache).render([["turn", "left"]]))
     quiet = np.repeat(found[:1], 400, axis=0)
-    now, later = (phones_of(np.concatenate([quiet[:n], found, quiet])).log_posteriors for n in (100, 180))
-    assert np.allclose(now[50 : 50 + len(found) // 2], later[90 : 90 + len(found) // 2], atol=1e-3)
+    now, later = (far_net().output(np.concatenate([quiet[:n], found, quiet])).log_posteriors for n in (140, 220))
+    assert np.allclose(now[70 : 70 + len(found) // 2], later[110 : 110 + len(found) // 2], atol=1e-3)
 
 
 @pytest.mark.parametrize("text", ["stop", "turn left", "move forward", "who is here", "water the yellow rose"])

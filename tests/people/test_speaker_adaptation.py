@@ -10,7 +10,7 @@ import pytest
 from hvcpd.control.enrol.recordings import check_sentence
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
-from hvcpd.people.phones import PHONES, CtcSearch, anybodys_layer, phones_of
+from hvcpd.people.phones import PHONES, CtcSearch, far_net, nets
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import GAP, adapted, alignment, spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -48,14 +48,16 @@ def sentence(text: str) -> SpokenSentence:
 
 
 def losses(text: str, *known: str) -> tuple[float, float]:
-    """Of a sentence by the layer for anybody, and by the one adapted to the `known` sentences."""
-    layer = adapted(map(sentence, known), LEXICON.sounds)
-    assert layer is not None
-    activations, search = phones_of(sentence(text).logs).activations, CtcSearch(graph_of(text.split()), LEXICON.sounds)
-    both = [search.best(each.log_posteriors(activations)) for each in (anybodys_layer(), layer)]
-    assert both[0] is not None
-    assert both[1] is not None
-    return both[0].loss, both[1].loss
+    """Of a sentence by both nets' layers for anybody, and by those adapted to the `known` sentences."""
+    before = after = 0.0
+    search = CtcSearch(graph_of(text.split()), LEXICON.sounds)
+    for net, layer in zip(nets(), adapted([sentence(each) for each in known], LEXICON.sounds), strict=True):
+        activations = net.output(sentence(text).logs).activations
+        both = [search.best(each.log_posteriors(activations)) for each in (net.layer, layer)]
+        assert both[0] is not None
+        assert both[1] is not None
+        before, after = before + both[0].loss, after + both[1].loss
+    return before, after
 
 
 def test_sentences_of_a_voice_make_others_likelier() -> None:
@@ -65,14 +67,14 @@ def test_sentences_of_a_voice_make_others_likelier() -> None:
 
 
 def test_without_sentences_nothing_is_adapted() -> None:
-    assert adapted([], LEXICON.sounds) is None
+    assert adapted([], LEXICON.sounds) == ()
     too_short = SpokenSentence(tuple(KNOWN[0].split()), sentence(KNOWN[0]).logs[:20])
-    assert adapted([too_short], LEXICON.sounds) is None
+    assert adapted([too_short], LEXICON.sounds) == ()
 
 
 def test_an_alignment_has_the_phones_of_the_words_in_order() -> None:
     words = KNOWN[2].split()
-    found = alignment(phones_of(sentence(KNOWN[2]).logs).log_posteriors, words, LEXICON.sounds)
+    found = alignment(far_net().output(sentence(KNOWN[2]).logs).log_posteriors, words, LEXICON.sounds)
     assert found is not None
     changes = [int(phone) for before, phone in zip([GAP, *found], found, strict=False) if phone not in (GAP, before)]
     said = [PHONES.index(phone) for word in words for phone in LEXICON.sounds(word)[0]]

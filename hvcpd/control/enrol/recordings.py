@@ -11,7 +11,7 @@ import numpy as np
 
 from hvcpd.language.graph import graph_of
 from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, levelled
-from hvcpd.people.phones import CtcSearch, Pronounce, phones_of
+from hvcpd.people.phones import CtcSearch, Pronounce, far_net
 from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
@@ -140,7 +140,7 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
         return None, "it takes too long; say the sentence without long pauses"
     sentence = spoken(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
     search = CtcSearch(graph_of(words), pronounce)
-    fit = search.best(phones_of(sentence.logs).log_posteriors)
+    fit = search.best(far_net().output(sentence.logs).log_posteriors)
     if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
         return None, "that was not the sentence, or it was hardly to be understood"
     return sentence, ""
