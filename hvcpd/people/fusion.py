@@ -51,7 +51,9 @@ class Hypotheses:
     def by_phones(self) -> CtcSentence | None:
         """The likeliest of the sentences that fit one of the readings best; None if there is none."""
         found = {each.words: each for reading in self.readings if (each := self.search.best(reading)) is not None}
-        return max(found.values(), key=lambda each: self._log_product(each.words), default=None)
+        if len(found) <= 1:  # mostly the nets agree, and nothing is to be weighed
+            return next(iter(found.values()), None)
+        return max(found.values(), key=lambda each: self._log_product(each.words))
 
     def _log_product(self, words: Words) -> float:
         return sum(self.search.log_likelihood_of(reading, words) for reading in self.readings)
@@ -144,7 +146,7 @@ PROBABILITY: tuple[float, ...] = tuple(fitted("people_fusion")["weights"]["proba
 def evidence(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
     """Features of the confidence of the most likely sentence.
 
-    The net's certainty of any phones; the log odds of the sentence by the net; whether it is nearest to enrolled
+    The nets' certainty of any phones; the log odds of the sentence by the surer net; whether it is nearest to enrolled
     people's words, and how certainly.
     """
     heard = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""A small speaker-independent phone net for English: a residual net in time over mel bands.
+"""Small speaker-independent phone nets for English: residual nets in time over mel bands.
 
 Trained by connectionist temporal classification (A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on
 synthetic speech and people's words (`benchmarks/phones`): between two sounds it emits a blank.

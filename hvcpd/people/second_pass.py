@@ -1,4 +1,4 @@
-"""Second-pass recognition of people, where no robot's voice explains speech: a phone net and enrolled templates."""
+"""Second-pass recognition of people, where no robot's voice explains speech: two phone nets and enrolled templates."""
 
 from __future__ import annotations
 

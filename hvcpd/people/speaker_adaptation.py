@@ -1,4 +1,4 @@
-"""Speaker adaptation of the phone net: an output layer of a person's own, from sentences whose words are known.
+"""Speaker adaptation of the phone nets: output layers of a person's own, from sentences whose words are known.
 
 The hidden layers stay as they are. The layer after them moves so that the phones of the known words become likelier
 where a Viterbi alignment puts them (a linear output network: B. Li & K. C. Sim, "Comparison of discriminative input and
