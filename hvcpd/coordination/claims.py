@@ -206,8 +206,9 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     doubted = [number for number in upon if doubts(me, speaker, number, s.next is not None, now)]
     noted = [number for number in upon if not doubted and note_done(me, speaker, number, now)]
     doubt, sure = bool(doubted), not doubted and (noted == list(upon) or not new)
-    if sure and s.count is not None and me.clock_s is None and (entry := me.board[upon[0]]).recurs:
-        entry.change = s.count  # for this occurrence
+    entry = me.board[upon[0]]
+    if sure and s.count is not None and me.clock_s is None and entry.recurs and entry.owner == speaker:
+        entry.change = s.count  # for this occurrence; of its own one, a robot may have misheard the task
     if s.claim is not None and any(me.board.find(ref) for ref in s.claim.tasks):
         upon = contend(me, heard, speaker, s.claim.tasks, False)
     if is_for_me_alone(me, heard.to):
