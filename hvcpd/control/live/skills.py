@@ -120,7 +120,7 @@ async def serve(
 def _runner(name: str, settings: Settings, guard: GuardLine, place: str | None) -> Runner:
     skill = settings.skills.get(name)
     if skill is None:
-        return PythonRunner(name)
+        return PythonRunner(name, guard)
     try:
         return PinRunner(skill.gpio) if skill.gpio is not None else ProgramRunner(skill.run, skill.safe, guard)
     except HvcpdError as error:
