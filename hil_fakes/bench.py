@@ -29,6 +29,7 @@ from hvcpd.assembly.sound import Sound
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Speech, Talk, Timing
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.states import State
 from hvcpd.errors import PhraseError
 from hvcpd.memory.journal import Journal
@@ -303,8 +304,16 @@ def _is_through(c: Coordination) -> bool:
     if c.board.all_done:
         return True
     left = (entry for entry in c.board.entries() if not entry.known_done)
-    cannot = (c.role.name in e.failed_by or e.definition.number in c.role.unable for e in left)
-    return c.state is State.READY and c.role.volunteer and all(cannot)
+    return c.state is State.READY and c.role.volunteer and not any(_can_do(c, entry) for entry in left)
+
+
+def _can_do(c: Coordination, entry: Entry) -> bool:
+    """Whether the robot can do a task, alone or with others who have not given it up; what must come first is another
+    task that is left."""
+    task, names = entry.definition, {c.role.name, *c.role.roster}
+    able = c.role.name not in entry.failed_by and task.number not in c.role.unable
+    enough = not c.role.roster or len(names - entry.failed_by) >= task.robots  # strangers may be many
+    return able and enough and c.board.can_begin(entry)
 
 
 def _middle(tasks: TaskRepository) -> Point:

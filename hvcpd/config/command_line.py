@@ -100,6 +100,8 @@ class Parser(argparse.ArgumentParser):
         if isinstance(action, argparse._SubParsersAction):
             what = str(action.metavar or "command").lower()
             hint = f"; did you mean '{near}'?" if near else ""
+            if value in self._given and any(each[:1] == "-" for each in self._given[: self._given.index(value)]):
+                hint = f"; options come after the {what}"
             raise argparse.ArgumentError(None, f"there is no {what} '{value}'{hint}")
         hint = f"did you mean '{near}'?" if near else f"choose from {', '.join(choices)}"
         raise argparse.ArgumentError(action, f"'{value}' is not one of the choices; {hint}")

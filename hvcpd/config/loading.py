@@ -261,7 +261,7 @@ def _int(value: Any, _: Any) -> int:
     return value
 
 
-def _as_number(value: object) -> str:
+def as_number(value: object) -> str:
     """How what was meant as a number is written: YAML takes `1e9` for a text."""
     try:
         meant = float(value) if isinstance(value, str) and "e" in value.lower() else math.nan
@@ -274,7 +274,7 @@ def _as_number(value: object) -> str:
 
 def _float(value: Any, _: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise FaultError(f"expected a number, found {describe(value)}; {_as_number(value)}")
+        raise FaultError(f"expected a number, found {describe(value)}; {as_number(value)}")
     try:
         number = float(value)
     except OverflowError:

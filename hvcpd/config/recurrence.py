@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 BEGIN = datetime(2024, 1, 1)
 """A Monday, from which intervals of weeks, days and hours are counted."""
+SHIFT = timedelta(hours=2)
+"""More than local time is put forward or back; what is then due at a time that comes twice is due at the first."""
 LEAST_S = 600.0
 """A team needs some minutes to share its tasks out, to do them, and to hear of it."""
 GAPS = 60
@@ -48,14 +50,18 @@ class Recurrence:
         """The latest time at or before `wall_s` at which it was due; None if it never was."""
         if self._interval_s is not None:
             return wall_s // self._interval_s * self._interval_s
-        found = self._rule.before(datetime.fromtimestamp(wall_s), inc=True)
+        found = self._rule.before(datetime.fromtimestamp(wall_s) + SHIFT, inc=True)
+        while found is not None and found.timestamp() > wall_s:
+            found = self._rule.before(found)
         return found.timestamp() if found is not None else None
 
     def next(self, wall_s: float) -> float | None:
         """The first time after `wall_s` at which it will be due; None if it never will."""
         if self._interval_s is not None:
             return (wall_s // self._interval_s + 1.0) * self._interval_s
-        found = self._rule.after(datetime.fromtimestamp(wall_s))
+        found = self._rule.after(datetime.fromtimestamp(wall_s) - SHIFT)
+        while found is not None and found.timestamp() <= wall_s:
+            found = self._rule.after(found)
         return found.timestamp() if found is not None else None
 
     def number(self, wall_s: float) -> int:

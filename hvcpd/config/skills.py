@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from hvcpd.config.loading import FaultError, between, checked, describe
+from hvcpd.config.loading import FaultError, as_number, between, checked, describe
 from hvcpd.config.names import valid_task_name
 from hvcpd.errors import did_you_mean
 
@@ -63,7 +63,7 @@ class Parameter:
                 )
             return value
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise FaultError(f"expected a number, found {describe(value)}; write it without quotes, for example 1.5")
+            raise FaultError(f"expected a number, found {describe(value)}; {as_number(value)}")
         least = self.least if self.least is not None else -1e9
         most = self.most if self.most is not None else 1e9
         if not least <= value <= most:
@@ -79,6 +79,10 @@ def _valid_parameters(parameters: Mapping[str, Parameter]) -> str | None:
             return wrong
         if parameter.choices and parameter.type != "text":
             return f"{name}: choices are of texts; add `type: text`, or give `least` and `most`"
+        if parameter.type == "text" and (parameter.least, parameter.most) != (None, None):
+            return f"{name}: `least` and `most` are of numbers; leave out `type: text`, or give `choices`"
+        if parameter.least is not None and parameter.most is not None and parameter.least > parameter.most:
+            return f"{name}: `least` {parameter.least:g} is more than `most` {parameter.most:g}; exchange them"
         if parameter.default is not None:
             try:
                 parameter.read(parameter.default)

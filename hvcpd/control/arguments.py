@@ -120,6 +120,12 @@ def lack(text: str) -> tuple[str, str]:
     return robot, skill
 
 
+def tank(text: str) -> tuple[str, float]:
+    """[ROBOT=]LITRES: whose tank, "" for everybody's, and what is in it."""
+    robot, _, litres = text.rpartition("=")
+    return robot, between(0.0, 1000.0, "l")(litres)
+
+
 def between(least: float, most: float, unit: str = "") -> Callable[[str], float]:
     """Return a parser for numbers within bounds."""
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import routes, schedule
 from hvcpd.coordination.actions import Talk
-from hvcpd.coordination.entry import CLAIMED, OPEN
+from hvcpd.coordination.entry import CLAIMED, OPEN, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
@@ -57,14 +57,19 @@ def task_is_free(me: Knowledge, now: float) -> bool:
 
 def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
     """The tasks that this robot may claim. A task for several robots counts only if another robot has claimed it, or if
-    enough robots are idle, and not soon after an unanswered call for helpers; see also `waits_for_next`."""
+    enough robots that have not given it up are idle, and not soon after an unanswered call for helpers; see also
+    `waits_for_next`."""
     me.expire(now)
     entries = me.board.entries()
     shared = [entry for entry in entries if entry.is_shared]
-    idle = 1 + _free_others(me, now) if shared else 0
-    later = {e.definition.number for e in shared if e.call_s > now or (e.definition.robots > idle and not e.has_room)}
+    idle = _free_others(me, now) if shared else frozenset[str]()
+    later = {e.definition.number for e in shared if e.call_s > now or not (e.has_room or _can_fill(e, idle))}
     later |= {e.definition.number for e in entries if schedule.waits_for_next(me, e, now)}
     return me.board.free_for(me.role.name, now, me.role.unable | later)
+
+
+def _can_fill(entry: Entry, idle: frozenset[str]) -> bool:
+    return 1 + len(idle - {name.lower() for name in entry.failed_by}) >= entry.definition.robots
 
 
 def next_call_s(me: Knowledge, now: float) -> float | None:
@@ -91,7 +96,7 @@ def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:
         return tuple(task.number for task in route[:1])
     others = [t for t in free if t is not route[0] and _is_plain(t) and me.board[t.number].state == OPEN]
     second = next((t for t in route[1:] if t in others), None)
-    if second is None or len(others) <= _free_others(me, now):
+    if second is None or len(others) <= len(_free_others(me, now)):
         return (route[0].number,)
     both = air_is_scarce(me, route[0], now) or _saves_a_renewal(me, route[0], second)
     return (route[0].number, second.number) if both else (route[0].number,)
@@ -107,7 +112,7 @@ def task_ahead(me: Knowledge, now: float) -> int | None:
     spares_talk = me.role.speech.encrypted or me.role.talk is Talk.TERSE or not me.role.nearest_first
     if alone or spares_talk or not may_volunteer(me, now):
         return None
-    if not me.peers.present(now) or len(free) <= _free_others(me, now) or air_is_scarce(me, present, now):
+    if not me.peers.present(now) or len(free) <= len(_free_others(me, now)) or air_is_scarce(me, present, now):
         return None
     route = routes.own(me, free, now, after=present)
     return route[0].number if route else None
@@ -144,10 +149,10 @@ def _is_plain(task: TaskDefinition) -> bool:
     return task.every is None and task.robots == 1
 
 
-def _free_others(me: Knowledge, now: float) -> int:
-    """The number of others that have no task: one is left for each of them."""
+def _free_others(me: Knowledge, now: float) -> frozenset[str]:
+    """The others that have no task, in lower case: one is left for each of them."""
     busy = {name.lower() for e in me.board.entries() if e.state == CLAIMED for name in e.team}
-    return len(me.expected(now) - busy)
+    return me.expected(now) - busy
 
 
 def air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:

@@ -6,6 +6,7 @@ All of it in the event loop, and nothing in it waits: an order is a line that is
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,14 +18,14 @@ from hvcpd.config.tasks import TENDING, TaskRepository
 from hvcpd.daemon.control_protocol import NUMBER, RefusalError, event_line
 from hvcpd.daemon.control_server import Client
 from hvcpd.errors import did_you_mean
+from hvcpd.reporting.text import clean
 from hvcpd.robot.records import SkillRecord
 from hvcpd.robot.robot import Robot
-from hvcpd.skills.life import OVER, Begin, Call, Order, Report, SkillState
+from hvcpd.skills.life import MAX_RESULTS, NOBODY, OVER, Begin, Call, Order, Report, SkillState
 
 BEAT_S = 0.1
 """Interval (sample clock) of the beats by which the client of a call knows that the robot lives: silence stops a pump
 as it stops the wheels, after BEATS_MISSED_S in `hvcpd.skills.host`."""
-MAX_RESULTS = 12
 
 OFFER: dict[str, tuple[type, ...]] = {"skills": (list,)}
 PROGRESS: dict[str, tuple[type, ...]] = {"call": (int,), "state": (str,), "share": NUMBER, "text": (str,)}
@@ -90,6 +91,8 @@ class SkillService:
         if client in self._offers.values():
             self._offers = {name: each for name, each in self._offers.items() if each is not client}
             self._tell_offers()
+        if self._use is not None and self._use.client is client:
+            self._tell_robot(Report(self._use.last.call.number, SkillState.FAILED, text=NOBODY))
 
     def take(self, orders: Iterable[Order], now: float) -> None:
         """Hand on what the robot asks for, at time `now` (s, sample clock)."""
@@ -163,7 +166,7 @@ class SkillService:
 
 
 def _text(arguments: dict[str, Any], name: str) -> str:
-    return str(arguments.get(name, ""))[:MAX_TEXT_LENGTH]
+    return clean(str(arguments.get(name, ""))[:MAX_TEXT_LENGTH])
 
 
 def _results(found: dict[str, Any]) -> tuple[tuple[str, Value], ...]:
@@ -171,11 +174,10 @@ def _results(found: dict[str, Any]) -> tuple[tuple[str, Value], ...]:
         raise RefusalError("bad_argument", f"results: at most {MAX_RESULTS}")
     results: list[tuple[str, Value]] = []
     for name, value in found.items():
-        if isinstance(value, bool) or not isinstance(value, int | float | str) or not math.isfinite(_number(value)):
+        if isinstance(value, str):
+            results.append((clean(name[:40]), clean(value[:MAX_TEXT_LENGTH])))
+        elif type(value) in NUMBER and abs(value) <= sys.float_info.max:
+            results.append((clean(name[:40]), float(value)))
+        else:
             raise RefusalError("bad_argument", f"results: {name[:40]}: expected a number or text")
-        results.append((name[:40], value[:MAX_TEXT_LENGTH] if isinstance(value, str) else float(value)))
     return tuple(results)
-
-
-def _number(value: float | str) -> float:
-    return value if isinstance(value, int | float) else 0.0

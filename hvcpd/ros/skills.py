@@ -15,6 +15,8 @@ SILENT_S = 0.35
 BEATS_MISSED_S of `hvcpd.skills.host`."""
 TOLD_EVERY_S = 0.5
 """Between two words to the daemon of how far a goal is; feedback may come a hundred times a second."""
+MAX_LENGTH = 200
+"""Characters of each; the daemon hangs up on a line of more than 8192 bytes."""
 MAX_TOLD = 3
 """Most fields of a feedback or a result that are passed on; more is for ROS's own tools."""
 
@@ -109,7 +111,7 @@ class Skills:
             return []
         self._told_s = now_s
         text = ", ".join(f"{name} {_plain(value)}" for name, value in list(values.items())[:MAX_TOLD])
-        return [Tell("progress", {"call": call.call, "text": text})]
+        return [Tell("progress", {"call": call.call, "text": text[:MAX_LENGTH]})]
 
     def ended(self, number: int, reason: str | None, values: Mapping[str, Any]) -> list[Effect]:
         """A server is done with a goal, or will never be: then the `reason`."""
@@ -118,7 +120,7 @@ class Skills:
             return []
         self._under_way = None
         if reason is not None:
-            return [Tell("failed", {"call": call.call, "reason": reason})]
+            return [Tell("failed", {"call": call.call, "reason": reason[:MAX_LENGTH]})]
         return [Tell("done", {"call": call.call, "results": dict(list(values.items())[:MAX_TOLD])})]
 
     def _begin(self, event: Mapping[str, Any]) -> list[Effect]:
@@ -176,7 +178,7 @@ def values_of(message: Any, prefix: str = "") -> dict[str, float | str]:
         if isinstance(value, int | float) and math.isfinite(value):
             found[prefix + name] = float(value)
         elif isinstance(value, str) and value:
-            found[prefix + name] = value
+            found[prefix + name] = value[:MAX_LENGTH]
         elif hasattr(value, "__slots__"):
             found |= values_of(value, f"{prefix}{name}.")
     return found

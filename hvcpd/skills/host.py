@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -14,10 +15,12 @@ from typing import Any
 import structlog
 
 from hvcpd.skills.life import CANCELLED, Call
-from hvcpd.skills.runners import FailedError, Runner
+from hvcpd.skills.runners import FailedError, Runner, as_text
 
 BEATS_MISSED_S = 0.35
 """Three beats and a half: a robot silent for this long hangs, and its calls are ended safely."""
+PROGRESS_S = 0.1
+"""Between two lines of progress to the robot, which takes a hundred lines a second of a client."""
 ENDING_S = 1.0
 """Longest time that calls may take to leave all safe once the connection is broken."""
 
@@ -38,7 +41,7 @@ class Host:
     async def serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Offer the skills, and carry calls out until the connection ends; then no call is active any longer."""
         self._writer = writer
-        self._send({"command": "offer", "skills": sorted(self._runners)})
+        self._send({"id": "offer", "command": "offer", "skills": sorted(self._runners)})
         try:
             while not self.refusal and (line := await reader.readline()):
                 with suppress(ValueError):
@@ -60,7 +63,7 @@ class Host:
                 self._calls[number][0].hold(kind == "pause")
             case {"event": "beat"}:
                 self._renew()
-            case {"ok": False, "error": {"code": "bad_argument", "text": text}}:
+            case {"id": "offer", "ok": False, "error": {"code": "bad_argument", "text": text}}:
                 self.refusal = str(text)
 
     def _begin(self, number: int, value: Mapping[str, Any]) -> None:
@@ -70,7 +73,7 @@ class Host:
         if runner is None:
             self._send({"command": "failed", "call": number, "reason": "it is not offered here"})
             return
-        before = [task for other, task in self._calls.values() if other is runner]
+        before = [task for _, task in self._calls.values()]
         task = asyncio.get_running_loop().create_task(self._perform(runner, call, before))
         self._calls[number] = runner, task
         task.add_done_callback(lambda _: self._calls.pop(number, None))
@@ -78,25 +81,32 @@ class Host:
     async def _perform(self, runner: Runner, call: Call, before: Sequence[asyncio.Task[None]]) -> None:
         """Carry a call out once those `before` it, which are cancelled, have left all safe."""
 
-        def tell(share: float | None, text: str) -> None:
-            progress = {"share": share} if share is not None else {}
-            self._send({"command": "progress", "call": call.number, "text": text, **progress})
+        loop = asyncio.get_running_loop()
+        began_s, told_s = loop.time(), -math.inf
 
-        began_s = asyncio.get_running_loop().time()
+        def tell(share: float | None, text: str) -> None:
+            nonlocal told_s
+            if loop.time() - told_s >= PROGRESS_S:
+                told_s = loop.time()
+                progress = {"share": share} if share is not None else {}
+                self._send({"command": "progress", "call": call.number, "text": text, **progress})
+
         try:
             if before:
                 await asyncio.wait(before)
             self._send({"command": "progress", "call": call.number})
             results = await runner.perform(call, tell)
-        except FailedError as error:
-            self._send({"command": "failed", "call": call.number, "reason": str(error)})
-            _log.warning("skill failed", skill=call.skill, reason=str(error))
         except asyncio.CancelledError:
             self._send({"command": "failed", "call": call.number, "reason": CANCELLED})
             _log.info("skill cancelled", skill=call.skill)
+        except Exception as error:  # also a mistake of a device, or of our own, fails this call at once
+            expected = isinstance(error, FailedError)
+            reason = as_text(error if expected else f"{type(error).__name__}: {error}")
+            self._send({"command": "failed", "call": call.number, "reason": reason})
+            _log.warning("skill failed", skill=call.skill, reason=reason, exc_info=not expected)
         else:
             self._send({"command": "done", "call": call.number, "results": dict(results)})
-            took_s = round(asyncio.get_running_loop().time() - began_s, 2)
+            took_s = round(loop.time() - began_s, 2)
             _log.info("skill done", skill=call.skill, arguments=dict(call.arguments), took_s=took_s)
 
     def _renew(self) -> None:

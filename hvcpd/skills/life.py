@@ -39,6 +39,8 @@ FOLLOWING: dict[SkillState, frozenset[SkillState]] = {
 TOO_LONG = "it took too long"
 CANCELLED = "it was cancelled"
 NOBODY = "nobody offers it any more"
+MAX_RESULTS = 12
+"""Of one call."""
 
 
 @dataclass(frozen=True)

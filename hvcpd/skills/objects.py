@@ -14,10 +14,8 @@ is that process: calls come in as lines of JSON, and their reports go out in the
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import json
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Awaitable, Callable, Mapping
@@ -27,12 +25,11 @@ from importlib.metadata import entry_points
 from typing import Any, Protocol
 
 from hvcpd.config.skills import Value
+from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import CANCELLED, Call
-from hvcpd.skills.runners import TERM_S, FailedError, Reported, Tell, end_group, next_report, shielded, start
+from hvcpd.skills.runners import TERM_S, FailedError, Reported, Tell, as_text, end_group, next_report, shielded, start
 
 GROUP = "hvcpd.skills"
-PR_SET_PDEATHSIG = 1
-"""prctl(2)."""
 MAKE_S = 30.0
 """Time for large libraries, such as those for arms or cameras, to load on a Raspberry Pi."""
 
@@ -78,17 +75,18 @@ def unusable(name: str) -> str | None:
 
 
 class PythonRunner:
-    """Carries calls out in the process of the entry point `name`."""
+    """Carries calls out in the process of the entry point `name`; `guard` ends it should this process be killed."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, guard: GuardLine | None = None) -> None:
         self._words = (sys.executable, "-m", "hvcpd.skills.objects", name)
+        self._mark = guard.mark if guard is not None else {}
         self._process: asyncio.subprocess.Process | None = None
 
     async def open(self) -> None:
         """Prepare it, so that a call begins at once. Raises FailedError."""
         if self._process is None or self._process.returncode is not None:
             try:
-                self._process = await start(self._words, asks=True)
+                self._process = await start(self._words, asks=True, mark=self._mark)
             except OSError as error:
                 raise FailedError(f"{self._words[0]}: {error.strerror}") from None
 
@@ -105,7 +103,7 @@ class PythonRunner:
             await shielded(self._cancel(process))
             raise
         if "done" not in over:
-            raise FailedError(said.reason or "its process has ended")
+            raise FailedError((said.reason or "it gave no reason") if over else "its process has ended")
         return said.results
 
     async def _cancel(self, process: asyncio.subprocess.Process) -> None:
@@ -144,7 +142,7 @@ class _Worker:
     def __init__(self, skill: PythonSkill, out: Callable[[Mapping[str, Any]], None]) -> None:
         self._skill = skill
         self._out = out
-        self._task: asyncio.Task[Result] | None = None
+        self._task: asyncio.Task[Mapping[str, Any]] | None = None
 
     def take(self, line: bytes) -> None:
         """A call, or that the present one is cancelled."""
@@ -158,30 +156,24 @@ class _Worker:
         self._task.add_done_callback(self._tell_end)
 
     def _progress(self, share: float | None, text: str = "") -> None:
-        self._out({"progress": share, "text": text})
+        self._out({"progress": share, "text": as_text(text)})
 
-    async def _perform(self, call: SkillCall) -> Result:
-        return await self._skill.perform(call)
+    async def _perform(self, call: SkillCall) -> Mapping[str, Any]:
+        """The line that ends the call. A mistake in the object fails that call, and no other."""
+        said = Reported()
+        try:
+            result = await self._skill.perform(call)
+            said.add(result.results)
+            over = {"done": True} if result.reason is None else {"reason": as_text(result.reason)}
+        except (Exception, SystemExit, KeyboardInterrupt) as error:
+            over = {"reason": as_text(f"{type(error).__name__}: {error}")}
+        return {"results": said.results, **over}
 
-    def _tell_end(self, task: asyncio.Task[Result]) -> None:
-        """A mistake in the object fails that call, and no other."""
-        if task.cancelled():
-            self._out({"reason": CANCELLED})
-        elif (error := task.exception()) is not None:
-            self._out({"reason": f"{type(error).__name__}: {error}"})
-        else:
-            result = task.result()
-            over: dict[str, Any] = {"done": True} if result.reason is None else {"reason": result.reason}
-            self._out({"results": dict(result.results), **over})
-
-
-def _die_with_parent() -> None:
-    """Have the kernel end this process as soon as its parent is dead, whatever the object is doing."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    def _tell_end(self, task: asyncio.Task[Mapping[str, Any]]) -> None:
+        self._out({"reason": CANCELLED} if task.cancelled() else task.result())
 
 
 async def _work(name: str) -> None:
-    _die_with_parent()
     out = os.fdopen(os.dup(1), "wb", buffering=0)
     os.dup2(2, 1)  # an object's output is no answer
     point = next(iter(entry_points(group=GROUP, name=name)))

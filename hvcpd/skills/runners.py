@@ -8,27 +8,36 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import os
 import re
 import signal
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
+from numbers import Real
 from typing import Any, Protocol
 
 import structlog
 
 from hvcpd.config.skills import Value
 from hvcpd.skills.guard import GuardLine
-from hvcpd.skills.life import Call
+from hvcpd.skills.life import MAX_RESULTS, Call
 
 TERM_S = 0.25
-"""Time for a program to leave all safe after SIGTERM, before SIGKILL; a stop is to be safe within half a second."""
+"""Time for a program to leave all safe after SIGTERM, before SIGKILL; a stop is to be safe within half a second. As
+long for what it has started once it has ended itself."""
+KILLED_S = 0.1
+"""Longest wait for a program to be gone after SIGKILL, whose output others may keep open."""
 SAFE_S = 5.0
 """Longest time for the program that leaves all safe, before it is ended too."""
 MAX_LINE_BYTES = 8192
 """Longest line of a program's output; longer lines are skipped."""
 MAX_REASON_LENGTH = 200
+MAX_NAME_LENGTH = 40
+MAX_RESULTS_LENGTH = 4096
+"""Of all results as JSON, so that they fit a line of the control socket with what stands around them."""
 
 _PLACE = re.compile(r"\{([a-z][a-z0-9_]*)\}")
 
@@ -43,8 +52,15 @@ class FailedError(Exception):
 class Reported:
     """The reports of a program or an object about its call."""
 
-    results: dict[str, Any] = field(default_factory=dict)
+    results: dict[str, Value] = field(default_factory=dict)
     reason: str = ""
+
+    def add(self, results: Mapping[Any, Any]) -> None:
+        """Take results, each as a number or a text, as many as can be passed on."""
+        for name, value in results.items():
+            more = self.results | {as_text(name, MAX_NAME_LENGTH): _as_value(value)}
+            if len(more) <= MAX_RESULTS and len(json.dumps(more)) <= MAX_RESULTS_LENGTH:
+                self.results = more
 
 
 Tell = Callable[[float | None, str], None]
@@ -63,7 +79,9 @@ class Runner(Protocol):
 
 
 def filled(words: tuple[str, ...], arguments: Mapping[str, Value]) -> tuple[str, ...]:
-    """A program's words with the arguments in their places. Raises KeyError for one that is not there."""
+    """A program's words with the arguments in their places. Raises FailedError for one that is not there."""
+    for name in sorted(places(words) - arguments.keys()):
+        raise FailedError(f"it is not told `{name}`")
     return tuple(_PLACE.sub(lambda found: _written(arguments[found[1]]), word) for word in words)
 
 
@@ -78,6 +96,19 @@ def number_of(call: Call, name: str) -> float:
     if not isinstance(value, float):
         raise FailedError(f"it is not told `{name}`")
     return value
+
+
+def as_text(found: object, length: int = MAX_REASON_LENGTH) -> str:
+    """Whatever a program or an object reports, as a text that can be encoded."""
+    return str(found).encode(errors="replace").decode()[:length]
+
+
+def _as_value(found: object) -> Value:
+    """The same as a number, if it is one and finite, or else as a text."""
+    with suppress(OverflowError):  # an integer of hundreds of digits
+        if isinstance(found, Real) and math.isfinite(found):
+            return float(found)
+    return as_text(found)
 
 
 def _written(value: Value) -> str:
@@ -163,14 +194,31 @@ async def start(
     No code runs between fork and exec: for that Python would copy its own process, which takes longer the larger it
     is. The guard ensures that nothing outlives this process.
     """
-    return await asyncio.create_subprocess_exec(
+    loop = asyncio.get_running_loop()
+    transport, protocol = await loop.subprocess_exec(
+        partial(_Output, MAX_LINE_BYTES, loop),
         *words,
         stdin=asyncio.subprocess.PIPE if asks else asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.PIPE,
-        limit=MAX_LINE_BYTES,
+        stderr=None,
         start_new_session=True,
         env={**os.environ, **(mark or {})},
     )
+    return asyncio.subprocess.Process(transport, protocol, loop)
+
+
+class _Output(asyncio.subprocess.SubprocessStreamProtocol):
+    """Ends a program's output soon after the program; asyncio itself waits for all that it has started and left."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        assert isinstance(transport, asyncio.SubprocessTransport)
+        self._program = transport
+
+    def process_exited(self) -> None:
+        super().process_exited()
+        for descriptor in (0, 1):
+            if (pipe := self._program.get_pipe_transport(descriptor)) is not None:
+                asyncio.get_running_loop().call_later(TERM_S, pipe.close)
 
 
 async def next_report(process: asyncio.subprocess.Process, said: Reported, tell: Tell) -> dict[str, Any] | None:
@@ -197,12 +245,12 @@ def take_line(line: bytes, said: Reported, tell: Tell) -> dict[str, Any]:
         return {}
     results, share = value.get("results"), value.get("progress")
     if isinstance(results, dict):
-        said.results.update(results)
+        said.add(results)
     if "reason" in value:
-        said.reason = str(value["reason"])[:MAX_REASON_LENGTH]
+        said.reason = as_text(value["reason"])
     if share is not None or "text" in value:
         good = isinstance(share, float | int) and not isinstance(share, bool) and 0.0 <= share <= 1.0
-        tell(float(share) if good and share is not None else None, str(value.get("text", ""))[:MAX_REASON_LENGTH])
+        tell(float(share) if good and share is not None else None, as_text(value.get("text", "")))
     return value
 
 
@@ -214,7 +262,8 @@ async def end_group(process: asyncio.subprocess.Process) -> None:
         with suppress(TimeoutError):
             await asyncio.wait_for(process.wait(), TERM_S)
     signal_group(process.pid, signal.SIGKILL)
-    await process.wait()
+    with suppress(TimeoutError):
+        await asyncio.wait_for(process.wait(), KILLED_S)
 
 
 def signal_group(group: int, number: signal.Signals) -> None:

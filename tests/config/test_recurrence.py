@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from datetime import datetime
 from itertools import pairwise
 
@@ -85,3 +86,35 @@ def test_a_rule_with_an_end_is_due_until_then() -> None:
     every = Recurrence("FREQ=DAILY;BYHOUR=6;UNTIL=20260504T060000")
     assert every.next(datetime(2026, 5, 3, 7).timestamp()) == datetime(2026, 5, 4, 6).timestamp()
     assert every.next(datetime(2026, 5, 4, 7).timestamp()) is None
+
+
+@pytest.mark.parametrize(
+    "rule", ["FREQ=DAILY;BYHOUR=2;BYMINUTE=30", "FREQ=HOURLY;BYMINUTE=0,30", "FREQ=DAILY;BYHOUR=8"]
+)
+@pytest.mark.parametrize(
+    ("zone", "month", "day"),
+    [
+        ("Europe/Berlin", 3, 31),
+        ("Europe/Berlin", 10, 27),
+        ("America/New_York", 3, 10),
+        ("America/New_York", 11, 3),
+        ("Australia/Lord_Howe", 4, 7),
+        ("Australia/Lord_Howe", 10, 6),
+    ],
+)
+def test_clocks_that_are_put_forward_or_back_make_nothing_due_twice(
+    rule: str, zone: str, month: int, day: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The next time was one that had passed, and what was done at half past two was opened for it once more."""
+    monkeypatch.setenv("TZ", zone)
+    time.tzset()
+    every = Recurrence(rule)
+    midnight_s, before_s = datetime(2024, month, day).timestamp(), 0.0
+    for wall_s in range(int(midnight_s), int(midnight_s) + 6 * 3600, 600):
+        last_s, next_s = every.last(wall_s), every.next(wall_s)
+        assert last_s is not None
+        assert next_s is not None
+        assert before_s <= last_s <= wall_s < next_s
+        before_s = last_s
+    monkeypatch.undo()
+    time.tzset()

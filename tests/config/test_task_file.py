@@ -300,3 +300,22 @@ def test_a_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Pat
     found = faults(tmp_path, ONE.replace("actions", "place: {x_m: 1e1, y_m: two}, actions"))
     assert found[0].endswith("x_m: expected a number, found the text '1e1'; write 1.0e+01, with a dot and a sign")
     assert found[1].endswith("write it without quotes or unit, as 1.5")
+
+
+@pytest.mark.parametrize(
+    ("parameter", "said"),
+    [
+        ("{least: 3, most: 2}", "`least` 3 is more than `most` 2; exchange them"),
+        ("{type: text, most: 2}", "`least` and `most` are of numbers; leave out `type: text`, or give `choices`"),
+        ("{choices: [a]}", "choices are of texts; add `type: text`, or give `least` and `most`"),
+    ],
+)
+def test_a_parameter_that_no_value_fits_is_refused(tmp_path: Path, parameter: str, said: str) -> None:
+    found = faults(tmp_path, f"skills:\n  pour: {{parameters: {{litres: {parameter}}}}}\n{ONE}")
+    assert found == [f"F:2: parameters: litres: {said}"]
+
+
+def test_a_skills_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Path) -> None:
+    text = ONE.replace("actions: [", "actions: [{pour: 1e6}, ")
+    (found,) = faults(tmp_path, f"skills:\n  pour: {{parameters: {{litres: {{}}}}}}\n{text}")
+    assert found.endswith("litres: expected a number, found the text '1e6'; write 1.0e+06, with a dot and a sign")

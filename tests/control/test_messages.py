@@ -157,14 +157,16 @@ def test_a_report_that_cannot_be_written_is_told_before_the_mission(refused: Ref
 
 
 @pytest.mark.parametrize(
-    ("without", "part"),
+    ("option", "value", "part"),
     [
-        ("Bob=pour", "Bob does not take part; did you mean 'Rob'?"),
-        ("Bot=pour", "Bot has no skill 'pour'; declare it under `skills:` in the task file"),
+        ("--without", "Bob=pour", "--without: Bob does not take part; did you mean 'Rob'?"),
+        ("--without", "Bot=pour", "Bot has no skill 'pour'; declare it under `skills:` in the task file"),
+        ("--tank", "Bob=0.1", "--tank: Bob does not take part; did you mean 'Rob'?"),
+        ("--tank", "Bot=much", "'much' is not a number from 0 to 1000 l"),
     ],
 )
-def test_a_skill_that_cannot_be_taken_away(without: str, part: str, refused: Refuse) -> None:
-    assert part in refused("simulate", "--robots", "Rob,Bot", "--without", without)
+def test_a_skill_or_a_tank_that_no_robot_has(option: str, value: str, part: str, refused: Refuse) -> None:
+    assert part in refused("simulate", "--robots", "Rob,Bot", option, value)
 
 
 def test_a_recording_that_is_not_there(refused: Refuse, tmp_path: Path) -> None:

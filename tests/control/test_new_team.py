@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 
 from hvcpd.config.settings_file import load_settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Dock, GoTo, Place, Use, Wait
 from hvcpd.control.cli import main
-from hvcpd.control.simulate.new_team import Console, SkillAnswer, read_robots, read_skill, read_task, run
+from hvcpd.control.simulate.new_team import Console, SkillAnswer, read_robots, read_skill, read_task, run, tasks_of
 from hvcpd.errors import ConfigError
 
 GARDEN = ("--robots", "Rob,Bot", "--skill", "pour litres", "--no-demo")
@@ -101,6 +102,16 @@ def test_the_command_that_is_shown_can_be_pasted(tmp_path: Path, capsys: pytest.
     assert command in (folder / "tasks.yaml").read_text(encoding="utf-8")
 
 
+def test_a_large_and_a_small_number_are_written_as_numbers() -> None:
+    """1e+06 is a text in YAML, and a seventh digit was lost."""
+    pour = SkillAnswer("pour", "millilitres")
+    for text, place, amount in (("0.00001, 2", (0.00001, 2.0), 1e6), ("-0.5, 3", (-0.5, 3.0), 1234567.5)):
+        task = read_task(f"count the empty chairs; {text}; pour {amount}", [pour], [])
+        written = yaml.safe_load(tasks_of(Path(), [pour], [task]))["tasks"][0]
+        assert (written["place"]["x_m"], written["place"]["y_m"]) == place
+        assert written["actions"][1] == {"pour": amount}
+
+
 def test_the_usual_deed_is_to_wait() -> None:
     task = read_task("count the empty chairs", [], [])
     assert (task.place, task.deed, task.amount) == (None, "wait", 5.0)
@@ -131,6 +142,6 @@ def test_names_and_skills_are_checked_at_once() -> None:
     for wrong in ("", "Rob, Rob", "R2-D2", "Hi", "Rob, Robb"):
         with pytest.raises(ConfigError):
             read_robots(wrong)
-    for wrong in ("Pour", "wait seconds", "pour Litres"):
+    for wrong in ("Pour", "wait seconds", "pour Litres", "on", "pour off", "null"):
         with pytest.raises(ConfigError):
             read_skill(wrong)

@@ -23,6 +23,8 @@ from tests.control.conftest import Refuse
         (["xyzzy"], "hvcpctl: there is no command 'xyzzy'; see hvcpctl --help"),
         (["key", "shwo"], "hvcpctl key: there is no action 'shwo'; did you mean 'show'? See hvcpctl key --help"),
         (["stop", "--nmae", "Rob"], "hvcpctl stop: there is no option --nmae; did you mean --name? See"),
+        (["--name", "Rob", "status"], "hvcpctl: there is no command 'Rob'; options come after the command; see"),
+        (["task", "--name", "Rob", "again", "3"], "there is no action 'Rob'; options come after the action; see"),
         (["simulate", "--sede=3"], "hvcpctl simulate: there is no option --sede=3; did you mean --seed? See"),
         (["--verison"], "hvcpctl: there is no option --verison; did you mean --version? See hvcpctl --help"),
         (["say", "--naems", "Rob"], "hvcpctl say: there is no option --naems; did you mean --names? See"),

@@ -109,6 +109,21 @@ def test_who_gives_up_frees_the_other_who_finds_a_third(seed: int) -> None:
     assert {name for _, _, name in mission.done[-2:]} == set(NAMES) - {failing}
 
 
+@pytest.mark.parametrize("failing", NAMES[:2])
+def test_nobody_calls_for_help_those_who_have_given_the_task_up(failing: str) -> None:
+    """The other one called it for ever, and it never answered."""
+    plan = WordPlan(NAMES[:2], shared(2), 1, fails=lambda name, task, _now: (name, task) == (failing, 1), limit_s=3600)
+    mission = Watched(plan)
+    mission.run()
+    failed_s = next(at_s for at_s, _, u in mission.said if any(isinstance(p.statement, m.Failed) for p in m.parts(u)))
+    claims = [
+        at_s
+        for at_s, _, u in mission.said
+        if any(p.statement == m.Claim(m.TaskByNumber(1)) for p in m.parts(u)) and at_s > failed_s + 60.0
+    ]
+    assert claims == []
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("back_s", [None, 30.0])
 def test_a_crash_in_the_middle_frees_the_other(seed: int, back_s: float | None) -> None:

@@ -141,6 +141,7 @@ def test_a_message_is_filled_by_its_fields_types_and_faults_are_told() -> None:
         fill_message(message, {"command": {"count": "x"}})
     assert filled(["{a}", "{a} m", 3], {"a": 0.5}) == [0.5, "0.5 m", 3]
     assert values_of(Values(a=1, b="x", c=[1], d=float("nan"))) == {"a": 1.0, "b": "x"}
+    assert values_of(Values(a=True, b="x" * 9000)) == {"a": 1.0, "b": "x" * 200}  # the daemon hung up on the bridge
 
 
 def test_the_settings_name_it_in_one_line_and_faults_have_theirs(tmp_path: Path) -> None:

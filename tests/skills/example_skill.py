@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import subprocess
 import sys
+from pathlib import Path
+from typing import Any, NoReturn
 
 from hvcpd.skills.objects import Result, SkillCall
 
@@ -29,3 +32,26 @@ class Wave:
             call.progress((k + 1) / times, "")
             await asyncio.sleep(0)
         return Result(results={"waves": times, "calls": self._calls})
+
+
+class Odd:
+    """Answers as no skill should."""
+
+    async def perform(self, call: SkillCall) -> Any:
+        how = call.arguments["how"]
+        if how == "leaves":
+            return sys.exit(3)
+        if how == "nests":
+            child = subprocess.Popen(["sleep", "60"])
+            Path(str(call.arguments["pid"])).write_text(str(child.pid))
+            self._block()
+        return {
+            "nothing": None,
+            "at length": Result("x" * 20_000),
+            "lists": Result(results={"list": [1], "true": True, "infinite": float("inf"), "long": "x" * 20_000}),
+            "no results": Result(results=None),  # type: ignore[arg-type]
+        }[str(how)]
+
+    def _block(self) -> NoReturn:
+        while True:
+            pass

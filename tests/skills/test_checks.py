@@ -179,6 +179,6 @@ def test_a_pin_that_cannot_be_is_found_by_the_check(
     monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
     config = str(Path(__file__).parents[2] / "examples" / "greenhouse" / "hvcpd.yaml")
     assert main(["skills", "--check", "--config", config]) == 2
-    assert "skills.pour.gpio: pin 17 cannot be used: this computer has no pins" in capsys.readouterr().err
+    assert f"{config}:7: skills.pour.gpio: pin 17 cannot be used: this computer has no pins" in capsys.readouterr().err
     monkeypatch.setenv("GPIOZERO_PIN_FACTORY", "files")
     assert main(["skills", "--check", "--config", config]) == 0

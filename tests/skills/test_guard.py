@@ -11,23 +11,27 @@ import pytest
 
 from hil_fakes.pins import is_on
 from hil_fakes.sound_server import wait_until
-from tests.skills.calls import fake_pins, until_gone
+from tests.skills.calls import fake_pins, program_of, until_gone
 
 HOST = """
 import asyncio, sys
 from hvcpd.config.skill_settings import PinSettings
 from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import Call
+from hvcpd.skills.objects import PythonRunner
 from hvcpd.skills.pins import PinRunner
 from hvcpd.skills.runners import ProgramRunner
 guard = GuardLine({17: True})
 async def main():
+    arguments = {"seconds": 60.0}
     if sys.argv[1] == "pin":
         runner = PinRunner(PinSettings(17))
+    elif sys.argv[1] == "object":
+        runner, arguments = PythonRunner("odd", guard), {"how": "nests", "pid": sys.argv[2]}
     else:
         runner = ProgramRunner(("sh", "-c", "echo $$ > $0; sleep 60", sys.argv[2]), ("touch", sys.argv[3]), guard)
     beat = asyncio.create_task(guard.beat())
-    await runner.perform(Call(1, 1, "pour", (("seconds", 60.0),), 60.0), lambda share, text: None)
+    await runner.perform(Call(1, 1, "pour", tuple(arguments.items()), 60.0), lambda share, text: None)
 asyncio.run(main())
 """
 
@@ -76,6 +80,16 @@ def test_a_host_that_is_killed_leaves_no_program_and_all_safe(tmp_path: Path) ->
         host.kill()
         wait_until(safe.exists, 10.0, "all is safe")
     until_gone(int(pid.read_text()))
+
+
+@pytest.mark.usefixtures("package")
+def test_a_host_that_is_killed_leaves_nothing_that_a_python_object_has_started(tmp_path: Path) -> None:
+    """The object ended with its host, and what it had started ran on."""
+    pid = tmp_path / "pid"
+    with subprocess.Popen([sys.executable, "-c", HOST, "object", str(pid)], env=fake_pins(tmp_path)) as host:
+        wait_until(lambda: program_of(pid) is not None, 10.0, "it has started a program")
+        host.kill()
+        wait_until(lambda: "sleep" not in _read(Path(f"/proc/{program_of(pid)}/cmdline")), 10.0, "the program ends")
 
 
 KILLED_AT_ONCE = """

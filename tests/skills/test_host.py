@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import socket
+import sys
 import time
 from collections.abc import Awaitable, Callable
 from contextlib import suppress
@@ -170,7 +171,8 @@ def test_any_process_may_offer_a_skill_and_only_it_may_tell_of_its_calls(tmp_pat
         assert asked == {"event": "perform", **told}
         assert (await other.ask("done", call=1))["error"]["code"] == "refused"
         assert (await arm.ask("progress", call=1, share=2))["error"]["code"] == "bad_argument"
-        assert (await arm.ask("done", call=1, results={"litres": [1]}))["error"]["code"] == "bad_argument"
+        for wrong in ([1], True, 10**400):
+            assert (await arm.ask("done", call=1, results={"litres": wrong}))["error"]["code"] == "bad_argument"
         await arm.ask("progress", call=1, share=0.5, text="half")
         await live(bench)
         call = (await other.ask("status"))["result"]["skills"]["call"]
@@ -179,6 +181,57 @@ def test_any_process_may_offer_a_skill_and_only_it_may_tell_of_its_calls(tmp_pat
         await live(bench)
         assert performed(bench)
         assert (await arm.ask("done", call=1))["error"]["code"] == "refused"
+
+    scene(tmp_path, play)
+
+
+@pytest.mark.parametrize(
+    "output",
+    [
+        """'{"results": {"ok": true}}'""",
+        r"""'{"reason": "\ud800 \u001b[31m"}'; exit 1""",
+    ],
+)
+def test_odd_output_of_a_program_ends_neither_the_host_nor_the_robot(output: str, tmp_path: Path) -> None:
+    """A result of true ended the host, and half a surrogate, which no file can hold, the daemon."""
+
+    async def play(bench: ControlBench) -> None:
+        async def tried() -> None:
+            await until(bench, lambda: bench.body.skills.under_way is not None)
+            await real_time(bench, lambda: bench.body.skills.under_way is None)
+            await bench.live(blocks=100)
+            rows = (await (await bench.connect()).ask("transcript"))["result"]["rows"]
+            assert performed(bench) or any(row["text"].startswith("pour failed: ? \ufffd[31m") for row in rows)
+            assert bench.body.skills.offered == {"pour"}
+
+        await hosted(bench, tried, pour=ProgramRunner(("sh", "-c", f"echo {output}")))
+
+    scene(tmp_path, play)
+
+
+def test_a_program_that_reports_without_end_is_not_late(tmp_path: Path) -> None:
+    """The robot takes a hundred lines a second; "done" came behind all others."""
+
+    async def play(bench: ControlBench) -> None:
+        async def tried() -> None:
+            await until(bench, lambda: bench.body.skills.under_way is not None)
+            assert await real_time(bench, lambda: performed(bench)) < 5.0
+
+        text = "import sys; sys.stdout.write('{\"progress\": 0.5}\\n' * 5000)"
+        await hosted(bench, tried, pour=ProgramRunner((sys.executable, "-c", text)))
+
+    scene(tmp_path, play)
+
+
+def test_who_is_gone_fails_its_call_though_another_offers_the_skill(tmp_path: Path) -> None:
+    async def play(bench: ControlBench) -> None:
+        arm, other = await bench.connect(), await bench.connect()
+        await arm.ask("offer", skills=["pour"])
+        await until(bench, lambda: bench.body.skills.under_way is not None)
+        await other.ask("offer", skills=["pour"])
+        await arm.hang_up()
+        await until(bench, lambda: bench.body.skills.under_way is None, 1.0)
+        assert bench.body.skills.offered == {"pour"}
 
     scene(tmp_path, play)
 
@@ -212,6 +265,28 @@ class Lingering:
     def hold(self, on: bool) -> None: ...
 
     async def close(self) -> None: ...
+
+
+def test_a_mistake_of_a_runner_fails_its_call_at_once() -> None:
+    """A pin that broke while it was on, for example: the call hung until its time limit."""
+
+    class Broken(Lingering):
+        async def perform(self, call: Call, tell: Tell) -> dict[str, Any]:
+            raise OSError(5, "Input/output error")
+
+    async def play() -> None:
+        ours, theirs = socket.socketpair()
+        reader, writer = await asyncio.open_connection(sock=ours)
+        serving = asyncio.create_task(Host({"pour": Broken()}).serve(*await asyncio.open_connection(sock=theirs)))
+        called = {"event": "perform", "call": 1, "task": 1, "skill": "pour", "arguments": {}, "limit_s": 60.0}
+        writer.write(json.dumps(called).encode() + b"\n")
+        while (line := json.loads(await reader.readline()))["command"] != "failed":
+            pass
+        assert line["reason"] == "OSError: [Errno 5] Input/output error"
+        writer.close()
+        await serving
+
+    run(play())
 
 
 def test_a_call_begins_only_when_the_cancelled_one_before_it_is_safe() -> None:

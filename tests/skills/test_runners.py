@@ -7,21 +7,22 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from hil_fakes.sound_server import wait_until
 from hvcpd.control.live.skills import until_ended
+from hvcpd.skills.life import MAX_RESULTS
 from hvcpd.skills.objects import PythonRunner
 from hvcpd.skills.runners import FailedError, ProgramRunner
 from tests.skills.calls import STOP_S, call, cancelled, met, perform, program_of, run, shell, until_gone
 
 STOPPED = "TD"
 """States in /proc/PID/stat: stopped, or waiting for a child that was stopped before its exec (vfork)."""
-
-EXAMPLE = Path(__file__).with_name("example_skill.py")
 
 
 def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
@@ -30,10 +31,10 @@ def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
 
 
 def test_arguments_stand_in_its_words_and_no_shell_reads_them() -> None:
-    echo = "import sys, json; print(json.dumps({'results': {'a': sys.argv[1:]}}))"
+    echo = "import sys, json; print(json.dumps({'results': dict(enumerate(sys.argv[1:]))}))"
     program = ProgramRunner((sys.executable, "-c", echo, "{litres}", "to {what}"))
     found, _ = perform(program, call(litres=0.25, what="$(reboot); 'x' {litres}"))
-    assert found == {"a": ["0.25", "to $(reboot); 'x' {litres}"]}
+    assert found == {"0": "0.25", "1": "to $(reboot); 'x' {litres}"}
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,36 @@ def test_what_is_no_json_or_endless_is_passed_over() -> None:
     text = "head -c 100000 /dev/zero | tr '\\0' x; echo; echo '[1]'; "
     text += """echo '{"progress": 7}'; echo '{"progress": true}'"""
     assert perform(shell(text)) == ({}, [(None, ""), (None, "")])
+
+
+def test_results_are_numbers_and_texts_as_many_as_fit_one_line() -> None:
+    """One true or false ended the process of all skills; a number that is none let the call hang until its limit."""
+    odd = r'{"results": {"yes": true, "none": null, "nan": NaN, "huge": 1e999, "list": [1], "half": "\\ud800"}}'
+    many = "import json\nfor n in range(99): print(json.dumps({'results': {str(n): 'x' * 2000}}))"
+    found, _ = perform(shell(f"echo '{odd}'"))
+    assert found == {"yes": 1.0, "none": "None", "nan": "nan", "huge": "inf", "list": "[1]", "half": "?"}
+    found, _ = perform(ProgramRunner((sys.executable, "-c", many)))
+    assert found == {str(n): "x" * 200 for n in range(MAX_RESULTS)}
+
+
+@pytest.mark.parametrize("before", ["", "setsid "])
+def test_a_program_is_done_when_it_ends_whatever_it_has_started(before: str) -> None:
+    """The call lasted as long as anybody had its output open, and then failed at its time limit."""
+    began_s = time.monotonic()
+    found, _ = perform(shell(f"""{before}sleep 9 & echo '{{"results": {{"a": 1}}}}'"""))
+    assert found == {"a": 1.0}
+    assert time.monotonic() - began_s < 5.0
+
+
+def test_a_program_that_is_cancelled_waits_for_nobody_in_a_session_of_its_own(tmp_path: Path) -> None:
+    began = tmp_path / "began"
+    deaf = shell(f"trap '' TERM; setsid sleep 9 & touch {began}; sleep 9; sleep 9")
+    assert run(cancelled(deaf, began.exists)) < STOP_S
+
+
+def test_a_parameter_that_a_new_task_file_no_longer_has_is_a_failed_call() -> None:
+    with pytest.raises(FailedError, match="it is not told `litres`"):
+        perform(shell("", "{litres}"))
 
 
 def test_a_missing_program_is_a_failed_call() -> None:
@@ -123,18 +154,6 @@ def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
     run(scene())
 
 
-@pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A Python package with a skill, as pip installs one."""
-    folder = tmp_path / "site"
-    (folder / "example_skill-1.0.dist-info").mkdir(parents=True)
-    (folder / "example_skill-1.0.dist-info" / "METADATA").write_text("Name: example-skill\nVersion: 1.0\n")
-    points = "[hvcpd.skills]\nwave = example_skill:Wave\n"
-    (folder / "example_skill-1.0.dist-info" / "entry_points.txt").write_text(points)
-    (folder / "example_skill.py").write_text(EXAMPLE.read_text())
-    monkeypatch.setenv("PYTHONPATH", str(folder))
-
-
 @pytest.mark.usefixtures("package")
 def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed() -> None:
     wave = PythonRunner("wave")
@@ -162,6 +181,29 @@ def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed
             assert time.monotonic() - began_s < STOP_S
         assert await wave.perform(call(times=1.0), lambda _share, _text: None) == {"waves": 1.0, "calls": 1.0}
         await wave.close()
+
+    run(scene())
+
+
+@pytest.mark.usefixtures("package")
+def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other() -> None:
+    """It hung until its time limit, and one that left took the next call with it."""
+    odd = PythonRunner("odd")
+
+    async def answer(how: str) -> Mapping[str, Any]:
+        return await odd.perform(call(how=how), lambda _share, _text: None)
+
+    async def scene() -> None:
+        for how, why in (
+            ("nothing", "AttributeError: 'NoneType' object"),
+            ("at length", "x" * 200),
+            ("no results", "AttributeError: 'NoneType' object"),
+            ("leaves", "SystemExit: 3"),
+        ):
+            with pytest.raises(FailedError, match=why):
+                await answer(how)
+        assert await answer("lists") == {"list": "[1]", "true": 1.0, "infinite": "inf", "long": "x" * 200}
+        await odd.close()
 
     run(scene())
 

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError("\n".join(wrong))
     names = offered(settings, tasks)
     if options.check and (known := sorted({*names, *settings.skills})):
-        if broken := list(_broken(names, settings)):
+        if broken := list(_broken(names, settings, loaded.skill_places)):
             raise ConfigError("\n".join(broken))
         sys.stdout.writelines(f"ok  {name}: by {_carrier(name, settings)}\n" for name in known)
         return EX_OK
@@ -49,14 +49,14 @@ def run(options: argparse.Namespace) -> int:
     return EX_OK
 
 
-def _broken(names: tuple[str, ...], settings: Settings) -> Iterator[str]:
-    """What packages and pins lack, with the remedy."""
+def _broken(names: tuple[str, ...], settings: Settings, places: Mapping[str, str]) -> Iterator[str]:
+    """What packages and pins lack, with the line and the remedy."""
     for name in names:
         skill = settings.skills.get(name)
         if skill is None and (why := unusable(name)):
             yield f"skill {name!r}: {why}; fix the package that provides it"
         if skill is not None and skill.gpio is not None and (why := missing()):
-            yield f"skills.{name}.gpio: pin {skill.gpio.pin} cannot be used: {why}"
+            yield f"{places[name]}: skills.{name}.gpio: pin {skill.gpio.pin} cannot be used: {why}"
 
 
 def _elsewhere(settings: Settings, tasks: TaskRepository) -> str:
@@ -120,7 +120,7 @@ async def serve(
 def _runner(name: str, settings: Settings, guard: GuardLine, place: str | None) -> Runner:
     skill = settings.skills.get(name)
     if skill is None:
-        return PythonRunner(name)
+        return PythonRunner(name, guard)
     try:
         return PinRunner(skill.gpio) if skill.gpio is not None else ProgramRunner(skill.run, skill.safe, guard)
     except HvcpdError as error:

@@ -14,6 +14,8 @@ from pathlib import Path
 from textwrap import indent
 from typing import TypeVar
 
+import yaml
+
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
 from hvcpd.config.shared_places import MAX_DISTANCE_M
@@ -165,6 +167,9 @@ def read_skill(text: str) -> SkillAnswer:
     parameter = parameter.strip()
     if fault := valid_key(name) or (valid_key(parameter) if parameter else None):
         raise ConfigError(fault)
+    for word in filter(None, (name, parameter)):
+        if not isinstance(yaml.safe_load(word), str):
+            raise ConfigError(f"{word!r} is no name in a YAML file; choose another")
     if name in BUILT_IN or name == "say":
         raise ConfigError(f"every robot can {name!r}; leave it out, or choose another name")
     return SkillAnswer(name, parameter)
@@ -211,6 +216,11 @@ def _number(text: str) -> float:
     return value
 
 
+def _written(value: float) -> str:
+    """A number without an exponent, which YAML would take for text."""
+    return f"{value:.6f}".rstrip("0").rstrip(".")
+
+
 def settings_of(robots: tuple[str, ...], skills: list[SkillAnswer]) -> str:
     """The settings of the first robot, as a file."""
     lines = [
@@ -242,9 +252,9 @@ def tasks_of(folder: Path, skills: list[SkillAnswer], tasks: list[TaskAnswer]) -
         lines += [f"  - number: {number}", f"    name: {task.name}"]
         way = []
         if task.place is not None:
-            lines.append(f"    place: {{x_m: {task.place[0]:g}, y_m: {task.place[1]:g}}}")
+            lines.append(f"    place: {{x_m: {_written(task.place[0])}, y_m: {_written(task.place[1])}}}")
             way = ["go to place"]
-        deed = task.deed if task.amount is None else f"{{{task.deed}: {task.amount:g}}}"
+        deed = task.deed if task.amount is None else f"{{{task.deed}: {_written(task.amount)}}}"
         lines.append(f"    actions: [{', '.join([*way, deed])}]")
     return "\n".join(lines) + "\n"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import random
 import sys
 import time
@@ -24,7 +25,7 @@ from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
-from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, vocabulary_cache
+from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, taking_part, vocabulary_cache
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
 from hvcpd.hardware.files import make_writable
@@ -114,7 +115,12 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
     """Each robot's fake devices, as in the settings, without those that it is to lack."""
     if wrong := list(faults(team.settings, team.tasks, programs_too=False)):
         raise ConfigError("\n".join(wrong))
-    skills = {name: usual_devices(team.tasks, team.settings.skills, options.tank) for name in robots}
+    whose, litres = options.tank or ("", None)
+    whose = whose and taking_part(whose, robots, "--tank")
+    skills = {
+        name: usual_devices(team.tasks, team.settings.skills, litres if whose in ("", name) else math.inf)
+        for name in robots
+    }
     for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]]).items():
         skills[robot] = {name: fake for name, fake in skills[robot].items() if name not in lacked}
     return skills

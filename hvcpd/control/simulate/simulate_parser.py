@@ -17,6 +17,7 @@ from hvcpd.control.arguments import (
     lack,
     robot_names,
     seed,
+    tank,
     whole,
 )
 
@@ -88,8 +89,8 @@ def _add_robots_options(c: argparse.ArgumentParser) -> None:
     )
     add_key_file(c, "seal what the robots say; without FILE, with a new key")
     c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
-    tank = "give each robot a pump and this much water"
-    c.add_argument("--tank", type=between(0.0, 1000.0), metavar="LITRES", help=tank)
+    water = "give each robot a pump and this much water; with ROBOT= that robot alone, and others without end"
+    c.add_argument("--tank", type=tank, metavar="[ROBOT=]LITRES", help=water)
     c.add_argument(
         "--without",
         type=lack,

@@ -92,16 +92,21 @@ def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     return tuple(name for key, name in named.items() if key not in people)
 
 
+def taking_part(robot: str, robots: Iterable[str], option: str) -> str:
+    """The robot that an option names, as it is written. Raises ConfigError for one that does not take part."""
+    for name in robots:
+        if name.lower() == robot.lower():
+            return name
+    raise ConfigError(f"{option}: {robot} does not take part; {did_you_mean(robot, robots)}")
+
+
 def lacked_skills(
     without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str]
 ) -> dict[str, frozenset[str]]:
     """By the names of `robots`, which of the `skills` each lacks. Raises ConfigError for another robot or skill."""
-    known = {robot.lower(): robot for robot in robots}
     lacked: dict[str, frozenset[str]] = {}
     for robot, skill in without:
-        name = known.get(robot.lower())
-        if name is None:
-            raise ConfigError(f"--without: {robot} does not take part; {did_you_mean(robot, robots)}")
+        name = taking_part(robot, robots, "--without")
         if skill not in skills:
             remedy = did_you_mean(skill, skills) if skills else "declare it under `skills:` in the task file"
             raise ConfigError(f"--without: {name} has no skill {skill!r}; {remedy}")
