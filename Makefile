@@ -46,7 +46,7 @@ $(VENV)/.docs-are-set-up: requirements/docs.txt | $(VENV)/bin/pip
 	@touch $@
 
 .PHONY: parts
-parts:  ## installs what tests of real parts need, by apt: a sound server, ROS, a browser
+parts:  ## installs what tests of real parts need, by apt: a sound server, ROS, a browser, a broker
 	@sh .ci/install-parts
 
 setup: $(VENV)/.run-is-set-up

@@ -13,7 +13,7 @@ make up for caches that miss and operands that are late. The intervals are that 
 
 `--memory` counts no instructions, but the resident pages of the whole daemon while it listens to a quiet room: at
 READY, and later, while it makes ready what noise may hide; and at READY of a later start. They are counted, not
-estimated.
+estimated; where the program has freed memory, too many, for qemu-user keeps the pages.
 """
 
 from __future__ import annotations

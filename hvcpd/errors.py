@@ -8,6 +8,7 @@ device) raises one of these; a command prints its text, which names the place an
 from __future__ import annotations
 
 import errno
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -129,13 +130,14 @@ DEBIAN_FOLDER = "/usr/lib/hvcpd/"
 """Where the Debian package has hvcpd; its Python sees Debian's packages, and no pip puts anything there."""
 
 
-def how_to_install(packages: str, debian: str | None = None, here: str = __file__) -> str:
+def how_to_install(packages: str, debian: str | None = None, here: str = __file__, prefix: str = sys.prefix) -> str:
     """Return the command that installs what is missing: `packages` of PyPI or, where the Debian package runs, `debian`.
 
-    None: Debian has none that fits hvcpd's own libraries.
+    None: Debian has none that fits hvcpd's own libraries. `prefix` is the environment's folder.
     """
     if not here.startswith(DEBIAN_FOLDER):
-        return f"pip install {packages}"
+        by_pipx = Path(prefix, "pipx_metadata.json").exists()
+        return f"pipx runpip hvcpd install {packages}" if by_pipx else f"pip install {packages}"
     if debian is not None:
         return f"sudo apt install {debian}"
     return f"the Debian package has no room for it; install hvcpd by pipx (docs/install.md), then {packages} beside it"

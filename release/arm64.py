@@ -78,7 +78,7 @@ def resident_mb(pid: int) -> float:
     """Resident memory of the program in an emulator's process, MB (1e6 bytes): what lies below the emulator itself.
 
     qemu-user gives a program of 64 bits the addresses up to 0x56..., and maps the libraries' files as Linux would; so
-    these are the pages that it would have on a Raspberry Pi. Raises OSError.
+    these are the pages that it would have on a Raspberry Pi, and those that it has freed. Raises OSError.
     """
     resident_kib = 0
     for line in Path(f"/proc/{pid}/smaps").read_text().splitlines():

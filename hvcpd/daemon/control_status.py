@@ -199,14 +199,13 @@ def _away(away: Away, now: float) -> dict[str, Any]:
 
 
 def _sound(body: Body) -> dict[str, Any]:
-    lost = {name: count for name, count in asdict(body.sound.counters).items() if count} if body.sound else {}
     return {
         "listening": body.heard and (body.sound is None or body.sound.flowing),
         "level_dbfs": round(body.meter.level_dbfs, 1),
         "floor_dbfs": round(body.meter.floor_dbfs, 1),
         "mute": body.sound is not None and body.sound.mute,
         "too_busy": body.sound is not None and body.sound.overload.standing,
-        "lost": lost,
+        "lost": asdict(body.sound.counters) if body.sound else {},
     }
 
 

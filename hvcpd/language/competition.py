@@ -6,7 +6,7 @@ The context before and after is the same for both, so their sounds alone decide 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations_with_replacement, product
 
 from hvcpd.language.graph import WordGraph
 
@@ -18,8 +18,9 @@ MAX_WORDS = 3
 _END = -1
 """Where all sentences meet: the end."""
 
-_Path = tuple[Phrase, tuple[int, ...]]
-"""The words, and the nodes after each."""
+_Nodes = tuple[int, ...]
+"""After each word of a path. Most phrases go through the same nodes as others, so nodes are compared once for all."""
+_Path = tuple[Phrase, _Nodes]
 
 
 def competing_phrases(graph: WordGraph) -> tuple[Pair, ...]:
@@ -29,9 +30,13 @@ def competing_phrases(graph: WordGraph) -> tuple[Pair, ...]:
     """
     pairs: set[Pair] = set()
     for arcs in graph.following:
-        by_word = [tuple(_paths(graph, ((word,), (target,)))) for word, target in arcs]
-        for some, others in combinations(by_word, 2):
-            pairs.update(_meeting(some, others))
+        phrases: dict[_Nodes, list[Phrase]] = {}
+        for word, target in arcs:
+            for words, nodes in _paths(graph, ((word,), (target,))):
+                phrases.setdefault(nodes, []).append(words)
+        for some, others in combinations_with_replacement(phrases, 2):
+            if some[-1] == others[-1] and not set(some[:-1]) & set(others[:-1]):
+                pairs.update(_differing(phrases[some], phrases[others]))
     return tuple(sorted(pairs))
 
 
@@ -45,11 +50,8 @@ def _paths(graph: WordGraph, path: _Path) -> Iterator[_Path]:
             yield from _paths(graph, ((*words, word), (*nodes, target)))
 
 
-def _meeting(some: tuple[_Path, ...], others: tuple[_Path, ...]) -> Iterator[Pair]:
-    ending: dict[int, list[_Path]] = {}
-    for path in others:
-        ending.setdefault(path[1][-1], []).append(path)
-    for words, nodes in some:
-        for other, other_nodes in ending.get(nodes[-1], ()):
-            if words[-1] != other[-1] and not set(nodes[:-1]) & set(other_nodes[:-1]):
-                yield (words, other) if words < other else (other, words)
+def _differing(some: list[Phrase], others: list[Phrase]) -> Iterator[Pair]:
+    """The pairs that begin and end with different words."""
+    for first, second in product(some, others):
+        if first[0] != second[0] and first[-1] != second[-1]:
+            yield (first, second) if first < second else (second, first)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.events import Trail
 
@@ -72,7 +72,7 @@ def write_mcap(messages: Iterable[Message]) -> bytes:
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        raise ConfigError("the MCAP library is missing: `pipx inject hvcpd mcap`, or `pip install mcap`") from None
+        raise ConfigError(f"the MCAP library is missing: {how_to_install('mcap')}") from None
     file = io.BytesIO()
     writer: Any = Writer(file, compression=CompressionType.ZSTD)
     writer.start(profile="", library="hvcpd")

@@ -30,7 +30,7 @@ PATIENCE_S = 20.0
 def broker_of(folder: Path, anonymous: bool = True) -> Iterator[int]:
     """The port of a broker on this computer only."""
     if MOSQUITTO is None:
-        pytest.skip("mosquitto is missing: apt install mosquitto")
+        pytest.skip("mosquitto is missing: `make parts`")
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         number = int(probe.getsockname()[1])
@@ -122,7 +122,7 @@ def test_a_command_that_the_broker_keeps_is_not_carried_out_at_each_connection(t
         home.tell("hvcpd/rob/command", "stop", retain=True)
         bridge = bridge_of(tmp_path, port, "--commands")
         assert bridge.stderr is not None
-        assert "a retained command is not obeyed" in bridge.stderr.readline()
+        assert "retained commands are ignored" in bridge.stderr.readline()
         assert robot.state is not State.STOPPED
         bridge.send_signal(signal.SIGINT)
         assert bridge.wait(PATIENCE_S) == 130

@@ -16,11 +16,14 @@ from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.peers import Away
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
+from hvcpd.daemon.sound_service import SoundService
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
+from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
 from tests.daemon.control_bench import ControlBench, control, run
+from tests.daemon.test_sound_service import Clock, Streams
 
 ORDER = tuple("hi rob i am bot water the green rose".split())
 
@@ -34,6 +37,22 @@ def shown(status: dict[str, Any]) -> str:
     console = Console(width=120, file=io.StringIO())
     console.print(status_screen(status))
     return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
+
+
+def test_losses_of_sound_are_told_from_the_first_none_on(tmp_path: Path) -> None:
+    """A counter that appears only with the first loss hides that loss from whoever compares two readings."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            await bench.live(heard(), blocks=12)
+            streams = Streams(Clock(), 1)
+            bench.body.sound = SoundService(streams.make, streams.clock, streams.clock.sleep)
+            status = (await (await bench.connect()).ask("status"))["result"]
+            assert status["sound"]["lost"]["card_underflows"] == 0
+            assert 'hvcpd_sound_lost_total{robot="Rob",kind="card_underflows"} 0' in metrics_of(status).splitlines()
+            assert "underflows" not in shown(status)
+
+    run(scene())
 
 
 def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:

@@ -60,8 +60,28 @@ def test_where_none_fits_one_line_says_why(architecture: str, python: str, says:
     assert len(done.stderr.splitlines()) == 1
 
 
+def test_a_hint_is_of_pipx_where_pipx_made_the_environment(tmp_path: Path) -> None:
+    """pip would install into another one."""
+    (tmp_path / "pipx_metadata.json").touch()
+    assert how_to_install("mcap", prefix=str(tmp_path)) == "pipx runpip hvcpd install mcap"
+    assert how_to_install("mcap", prefix=str(tmp_path / "venv")) == "pip install mcap"
+
+
 def test_a_hint_is_of_apt_where_debians_python_runs() -> None:
     inside = "/usr/lib/hvcpd/hvcpd/errors.py"
     assert how_to_install("gpiozero", "python3-gpiozero", inside) == "sudo apt install python3-gpiozero"
     assert how_to_install("gpiozero", "python3-gpiozero", "/home/rob/x/errors.py") == "pip install gpiozero"
     assert "pipx" in how_to_install("matplotlib", None, inside)
+
+
+def test_on_another_system_the_line_names_the_wheel_as_pipx_takes_it(tmp_path: Path) -> None:
+    """pipx takes a name without a slash for one of PyPI's."""
+    (tmp_path / "install").write_text((REPOSITORY / "release/install").read_text())
+    command = ["/bin/sh", str(tmp_path / "install")]
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    (tools / "dirname").symlink_to("/usr/bin/dirname")
+    done = subprocess.run(command, env={"PATH": str(tools)}, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "no Debian" in done.stderr
+    assert "pipx install ./hvcpd-*.whl" in done.stderr

@@ -111,7 +111,7 @@ def _sound(sound: Mapping[str, Any]) -> RenderableType:
     if sound.get("too_busy"):
         return Text("lost or late: the computer is too busy; end other programs", "bold red")
     told = Text(f"{sound['level_dbfs']:.0f} dBFS now, {sound['floor_dbfs']:.0f} dBFS at the quietest; ")
-    lost = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in sound["lost"].items())
+    lost = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in sound["lost"].items() if count)
     return told.append(f"lost: {lost}", "yellow") if lost else told.append("nothing lost")
 
 
