@@ -163,6 +163,17 @@ def test_what_only_one_of_two_listeners_takes_for_a_call_must_be_said_twice() ->
     assert bench.live(CERTAIN, CERTAIN) == [Urgent]
 
 
+@pytest.mark.parametrize(("nats", "then"), [(0.0, [Urgent]), (1.5, [Held])])
+def test_what_neither_listener_is_sure_of_does_not_count_however_often_it_is_said(
+    nats: float, then: list[type]
+) -> None:
+    """A name like "Alexa", said twice, was two uncertain calls."""
+    bench = Bench()
+    bench.nats = nats
+    assert bench.live(*[0.0] * 50, 0.75, 0.75, *[0.0] * DOUBT_CHUNKS) == [Held, Released]
+    assert bench.live(0.75, 0.75) == then
+
+
 def test_a_call_of_which_the_net_has_no_doubt_stands_whatever_others_hear() -> None:
     bench = Bench()
     bench.nats = 1.5

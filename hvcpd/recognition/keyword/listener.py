@@ -10,9 +10,9 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
-from hvcpd.recognition.fitted import logit
+from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
-from hvcpd.recognition.keyword.belief import CERTAIN, Belief, Verdict
+from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Verdict
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 
@@ -138,12 +138,13 @@ class KeywordEars(EarsAround):
         return told + self._tell(self._belief.at(now))
 
     def _call(self, word: Word) -> float:
-        """The probability of a call, checked if it would stop the robot for good."""
-        if word.call < CERTAIN:
+        """The probability of a call, checked if it counts, by itself or with another one."""
+        if word.call < FAIR:
             return word.call
         sound = self._residual.since(word.end_frame * HOP_SAMPLES - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
         nats = self._check(sound) if sound is not None else 0.0
-        return word.call if logit(word.call) - nats >= logit(CERTAIN) else TWICE
+        checked = logistic(logit(word.call) - nats)
+        return max(checked, TWICE) if checked < CERTAIN <= word.call else checked
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
