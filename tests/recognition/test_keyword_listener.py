@@ -164,9 +164,7 @@ def test_what_only_one_of_two_listeners_takes_for_a_call_must_be_said_twice() ->
 
 
 @pytest.mark.parametrize(("nats", "then"), [(0.0, [Urgent]), (1.5, [Held])])
-def test_what_neither_listener_is_sure_of_does_not_count_however_often_it_is_said(
-    nats: float, then: list[type]
-) -> None:
+def test_what_neither_listener_is_sure_of_never_counts(nats: float, then: list[type]) -> None:
     """A name like "Alexa", said twice, was two uncertain calls."""
     bench = Bench()
     bench.nats = nats
