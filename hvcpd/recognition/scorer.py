@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
+from hvcpd.recognition.ordering import distinct
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
@@ -124,12 +125,6 @@ class Scorer:
         cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
-
-
-def distinct(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Each of them once, in ascending order. (`np.unique` loads numpy's masked arrays: 1.7 MB.)"""
-    ordered = np.sort(numbers)
-    return ordered[np.flatnonzero(np.diff(ordered, prepend=-1))]
 
 
 def norms_of(features: Features) -> NDArray[np.float32]:
