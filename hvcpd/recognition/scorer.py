@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
 from hvcpd.recognition.ordering import distinct
+from hvcpd.recognition.pages import blank
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
@@ -58,10 +59,8 @@ class Scorer:
         `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
         line 0 is unused.
         """
-        self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
-        self._slots = np.zeros(
-            (len(self._gain_factors), self._bank.n_frames), np.int32
-        )  # has pages where it is written
+        self._composed: Features = blank((FIRST_SLOTS, N_FEATURES), np.float32)
+        self._slots: NDArray[np.int32] = blank((len(self._gain_factors), self._bank.n_frames), np.int32)
         self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
@@ -111,7 +110,7 @@ class Scorer:
     def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
         if end > len(self._composed):
-            grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
+            grown: Features = blank((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
             grown[:first] = self._composed[:first]
             self._composed = grown
         self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * self._gain_factors[hypothesis])
