@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
+from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.second_pass import Segment
 
 Bands = NDArray[np.float64]
@@ -100,7 +101,7 @@ def quiet_mean(energies: NDArray[np.floating], lead: int) -> NDArray[np.float64]
     before = energies[: max(lead - SURELY_BEFORE_FRAMES, 0)]
     frames, share = (before, QUIETER) if len(before) >= LEAST_FRAMES else (energies, QUIETEST)
     power = frames.sum(axis=1)
-    return np.asarray(frames[power <= np.quantile(power, share)].mean(axis=0))
+    return np.asarray(frames[power <= quantile(power, share)].mean(axis=0))
 
 
 def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:

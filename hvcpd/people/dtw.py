@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.network import Index, Network
+from hvcpd.recognition.ordering import distinct
 
 Costs = NDArray[np.float32]
 Frames = NDArray[np.int32]
@@ -95,7 +96,7 @@ class OnePassDtw:
         self.net = net
         size = net.length + GUARD
         instances = zip(net.first_row, net.length, strict=True)
-        self.rows: Index = np.unique(np.concatenate([first + np.arange(n) for first, n in instances]))
+        self.rows: Index = distinct(np.concatenate([first + np.arange(n) for first, n in instances]))
         """The template frames that belong to an instance."""
         self._first_row: Index = np.searchsorted(self.rows, net.first_row)
         self._begin: Index = np.cumsum(size) - size
@@ -144,7 +145,8 @@ class OnePassDtw:
         size = net.length[instances] + GUARD
         begins = np.cumsum(size) - size
         offset = np.arange(int(size.sum())) - np.repeat(begins, size)
-        nodes, node_begins = np.unique(net.target_node[instances], return_index=True)
+        nodes = net.target_node[instances]
+        node_begins = np.flatnonzero(np.diff(nodes, prepend=-1))
         row = np.repeat(self._first_row[instances], size) + np.maximum(offset - GUARD, 0)
         used = np.zeros(len(self.rows), np.bool_)
         used[row] = True
@@ -156,7 +158,7 @@ class OnePassDtw:
             offset < GUARD,
             begins + GUARD,
             begins + size - 1,
-            nodes,
+            nodes[node_begins],
             node_begins,
         )
 

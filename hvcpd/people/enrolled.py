@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import Energies
+from hvcpd.recognition.ordering import median
 
 MAX_TAKES = 6
 """Maximum number of takes of one word, the newest: each is one more path wherever its word may come."""
@@ -92,5 +93,5 @@ def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energie
 def levelled(energies: Energies) -> Energies:
     """The take with a mean power of 1 in the louder half of its frames."""
     power = energies.sum(axis=1)
-    out: Energies = energies / power[power >= np.median(power)].mean()
+    out: Energies = energies / power[power >= median(power)].mean()
     return out

@@ -202,7 +202,8 @@ class CtcSearch:
         self._first: Index = self._last - lengths + 1
         self._phones: Index = np.array([phone for _, said in ways for phone in said], np.int64)
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
-        self._nodes, self._begins = np.unique(self._target, return_index=True)
+        self._begins: Index = np.flatnonzero(np.diff(self._target, prepend=-1))
+        self._nodes: Index = self._target[self._begins]
         self._ends = np.append(self._begins[1:], len(ways))
         self._word_weight = math.exp(-word_cost)
 

@@ -55,8 +55,11 @@ class Ranging:
         """The own question and the answer, by the name of the robot that answered."""
 
     def hear(self, samples: Samples, start: int) -> None:
-        """Take the next samples, shape (n,), float32, the first of which has the number `start`."""
-        self._blocks.append(samples.copy())
+        """Take the next samples, shape (n,), float32, the first of which has the number `start`.
+
+        They are kept, not copied, and must not change.
+        """
+        self._blocks.append(samples)
         self._n_kept += len(samples)
         self._end = start + len(samples)
         while self._n_kept - len(self._blocks[0]) >= KEPT_S * SAMPLE_RATE_HZ:

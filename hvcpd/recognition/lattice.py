@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.recognition.pages import blank
+
 CAPACITY = 1 << 17
 """Records: about ten a frame while somebody speaks, so two minutes; 3 MB, if ever a path lives that long."""
 PAUSE = -1
@@ -43,12 +45,12 @@ class Lattice:
     """Records of word ends and pauses."""
 
     def __init__(self) -> None:
-        self._instance = np.zeros(CAPACITY, np.int32)
-        self._token = np.zeros(CAPACITY, np.int32)
-        self._cost = np.zeros(CAPACITY, np.float32)
-        self._rival = np.zeros(CAPACITY, np.float32)
-        self._start = np.zeros(CAPACITY, np.int32)
-        self._frame = np.zeros(CAPACITY, np.int32)
+        self._instance = blank((CAPACITY,), np.int32)
+        self._token = blank((CAPACITY,), np.int32)
+        self._cost = blank((CAPACITY,), np.float32)
+        self._rival = blank((CAPACITY,), np.float32)
+        self._start = blank((CAPACITY,), np.int32)
+        self._frame = blank((CAPACITY,), np.int32)
         self._count = 0
 
     def clear(self) -> None:

@@ -17,6 +17,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
 from hvcpd.recognition.keyword.net import LENGTH_FRAMES, KeywordNet, KeywordSpotter, Word
+from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.stream import FrameStream
 
 BLOCK = 320
@@ -170,7 +171,7 @@ class Overhearing:
             if (
                 word is not None
                 and word.probability >= CERTAIN
-                and np.quantile(self._left_powers, LEVEL_QUANTILE) >= least
+                and quantile(self._left_powers, LEVEL_QUANTILE) >= least
             ):
                 found += self._reported(word)
         return found
@@ -181,7 +182,7 @@ class Overhearing:
             self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
         if not len(self._own_powers):
             return 0.0
-        return float(np.quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(FAINTEST_DB))
+        return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(FAINTEST_DB)
 
     def _reported(self, word: Word) -> list[Urgent]:
         if word.end_frame < self._reported_until:

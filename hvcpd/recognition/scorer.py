@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
+from hvcpd.recognition.ordering import distinct
+from hvcpd.recognition.pages import blank
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
@@ -57,10 +59,8 @@ class Scorer:
         `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
         line 0 is unused.
         """
-        self._composed = np.zeros((FIRST_SLOTS, N_FEATURES), np.float32)
-        self._slots = np.zeros(
-            (len(self._gain_factors), self._bank.n_frames), np.int32
-        )  # has pages where it is written
+        self._composed: Features = blank((FIRST_SLOTS, N_FEATURES), np.float32)
+        self._slots: NDArray[np.int32] = blank((len(self._gain_factors), self._bank.n_frames), np.int32)
         self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
@@ -110,7 +110,7 @@ class Scorer:
     def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
         if end > len(self._composed):
-            grown = np.zeros((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
+            grown: Features = blank((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
             grown[:first] = self._composed[:first]
             self._composed = grown
         self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * self._gain_factors[hypothesis])
@@ -124,12 +124,6 @@ class Scorer:
         cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
         return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
-
-
-def distinct(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Each of them once, in ascending order. (`np.unique` loads numpy's masked arrays: 1.7 MB.)"""
-    ordered = np.sort(numbers)
-    return ordered[np.flatnonzero(np.diff(ordered, prepend=-1))]
 
 
 def norms_of(features: Features) -> NDArray[np.float32]:

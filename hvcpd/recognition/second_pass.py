@@ -16,6 +16,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event
 from hvcpd.recognition.frontend import frame_powers, snr_db
+from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.stream import History, cleaned
 
 BEFORE_S, AFTER_S = 0.5, 0.4
@@ -68,7 +69,7 @@ class Segment:
         if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
             return math.inf
         # Somebody may have spoken before: the quieter parts are the noise.
-        noise = float(np.quantile(frame_powers(lead, SAMPLE_RATE_HZ // 50), 0.3))
+        noise = quantile(frame_powers(lead, SAMPLE_RATE_HZ // 50), 0.3)
         return snr_of(self.sound[self.lead : self.lead + self.end - self.start], noise)
 
 

@@ -82,7 +82,7 @@ class FrameStream:
             energies = energies_of(samples[used:end])
             first_frame = self.next_frame
             self.next_frame += CHUNK_FRAMES
-            new = samples[used : used + CHUNK_SAMPLES]
+            new = samples[used : used + CHUNK_SAMPLES].copy()  # who keeps it does not keep the rest
             used += CHUNK_SAMPLES
             yield Chunk(first_frame, energies, hidden, new)
         self._parts, self._length = [samples[used:].copy()], len(samples) - used

@@ -32,6 +32,7 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
+from hvcpd.recognition.ordering import distinct
 
 TRIM_DB = 40.0
 """Edges this far below a template's loudest frame are silence, not part of the word."""
@@ -173,9 +174,12 @@ class TemplateBank:
         """
         out = np.empty((len(rows), N_FEATURES), np.float32)
         first, last = self.first_row[rows], self.last_row[rows]
-        used, where = np.unique([np.clip(rows + offset, first, last) for offset in OFFSETS], return_inverse=True)
+        wanted = np.stack([np.clip(rows + offset, first, last) for offset in OFFSETS])
+        used = distinct(wanted)
+        place = np.empty(self.n_frames, np.int32)
+        place[used] = np.arange(len(used))
         c = cepstra_of(self.energies[used] * np.float32(gain) + noise)
-        before2, before1, out[:, :N_CEPSTRA], after1, after2 = (c[at] for at in where.reshape(len(OFFSETS), -1))
+        before2, before1, out[:, :N_CEPSTRA], after1, after2 = (c[at] for at in place[wanted])
         out[:, N_CEPSTRA:] = deltas_of(before2, before1, after1, after2)
         return out
 

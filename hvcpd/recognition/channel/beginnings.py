@@ -28,6 +28,7 @@ from hvcpd.recognition.channel.weighting import (
     powers_of,
 )
 from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.ordering import median
 from hvcpd.recognition.renderings import GREETING, Said, Voicebook
 
 SIZE = 16_384
@@ -103,7 +104,7 @@ class BeginningDetector:
         lags = np.fft.irfft(self._spectra * received, SIZE)[:, : STEP + WINDOW]
         energies = _windows(np.square(lags, dtype=np.float32)) / np.maximum(self._powers @ there, TINY)[:, None]
         way, block = divmod(int(energies.argmax()), energies.shape[1])
-        if energies[way, block] < LEAST_RATIO * max(float(np.median(energies)), TINY):
+        if energies[way, block] < LEAST_RATIO * max(median(energies), TINY):
             return None
         lead: int = self._greetings[way].lead
         return int(block) * BLOCK + lead

@@ -20,6 +20,7 @@ from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, for
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY, frame_powers
+from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.renderings import GREETING, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
@@ -326,7 +327,7 @@ def noise_power(noise: Samples, heard: Samples) -> float:
     """Mean power of the noise in a stretch `heard`: of `noise`, or of the quietest tenth of the stretch if less, since
     speech may stand in for noise where there was hardly any sound before it."""
     powers = frame_powers(heard, FRAME)
-    quietest = float(np.quantile(powers, 0.1)) if len(powers) else np.inf
+    quietest = quantile(powers, 0.1) if len(powers) else np.inf
     return min(float(np.mean(np.square(noise, dtype=np.float64))), quietest)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.ordering import median
 from hvcpd.recognition.renderings import Signal
 
 Taps = NDArray[np.float32]
@@ -294,7 +295,7 @@ def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64
     """The weight of each sample, at most 1: less where the whitened sound is louder than the whitened noise."""
     gains = np.sqrt(inverse)
     power = _power(_filtered(heard, gains))
-    floor = max(float(np.median(_power(_filtered(noise, gains)))), LEAST_NOISE * float(power.mean()), TINY)
+    floor = max(median(_power(_filtered(noise, gains))), LEAST_NOISE * float(power.mean()), TINY)
     return (1.0 + power / (LOUD * floor)) ** -0.5
 
 

@@ -1,0 +1,53 @@
+"""Order statistics are NumPy's, to the bit; and hearing loads no masked arrays for them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from hvcpd.recognition.ordering import distinct, median, quantile
+
+LOADED = """
+import sys
+import numpy as np
+from hvcpd.language.graph import graph_of
+from hvcpd.people.bands import noise_of
+from hvcpd.people.phones import CtcSearch
+from hvcpd.recognition.channel.weighting import WeightedSound
+from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.templates import TemplateBank
+
+sound = np.sin(np.arange(32_000, dtype=np.float32) ** 1.5)
+noise_of(sound, 16_000)
+CtcSearch(graph_of(("stop",)), lambda word: [("S", "T", "AA", "P")])
+WeightedSound(sound, sound[:8_000])
+Segment(sound, 16_000, 16_000, 32_000, 0).snr_db
+bank = TemplateBank({"voice": {"stop": [sound]}})
+bank.compose(np.arange(20), np.ones(24, np.float32), 1.0)
+print("numpy.ma" in sys.modules)
+"""
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_as_numpy_has_them(kind: type[np.float32 | np.float64]) -> None:
+    rng = np.random.default_rng(1)
+    for n in (1, 2, 3, 4, 5, 10, 99, 1000, 4001):
+        values = (rng.standard_normal((2, n)) ** 2 * 1e-3).astype(kind)
+        for some in (values, values[0]):
+            assert median(some) == float(np.median(some))
+            for share in (0.0, 0.1, 0.3, 0.5, 0.77, 0.95, 1.0):
+                assert quantile(some, share) == float(np.quantile(some, share))
+
+
+def test_distinct() -> None:
+    numbers = np.random.default_rng(2).integers(0, 50, (5, 40))
+    assert np.array_equal(distinct(numbers), np.unique(numbers))
+    assert len(distinct(numbers[:, :0])) == 0
+
+
+def test_hearing_loads_no_masked_arrays() -> None:
+    out = subprocess.run([sys.executable, "-c", LOADED], check=True, capture_output=True, text=True).stdout
+    assert out == "False\n"
