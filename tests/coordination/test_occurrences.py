@@ -72,12 +72,25 @@ def test_a_robot_without_a_clock_believes_the_next_number_once_it_may_be_due() -
     assert not bot.board[1].known_done
 
 
+def test_a_robot_without_a_clock_believes_the_number_that_answers_its_objection() -> None:
+    """It does not know how late it heard last time that the task was due."""
+    mission = done_for_this_hour()
+    bot, now = mission.robots["Bot"], mission.air.now
+    bot.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))), now)
+    mission.air.refresh()
+    mission.air.run_until(now + 3.0)
+    assert isinstance(mission.said[-1][2].statement, m.Completed)
+    bot.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, again(bot.board[1].change + 1)), now + 8.0)
+    assert not bot.board[1].known_done
+
+
 def test_a_robot_that_took_its_task_for_due_too_early_still_hears_when_it_is() -> None:
     """Kim had misheard a task's number, and was told that it had done this one; when that was due it said so itself,
     and all robots believed it (seeds 11002622 and 11003012)."""
     mission = done_for_this_hour()
     bot, rob = mission.robots["Bot"], mission.robots["Rob"]
     due_s = rob.next_deadline()
+    bot.board[1].acted_s = bot.board[1].done_s = due_s - 1300.0  # late
     mission.air.misses = lambda _listener, _utterance: True
     claim = m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1)))
     bot.heard(claim, due_s - 680.0)
