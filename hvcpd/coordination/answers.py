@@ -6,6 +6,7 @@ from collections.abc import Collection
 
 from hvcpd.coordination import ahead, claims, commands, objecting, teaming
 from hvcpd.coordination.addressing import confirming_slot, is_for_me_alone
+from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
@@ -167,6 +168,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
 
 def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
     number, sealed = entry.definition.number, me.role.speech.sealed
+    is_remembered = entry.since_s == NEVER_S  # the claim is from before this robot was switched on
     if entry.state == DONE:
         entry.times_said += 1
         lists = LISTS_OF_ONE if len(me.peers.present(now)) > 1 else LISTS_OF_TWO
@@ -174,7 +176,7 @@ def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float)
             me.board.complete(number, entry.owner)
     elif speaker is not None and entry.state == CLAIMED and entry.owner == speaker:
         claims.note_done(me, speaker, number, now, whole=True)  # it was asked before it could report
-    elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner is None:
+    elif entry.state != CLAIMED or now >= entry.lease_end_s or entry.owner is None or is_remembered:
         if entry.owner == me.role.name:
             me.board.release(number)  # whichever robot has done it, this one knows that it has not
         me.board.complete(number, None, hearsay=not sealed, said_by=speaker)

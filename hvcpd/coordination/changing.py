@@ -113,9 +113,13 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
 def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int) -> bool:
     """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard. A
     robot with a clock, which knows the occurrence, must hear it twice. For one without a clock the next number may be
-    that of the next occurrence."""
+    that of the next occurrence, if it may be due by now or the number answers this robot's word that it is done."""
     near = not entry.change or count == entry.change + 1
-    return me.clock_s is None and near and is_for_me_alone(me, heard.to)
+    last = me.repair.last_said
+    own = m.own_words(last.statement) if last is not None else None
+    is_answer = isinstance(own, m.Completed) and me.board.find(own.task) is entry
+    by_ear = me.clock_s is None and (is_answer or schedule.may_be_due(me, entry, heard.now))
+    return by_ear and near and is_for_me_alone(me, heard.to)
 
 
 def _counted(entry: Entry, spoken: int) -> int:

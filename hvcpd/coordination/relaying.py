@@ -145,6 +145,8 @@ def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: floa
             changing.tell(me, name, entry, now)
         elif me.current.task != number or me.state is not State.ACTING:
             me.board.complete(number, own)
+            if entry.acted_s < entry.opened_s:
+                entry.opened_s = NEVER_S  # it misheard that this was due again
             if me.current.task == number and me.state is not State.REPORTING:
                 fire(me, Trigger.DONE_BEFORE, now)
 

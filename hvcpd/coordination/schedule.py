@@ -75,7 +75,7 @@ def heard(me: Knowledge, speaker: str | None, statement: m.Statement | None, now
 def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> None:
     """What is not known to be done is the occurrence that is meant. Otherwise it may be the coming one, or, for a robot
     without a clock, this one, the last one or, quoted, an even older one."""
-    if not entry.known_done or not _may_be_due(me, entry, now):
+    if not entry.known_done or not may_be_due(me, entry, now):
         return
     if me.clock_s is not None:
         open_anew(me, entry, now, is_due=True)
@@ -84,7 +84,7 @@ def _note_reported(me: Knowledge, entry: Entry, is_quoted: bool, now: float) -> 
 
 
 def _note_open(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
-    if entry.state == DONE and _may_be_due(me, entry, now):
+    if entry.state == DONE and may_be_due(me, entry, now):
         me.missed.heard_work |= me.clock_s is None  # other tasks may be due as well
         open_anew(me, entry, now, is_due=True)
     if speaker is not None:
@@ -122,7 +122,9 @@ def reopen(me: Knowledge, entry: Entry, now: float) -> None:
     me.reconsider(now)
 
 
-def _may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
+def may_be_due(me: Knowledge, entry: Entry, now: float) -> bool:
+    """Whether a robot that speaks of a task that was done means another occurrence, which the entry describes from now
+    on if this robot has a clock."""
     every = entry.definition.every
     if every is None:
         return False

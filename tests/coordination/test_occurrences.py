@@ -41,10 +41,10 @@ def test_a_robot_that_knows_by_its_clock_what_is_done_objects_to_whoever_did_it(
     assert bot.board[1].known_done
 
 
-@pytest.mark.parametrize(("listener", "speaker", "ahead"), [("Bot", "Rob", 3), ("Rob", "Bot", 1)])
+@pytest.mark.parametrize(("listener", "speaker", "ahead"), [("Bot", "Rob", 3), ("Rob", "Bot", 1), ("Bot", "Rob", 1)])
 def test_a_new_number_must_be_heard_twice(listener: str, speaker: str, ahead: int) -> None:
-    """It was told of task two, and has heard task one (seeds 701103 and 710888). Bot, which has no clock, believes the
-    next number at once."""
+    """It was told of task two, and has heard task one (seeds 701103 and 710888). Bot, which has no clock, does not
+    believe the next number either so soon after the last (seeds 11001292, 11002127 and 11002287)."""
     mission = done_for_this_hour(doer=speaker)
     robot, now = mission.robots[listener], mission.air.now
     told = m.Utterance(speaker, m.ToRobot(listener), None, again(robot.board[1].change + ahead))
@@ -62,6 +62,58 @@ def test_a_rumour_is_forgotten() -> None:
     bot.heard(told, now)
     bot.heard(replace(told, speaker="Max"), now + 1000.0)
     assert bot.board[1].known_done
+
+
+def test_a_robot_without_a_clock_believes_the_next_number_once_it_may_be_due() -> None:
+    mission = done_for_this_hour(doer="Rob")
+    bot = mission.robots["Bot"]
+    bot.board[1].opened_s -= HOUR_S
+    bot.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, again(bot.board[1].change + 1)), mission.air.now)
+    assert not bot.board[1].known_done
+
+
+def test_a_robot_without_a_clock_believes_the_number_that_answers_its_objection() -> None:
+    """It does not know how late it heard last time that the task was due."""
+    mission = done_for_this_hour()
+    bot, now = mission.robots["Bot"], mission.air.now
+    bot.heard(m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))), now)
+    mission.air.refresh()
+    mission.air.run_until(now + 3.0)
+    assert isinstance(mission.said[-1][2].statement, m.Completed)
+    bot.heard(m.Utterance("Rob", m.ToRobot("Bot"), None, again(bot.board[1].change + 1)), now + 8.0)
+    assert not bot.board[1].known_done
+
+
+def test_a_robot_that_took_its_task_for_due_too_early_still_hears_when_it_is() -> None:
+    """Kim had misheard a task's number, and was told that it had done this one; when that was due it said so itself,
+    and all robots believed it (seeds 11002622 and 11003012)."""
+    mission = done_for_this_hour()
+    bot, rob = mission.robots["Bot"], mission.robots["Rob"]
+    due_s = rob.next_deadline()
+    bot.board[1].acted_s = bot.board[1].done_s = due_s - 1300.0  # late
+    mission.air.misses = lambda _listener, _utterance: True
+    claim = m.Utterance("Rob", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1)))
+    bot.heard(claim, due_s - 680.0)
+    assert not bot.board[1].known_done
+    quoted = m.Relayed("Bot", m.Completed(m.TaskByNumber(1), count=(rob.board[1].change - 1) % 9 + 1))
+    bot.heard(m.Utterance("Max", m.ToRobot("Rob"), None, quoted), due_s - 670.0)
+    bot.actions(due_s - 670.0)
+    assert bot.board[1].known_done
+    bot.heard(claim, due_s + 10.0)
+    assert bot.board[1].owner == "Rob"
+
+
+@pytest.mark.parametrize("owner", ["Bot", "Max"])
+def test_a_list_tells_what_is_done_of_a_claim_that_is_only_remembered(owner: str) -> None:
+    """Bot was switched off while Leo did it, was told that nothing is left, and did it once more when Leo's claim had
+    lapsed, in time to count for the next occurrence, which it then did as well (seed 11001819)."""
+    mission = done_for_this_hour(("Rob", "Bot", "Max", "Zoe"), doer="Max")
+    mission.saved["Bot"][1] = ("claimed", owner)
+    mission.switch_on("Bot")
+    bot, now = mission.robots["Bot"], mission.air.now
+    for speaker in ("Rob", "Zoe"):
+        bot.heard(m.Utterance(speaker, m.ToAll(), None, m.Left()), now + 30.0)
+        assert bot.board[1].known_done is (speaker == "Zoe")
 
 
 @pytest.mark.parametrize("known", [False, True])
