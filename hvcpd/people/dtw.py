@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.network import Index, Network
-from hvcpd.recognition.ordering import distinct
+from hvcpd.recognition.ordering import distinct, first_of_each
 
 Costs = NDArray[np.float32]
 Frames = NDArray[np.int32]
@@ -146,7 +146,7 @@ class OnePassDtw:
         begins = np.cumsum(size) - size
         offset = np.arange(int(size.sum())) - np.repeat(begins, size)
         nodes = net.target_node[instances]
-        node_begins = np.flatnonzero(np.diff(nodes, prepend=-1))
+        node_begins = first_of_each(nodes)
         row = np.repeat(self._first_row[instances], size) + np.maximum(offset - GUARD, 0)
         used = np.zeros(len(self.rows), np.bool_)
         used[row] = True

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.bands import Bands, stored
+from hvcpd.recognition.ordering import first_of_each
 
 Logs = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]
@@ -202,7 +203,7 @@ class CtcSearch:
         self._first: Index = self._last - lengths + 1
         self._phones: Index = np.array([phone for _, said in ways for phone in said], np.int64)
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
-        self._begins: Index = np.flatnonzero(np.diff(self._target, prepend=-1))
+        self._begins: Index = first_of_each(self._target)
         self._nodes: Index = self._target[self._begins]
         self._ends = np.append(self._begins[1:], len(ways))
         self._word_weight = math.exp(-word_cost)

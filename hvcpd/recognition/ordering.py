@@ -14,7 +14,12 @@ from numpy.typing import NDArray
 def distinct(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
     """Each of some numbers, 0 or more, once, in ascending order, shape (n,); as `numpy.unique`."""
     ordered = np.sort(numbers, axis=None, kind="stable")
-    return ordered[np.flatnonzero(np.diff(ordered, prepend=-1))]
+    return ordered[first_of_each(ordered)]
+
+
+def first_of_each(ordered: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Where each of some numbers, 0 or more and in ascending order, comes first, shape (n,)."""
+    return np.flatnonzero(np.diff(ordered, prepend=-1))
 
 
 def median(values: NDArray[np.floating[Any]]) -> float:

@@ -33,7 +33,8 @@ CHECKED_BEFORE_S = 1.6
 """Sound before a word's end by which a call is checked: the word, a name before it, and what is or is not said before
 that."""
 TWICE = 0.71
-"""Probability of a call that counts where the check objects: two of them are certain, so that nobody calls in vain."""
+"""Least probability that is left of a certain call where the check objects: two of them are certain, so that nobody
+calls in vain."""
 
 Check = Callable[[Samples], float]
 """What another listener takes from the log odds of a call, nats, by the sound from CHECKED_BEFORE_S before the word's
