@@ -257,9 +257,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     yield_s = YIELD_S if p.silences else ASK_NEXT_S
     due_s = p.ask_s if p.ask_s < math.inf else now
     _wait(me, p, max(due_s, now + (yield_s if comes_first else ANSWER_S)))  # an answer takes precedence
-    if p.keeper != name:
-        p.was_asked(name, me.floor.busy_since_s, now)
-    else:
+    p.was_asked(name, me.floor.busy_since_s, now)
+    if p.keeper == name:
         p.waiting.pop(name)
         if now - p.given_s <= REPEATED_S:
             p.given_s, p.lease_end_s = now, now + LEASE_S
