@@ -92,7 +92,7 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     p.inside = p.place.distance_m(here) < BODY_M + OUT_M * was_inside
     if p.inside:
         tasks = (each.definition.place for each in me.board.entries())
-        p.came_from = p.came_from or p.nearest_outside(here, tasks)  # it may have been switched on inside
+        p.came_from = p.came_from or p.nearest_outside(here, (me.body.home, *tasks))  # if it was switched on inside
         _have(me, p, now)
         return True
     if p.place.distance_m(here) >= LINE_M:  # nearer, it would still be in the way

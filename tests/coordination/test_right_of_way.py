@@ -9,9 +9,9 @@ import pytest
 from hil_fakes.word_mission import Outage
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.config.tasks import Place
+from hvcpd.config.tasks import GoTo, Place
 from hvcpd.coordination import right_of_way
-from hvcpd.coordination.actions import Say
+from hvcpd.coordination.actions import Perform, Say
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -47,6 +47,15 @@ def test_who_is_switched_on_inside_drives_out_when_somebody_waits() -> None:
     mission.run()
     assert mission.traffic.collisions == 0
     assert max(mission.traffic.waits_s) < 200.0, "it was 401 s"
+
+
+def test_who_is_switched_on_inside_where_all_tasks_are_drives_to_where_it_starts() -> None:
+    """It stood there for ever, and so did who waited for it."""
+    bot = Corridor(("Bot", "Rob"), (across(1, Place(0.2, 0.0)),), starts=(Place(0.0, 0.0), WEST)).robots["Bot"]
+    bot.knowledge.body.home = WEST
+    bot.may_drive((), 1.0)
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 2.0)
+    assert Perform(0, (GoTo(WEST),)) in bot.actions(2.0)
 
 
 @pytest.mark.parametrize("seed", [4, 5, 15, 16, 32])
