@@ -20,7 +20,9 @@ def test_a_part_of_the_day(hours: str) -> None:
     assert valid_hours(hours) is None
 
 
-@pytest.mark.parametrize("hours", ["", "22-7", "24:00-07:00", "22:00-24:01", "22:00", "22:60-07:00", "10pm-7am", "07:00-7:00"])
+@pytest.mark.parametrize(
+    "hours", ["", "22-7", "24:00-07:00", "22:00-24:01", "22:00", "22:60-07:00", "10pm-7am", "07:00-7:00"]
+)
 def test_what_is_no_part_of_the_day_is_told_with_a_remedy(hours: str) -> None:
     assert any(remedy in (valid_hours(hours) or "") for remedy in ("write for example", "leave them out"))
 

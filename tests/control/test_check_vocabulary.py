@@ -15,8 +15,8 @@ from hvcpd.assembly.vocabulary import (
     check,
     refusal,
 )
-from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.settings import DEFAULT_TEAMS, Settings
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
 from hvcpd.control.cli import main

@@ -140,8 +140,8 @@ def test_who_gave_a_place_to_one_that_never_heard_it_gives_it_anew(silences: int
 
 
 def test_who_gave_a_place_gives_it_anew_to_the_robot_that_never_heard_so() -> None:
-    """Max missed that it was given the corridor, took Bot for inside, and asked forty times, for 791 s; Bot heard it, and
-    counted only the requests of others."""
+    """Max missed that it was given the corridor, took Bot for inside, and asked forty times, for 791 s; Bot heard it,
+    and counted only the requests of others."""
     robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
     p = robot.knowledge.passes[0]
     p.keep("Max", 100.0 + LEASE_S)
