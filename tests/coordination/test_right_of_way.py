@@ -116,6 +116,22 @@ def test_who_rests_in_a_place_drives_out_whatever_it_is_about_to_say(state: Stat
     assert bot.knowledge.missed.heard_work is (state in (State.ASKING, State.ASKED)), "it asks again outside"
 
 
+@pytest.mark.parametrize("asked", [False, True])
+def test_the_first_keeper_does_not_go_in_unasked_once_another_robot_has_asked(asked: bool) -> None:
+    """Bot had heard Rob ask, and not that it gave the place on; it drove in after one request that the robot inside had
+    missed (seed 760207)."""
+    bot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
+    for name in ("Max", "Rob"):
+        bot.heard(m.Utterance(name, m.ToAll(), None, m.Free()), 5.0)
+    if asked:
+        bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 20.0)
+    p = bot.knowledge.passes[0]
+    p.wanted_s = 60.0
+    p.was_asked(None, 60.0, 63.0)
+    bot.tick(65.0)
+    assert p.using is not asked
+
+
 @pytest.mark.parametrize(("name", "other", "pause_s"), [("Bot", "Max", 1.5), ("Max", "Bot", 5.0)])
 def test_of_two_that_wait_the_first_name_asks_next(name: str, other: str, pause_s: float) -> None:
     """Bot left the turn to Max after each request of Max, and so never asked often enough (seed 2045)."""
