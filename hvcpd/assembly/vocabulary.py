@@ -226,10 +226,10 @@ def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion
 
 
 def _explained(c: Confusion, book: Phrasebook) -> Confusion:
-    """With two sentences that show it, and the word of the team that is to be another."""
+    """With two sentences that show it, and the word of the team that is to be another, which is not the article."""
     sides = [tuple(c.first.split()), tuple(c.second.split())]
     c = replace(c, sentences=example_sentences(book, sides[0], sides[1]))
-    chosen = [(word, side) for side in sides for word in side if word not in FIXED_WORDS]
+    chosen = [(w, side) for side in sides for w in side if w != "the" and ("the" in side or w not in FIXED_WORDS)]
     if c.alternative_of or not chosen:
         return c
     word, _ = max(chosen, key=lambda each: (-len(each[1]), len(each[0])))
