@@ -22,6 +22,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_named
 from tests.control.conftest import Refuse
+from tests.full_disk import no_new_bytes
 
 pytestmark = pytest.mark.slow
 
@@ -248,12 +249,29 @@ def test_a_cache_that_cannot_be_written_is_told_at_once(
     assert "set XDG_CACHE_HOME" in told
 
 
-def test_who_cannot_write_the_services_cache_is_told_how(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = tmp_path / "hvcpd.yaml"
-    (tmp_path / "tasks.yaml").write_text(
+def team_of_one(folder: Path) -> Path:
+    """The settings of one robot with one task, whose state folder is missing."""
+    config = folder / "hvcpd.yaml"
+    (folder / "tasks.yaml").write_text(
         "tasks: [{number: 1, name: water the rose, place: {x_m: 0, y_m: 0}, actions: [say: a]}]"
     )
-    config.write_text(f"name: Rob\nnames: [Rob]\nstate_dir: {tmp_path / 'none'}\ntasks: tasks.yaml\n")
+    config.write_text(f"name: Rob\nnames: [Rob]\nstate_dir: {folder / 'none'}\ntasks: tasks.yaml\n")
+    return config
+
+
+@pytest.mark.parametrize("bytes_left", [0, 4096])
+def test_a_disk_that_is_full_or_becomes_so_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refuse, bytes_left: int
+) -> None:
+    config = team_of_one(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    with no_new_bytes(beyond=bytes_left):
+        told = refused("prerender", "--config", config)
+    assert f"{tmp_path / 'cache' / 'hvcpd' / 'units'}: cannot be written: File too large; make room there" in told
+
+
+def test_who_cannot_write_the_services_cache_is_told_how(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = team_of_one(tmp_path)
     assert main(["prerender", "--config", str(config)]) == 0
     err = capsys.readouterr().err
     assert f"a service reads {tmp_path / 'none' / 'units'}, which you cannot write" in err
