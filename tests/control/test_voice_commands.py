@@ -89,6 +89,7 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
     [
         ((), "give words"),
         (("water", "--paper-table"), "give words"),
+        (("--paper-table", "-o", "table.wav"), "alone"),
         (("\U0001f389",), "cannot be said"),
         (("\x01\x7f",), "cannot be said"),
         (("1,000 roses",), "'1,000' in '1,000 roses' cannot be said: write it in words"),
@@ -101,6 +102,7 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
     ids=[
         "none",
         "both",
+        "table and file",
         "emoji",
         "control characters",
         "comma",
@@ -202,7 +204,8 @@ def test_a_robot_speaks_with_recorded_words(tmp_path: Path, refused: Refuse) -> 
     message = refused("say", SENTENCE, "--voice", folder, "-o", tmp_path / "x.wav")
     assert "Rose.WAV" in message
     assert "The.WAV: it is silent" in message
-    assert "--rate" in refused("say", SENTENCE, "--voice", folder, "--rate", "1.5", "-o", tmp_path / "x.wav")
+    for option in (("--rate", "1.5"), ("--natural",)):
+        assert "--rate" in refused("say", SENTENCE, "--voice", folder, *option, "-o", tmp_path / "x.wav")
     assert "no such folder" in refused("say", SENTENCE, "--voice", tmp_path / "nowhere", "-o", tmp_path / "x.wav")
 
 
