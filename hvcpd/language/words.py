@@ -50,7 +50,7 @@ def digit_words(number: int) -> tuple[str, str]:
 
 
 def spoken_words(text: str) -> tuple[str, ...]:
-    """Written text as the words that are spoken: lower case, no punctuation, numbers up to 99 and their ordinals in words.
+    """Written text as the words that are spoken: lower case, no punctuation, numbers and ordinals up to 99 in words.
 
     Characters that no English word has end a word, so that arbitrary text gives some words and never an error.
     """

@@ -149,8 +149,10 @@ def test_a_british_spelling_is_said_as_its_american_one(british: str, american: 
     assert found.origin in (Origin.SPELLING, Origin.BUILTIN)
 
 
-def test_every_listed_word_in_ize_is_said_as_it_is_when_it_is_spelt_ise() -> None:
-    spelt = {word: f"{word[:-3]}ise" for word in ("utilize", "memorize", "optimize", "publicize", "penalize", "stabilize")}
+def test_verbs_in_ise_are_said_as_those_in_ize() -> None:
+    spelt = {
+        word: f"{word[:-3]}ise" for word in ("utilize", "memorize", "optimize", "publicize", "penalize", "stabilize")
+    }
     assert {word for word, british in spelt.items() if LEXICON.pronounce(british) != CMUDICT.look_up(word)[0]} == set()
 
 
