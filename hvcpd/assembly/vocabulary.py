@@ -16,6 +16,7 @@ from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.assembly.sound import Sound
 from hvcpd.errors import PhraseError
+from hvcpd.hardware.files import write_whole
 from hvcpd.language.competition import Pair, Phrase, competing_phrases
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
@@ -343,8 +344,6 @@ def _write(path: Path | None, found: Sequence[Confusion]) -> None:
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_suffix(".part")
-        partial.write_text(json.dumps([vars(c) for c in found]), encoding="utf-8")
-        partial.replace(path)
+        write_whole(path, json.dumps([vars(c) for c in found]).encode())
     except OSError:
         pass  # a full or read-only disk costs time at the next start, no more
