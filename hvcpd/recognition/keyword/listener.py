@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections import deque
 from collections.abc import Callable, Sequence
 
@@ -114,9 +113,12 @@ class RecentSound:
 
 
 def _white(n: int) -> Samples:
-    """White noise of power 1, the same each time."""
-    uniform = np.frombuffer(random.Random(1).randbytes(2 * n), np.int16)
-    return np.asarray(uniform * np.float32(np.sqrt(3.0) / 32768.0), np.float32)
+    """White noise of power 1, the same each time: a hash of each sample's number (A. Appleby, MurmurHash3, 2011)."""
+    hashed = np.arange(n, dtype=np.uint32)
+    for shift, factor in ((16, 0x85EBCA6B), (13, 0xC2B2AE35), (16, 1)):
+        hashed ^= hashed >> shift
+        hashed *= np.uint32(factor)
+    return np.asarray(hashed.view(np.int32) * np.float32(np.sqrt(3.0) / 2.0**31), np.float32)
 
 
 def _highest(probabilities: Sequence[float]) -> float | None:
