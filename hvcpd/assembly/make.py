@@ -19,9 +19,8 @@ from hvcpd.language.forms import Kind
 from hvcpd.language.marks import CIPHER_CALL
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.keyword_check import loss_of_call
+from hvcpd.people.phone_checks import loss_of_call, loss_of_sentence
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.sentence_check import loss_of_sentence
 from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging

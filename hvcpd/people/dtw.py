@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.recognition.arrays import distinct, first_of_each
 from hvcpd.recognition.network import Index, Network
-from hvcpd.recognition.ordering import distinct, first_of_each
 
 Costs = NDArray[np.float32]
 Frames = NDArray[np.int32]

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.recognition.arrays import blank, distinct
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
-from hvcpd.recognition.ordering import distinct
-from hvcpd.recognition.pages import blank
 from hvcpd.recognition.pruning import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 

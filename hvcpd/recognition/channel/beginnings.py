@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
+from hvcpd.recognition.arrays import median
 from hvcpd.recognition.channel.weighting import (
     BINS,
     FRAME,
@@ -28,7 +29,6 @@ from hvcpd.recognition.channel.weighting import (
     powers_of,
 )
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.ordering import median
 from hvcpd.recognition.renderings import GREETING, Said, Voicebook
 
 SIZE = 16_384

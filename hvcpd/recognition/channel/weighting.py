@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import median
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.ordering import median
 from hvcpd.recognition.renderings import Signal
 
 Taps = NDArray[np.float32]
