@@ -29,8 +29,8 @@ from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, St
 from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.listener import KeywordEars, Residual
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
+from hvcpd.recognition.network import Beam
 from hvcpd.recognition.overhearing import Overhearing
-from hvcpd.recognition.pruning import Beam
 from hvcpd.recognition.recogniser import MIN_SPELLED_CONFIDENCE, Recogniser, RecogniserSettings
 from hvcpd.recognition.second_ears import SecondEars
 from hvcpd.recognition.second_pass import AtOnce, Worker

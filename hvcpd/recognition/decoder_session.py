@@ -21,8 +21,7 @@ from hvcpd.recognition.frontend import (
     power_ratio,
 )
 from hvcpd.recognition.lattice import Step
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
+from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
 

@@ -17,8 +17,7 @@ from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, wor
 from hvcpd.recognition.decoder_session import DecoderSession, Sentence
 from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import Beam
+from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch

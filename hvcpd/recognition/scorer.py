@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hvcpd.recognition.arrays import blank, distinct
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
-from hvcpd.recognition.pruning import Layout
+from hvcpd.recognition.network import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 RECOMPOSE_NEPER = 0.12
