@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import LONGER_WAIT_FRAMES, SegmentTracker
-from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
+from hvcpd.recognition.confidence import confidence_features
 from hvcpd.recognition.decoder_session import DecoderSession, Sentence
 from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
@@ -33,7 +33,6 @@ LATE_WAKE_FRAMES = 12
 MIN_SPELLED_CONFIDENCE = 0.95
 """A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
 was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
-CONFIDENCE = ConfidenceCurve()
 
 
 @dataclass(frozen=True)
@@ -236,7 +235,7 @@ class Recogniser:
         s = self._settings
         if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
             return None
-        confidence = CONFIDENCE.probability(sentence_features(sentence))
+        confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
@@ -247,7 +246,7 @@ class Recogniser:
                 self._session.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                CONFIDENCE.probability(word_features(sentence, k)),
+                confidence_features(sentence, k).probability,
             )
             for k, step in enumerate(sentence.steps)
         )
