@@ -3,7 +3,8 @@
 H. Ney, "The use of a one-stage dynamic programming algorithm for connected word recognition", IEEE Trans. ASSP
 32(2), 1984; J. Bridle, M. Brown, R. Chamberlain, "An algorithm for connected word recognition", ICASSP 1982.
 The steps are asymmetric (Sakoe & Chiba 1978, Itakura 1975): every frame of the input is used once, and a path stays,
-advances by one template frame or skips one, always from the previous column, so a column is a few vector operations.
+advances by one template frame or skips one or two, always from the previous column, so a column is a few vector
+operations.
 
 All costs are relative to the filler, a path that explains any sound; a filler therefore always costs 0, sentences
 begin at any frame at cost 0, and a sentence that fits better than the filler has a negative cost.
