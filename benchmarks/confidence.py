@@ -31,9 +31,10 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.confidence import ConfidenceCurve, ConfidenceFeatures, sentence_features
+from hvcpd.recognition.confidence import ConfidenceFeatures, confidence_features
 from hvcpd.recognition.decoder_session import Sentence
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.fitted import curve
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.synthesis.speaker import Speaker
@@ -144,12 +145,12 @@ def collect(o: argparse.Namespace, names: tuple[str, ...], seed: int) -> Iterato
 
 
 def fitted(o: argparse.Namespace) -> dict[str, object]:
-    """Bias and weights for `ConfidenceCurve`, and the data that they were fitted to."""
+    """Bias and weights of the curve, and the data that they were fitted to."""
     found = [pair for k, names in enumerate(TEAMS) for pair in collect(o, names, o.seed + k)]
     y = np.array([right for _, right in found])
-    *weights, bias = fit(np.array([astuple(sentence_features(sentence)) for sentence, _ in found]), y)
-    curve = ConfidenceCurve(bias, ConfidenceFeatures(*weights))
-    probability = np.array([curve.probability(sentence_features(sentence)) for sentence, _ in found])
+    features = np.array([astuple(confidence_features(sentence)) for sentence, _ in found])
+    *weights, bias = fit(features, y)
+    probability = np.array([curve(bias, weights, each) for each in features])
     for low, high in pairwise((0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)):
         there = (probability >= low) & (probability < high)
         share = f"{y[there].mean():.3f} right" if there.any() else "-"

@@ -19,9 +19,8 @@ from hvcpd.language.forms import Kind
 from hvcpd.language.marks import CIPHER_CALL
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
-from hvcpd.people.keyword_check import loss_of_call
+from hvcpd.people.phone_checks import loss_of_call, loss_of_sentence
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.sentence_check import loss_of_sentence
 from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
@@ -30,10 +29,9 @@ from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, St
 from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.listener import KeywordEars, RecentSound
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
-from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
+from hvcpd.recognition.network import Beam
 from hvcpd.recognition.overhearing import Overhearing
-from hvcpd.recognition.pruning import Beam
-from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.recogniser import MIN_SPELLED_CONFIDENCE, Recogniser, RecogniserSettings
 from hvcpd.recognition.second_ears import SecondEars
 from hvcpd.recognition.second_pass import AtOnce, Worker
 from hvcpd.recognition.watch import Watch
@@ -57,13 +55,15 @@ Books = Sequence[SpokenBook]
 """Words that robots say, for all listeners of one robot: each word is read and measured once."""
 
 
-def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Recogniser:
-    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make."""
+def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool = False) -> Recogniser:
+    """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make. With
+    `strangers` for names that anybody spells, too, once it is prepared."""
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(beam=Beam(max_pairs=SEALED_PAIRS)) if sealed else None
-    return Recogniser(phrasebook.marked_graph, bank, settings)
+    spelled = partial(make_spelled, phrasebook, sound) if strangers else None
+    return Recogniser(phrasebook.marked_graph, bank, settings, make_spelled=spelled)
 
 
 def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
@@ -109,9 +109,9 @@ def make_ears(
     any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
     those of `make_books`."""
     hearing = hearing or HearingPlan(channel=AtOnce())
-    sentences = make_recogniser(phrasebook, names, sound)
-    spelled = partial(make_spelled, phrasebook, sound, sentences.watch) if strangers else None
-    ears: Ears = Listening(sentences, spelled() if spelled and hearing.prepared else None, spelled)
+    ears: Ears = make_recogniser(phrasebook, names, sound, strangers)
+    if hearing.prepared:
+        ears.prepare(lambda: True)
     if hearing.channel is not None and sound.cache is not None:
         books = books or make_books(phrasebook, names, sound)
         ears = make_channel_ears(phrasebook, books, ears, sound, hearing.channel, hearing.prepared)

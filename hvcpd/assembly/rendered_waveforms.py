@@ -65,7 +65,7 @@ class WaveformCache:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SpokenWay:
-    """One rendering of a word, see `renderings.Said`: number `number` of those in its book."""
+    """One rendering of a word, see `channel.path.Said`: number `number` of those in its book."""
 
     book: SpokenBook
     word: str

@@ -27,7 +27,7 @@ from hvcpd.recognition.frontend import (
     mel_filterbank,
     power_weights,
 )
-from hvcpd.recognition.pruning import AHEAD
+from hvcpd.recognition.network import AHEAD
 from hvcpd.recognition.templates import MASK_DB, Noise, TemplateBank, trimmed_energies
 
 
@@ -149,7 +149,7 @@ class References:
         UNREACHABLE for a phrase that is more than twice as long.
         """
         steps = StepCosts()
-        ahead = np.concatenate([self._begin, self._begin + 1])
+        ahead = (self._begin[:, None] + np.arange(AHEAD)).ravel()
         cost = np.full(self._norms.shape, UNREACHABLE, np.float32)
         cost[:, self._begin + AHEAD - 1] = 0.0
         following = np.full_like(cost, UNREACHABLE)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
-from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.second_pass import Segment
 
 Bands = NDArray[np.float64]

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.recognition.arrays import median
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.ordering import median
 
 MAX_TAKES = 6
 """Maximum number of takes of one word, the newest: each is one more path wherever its word may come."""

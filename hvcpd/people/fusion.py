@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -42,10 +42,6 @@ class Hypotheses:
     search: CtcSearch
     talk: CtcSearch
     nearest: Recognised | None
-
-    def through(self, readings: Sequence[LogPosteriors]) -> Hypotheses:
-        """The same with posteriors of other output layers."""
-        return replace(self, readings=readings)
 
     @cached_property
     def by_phones(self) -> CtcSentence | None:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.bands import Bands, stored
-from hvcpd.recognition.ordering import first_of_each
+from hvcpd.recognition.arrays import first_of_each
 
 Logs = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]

@@ -98,9 +98,11 @@ class SecondPassRecogniser:
         one's)."""
         hypotheses, outputs = self._heard(segment)
         fused = fuse(hypotheses)
-        through = [hypotheses.through(each) for each in self._through_layers(outputs)] if fused is not None else []
+        if fused is None:
+            return hypotheses, None
+        through = [replace(hypotheses, readings=each) for each in self._through_layers(outputs)]
         found = [(other, each) for other in through if (each := fuse(other)) is not None]
-        if fused is None or not found:
+        if not found:
             return hypotheses, fused
         other, by_person = max(found, key=lambda each: each[1].probability)
         if not alike(by_person.words, fused.words):

@@ -7,8 +7,7 @@ the gain is divided by the gain expected of the right word in this noise (`Score
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, dataclass
 
 from hvcpd.recognition.decoder_session import Sentence
 from hvcpd.recognition.fitted import curve, fitted
@@ -45,32 +44,16 @@ class ConfidenceFeatures:
     haste: float
     """Stretch of the fastest word, below FAST."""
 
-
-@dataclass(frozen=True)
-class ConfidenceCurve:
-    """Bias and weights of the features."""
-
-    bias: float = field(default_factory=lambda: float(fitted("sentence_confidence")["bias"]))
-    weights: ConfidenceFeatures = field(
-        default_factory=lambda: ConfidenceFeatures(**fitted("sentence_confidence")["weights"])
-    )
-
-    def probability(self, features: ConfidenceFeatures) -> float:
+    @property
+    def probability(self) -> float:
         """The probability, 0 to 1, that a hypothesis with these features is right."""
-        return curve(self.bias, astuple(self.weights), astuple(features))
+        weights = fitted("sentence_confidence")
+        return curve(weights["bias"], astuple(ConfidenceFeatures(**weights["weights"])), astuple(self))
 
 
-def sentence_features(sentence: Sentence) -> ConfidenceFeatures:
-    """Features of the whole sentence."""
-    return _features(sentence, range(len(sentence.steps)))
-
-
-def word_features(sentence: Sentence, k: int) -> ConfidenceFeatures:
-    """Features of the `k`-th word of a sentence."""
-    return _features(sentence, [k])
-
-
-def _features(sentence: Sentence, words: Sequence[int]) -> ConfidenceFeatures:
+def confidence_features(sentence: Sentence, word: int | None = None) -> ConfidenceFeatures:
+    """Features of a sentence, or of one word of it, by its number."""
+    words = range(len(sentence.steps)) if word is None else [word]
     gain = max(-sentence.cost, 1.0)
     margin = min(sentence.steps[k].margin for k in words)
     deficits = [sentence.deficits[k] for k in words]

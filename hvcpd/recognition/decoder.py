@@ -3,12 +3,13 @@
 H. Ney, "The use of a one-stage dynamic programming algorithm for connected word recognition", IEEE Trans. ASSP
 32(2), 1984; J. Bridle, M. Brown, R. Chamberlain, "An algorithm for connected word recognition", ICASSP 1982.
 The steps are asymmetric (Sakoe & Chiba 1978, Itakura 1975): every frame of the input is used once, and a path stays,
-advances by one template frame or skips one, always from the previous column, so a column is a few vector operations.
+advances by one template frame or skips one or two, always from the previous column, so a column is a few vector
+operations.
 
 All costs are relative to the filler, a path that explains any sound; a filler therefore always costs 0, sentences
 begin at any frame at cost 0, and a sentence that fits better than the filler has a negative cost.
 
-Every few frames, all but the promising paths are dropped (`pruning`), so a large network costs little more than a small
+Every few frames, all but the promising paths are dropped (`network`), so a large network costs little more than a small
 one.
 """
 
@@ -20,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.lattice import PAUSE, Costs, Lattice, Step, Tokens, token_of_start
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import REACH, Beam, Layout, common_states, lay_out, survivors
+from hvcpd.recognition.network import AHEAD, REACH, Beam, Layout, Network, common_states, lay_out, survivors
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""
@@ -33,6 +33,8 @@ class StepCosts:
 
     stay: float = 0.3
     skip: float = 0.3
+    leap: float | None = None
+    """To pass over two frames of the template; None: that is not possible."""
     hypothesis: float = 2.0
     """For going on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
 
@@ -43,8 +45,9 @@ STEPS = StepCosts()
 def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) -> tuple[NDArray[np.bool_], ...]:
     """One column of asymmetric DTW along the last axis, for states 2 and up; states 0 and 1 are left unchanged.
 
-    `out[s] = distances[s] + min(previous[s] + stay, previous[s-1], previous[s-2] + skip)`.
-    Returns two masks for the states 2 and up: where the path advanced, and where it skipped (which overrides).
+    `out[s] = distances[s] + min(previous[s] + stay, previous[s-1], previous[s-2] + skip, previous[s-3] + leap)`.
+    Returns masks: where the path advanced and where it skipped, for the states 2 and up, and with a `leap` where it
+    leapt, for the states 3 and up; each overrides those before it.
     """
     best = out[..., 2:]
     np.add(previous[..., 2:], np.float32(steps.stay), out=best)
@@ -54,8 +57,13 @@ def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) 
     skip = previous[..., :-2] + np.float32(steps.skip)
     skipped = skip < best
     np.minimum(best, skip, out=best)
+    masks = [advanced, skipped]
+    if steps.leap is not None:
+        leap = previous[..., :-3] + np.float32(steps.leap)
+        masks.append(leap < best[..., 1:])
+        np.minimum(best[..., 1:], leap, out=best[..., 1:])
     best += distances[..., 2:]
-    return advanced, skipped
+    return tuple(masks)
 
 
 @dataclass(frozen=True)
@@ -79,10 +87,11 @@ class Decoder:
     result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
-    def __init__(self, network: Network, n_hypotheses: int, beam: Beam) -> None:
+    def __init__(self, network: Network, n_hypotheses: int, beam: Beam, steps: StepCosts = STEPS) -> None:
         self._net = network
         self._n_hypotheses = n_hypotheses
         self._beam = beam
+        self._steps = steps
         shape = (n_hypotheses, network.n_nodes)
         self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
         self._rest_token: Tokens = np.zeros(shape, np.int32)
@@ -112,7 +121,7 @@ class Decoder:
         self._token: Tokens = np.zeros(layout.n_states, np.int32)
         self._token_next: Tokens = np.zeros(layout.n_states, np.int32)
         self._end_bound: Costs = np.full(len(layout.last), np.float32(self._beam.above_filler))
-        self._ahead = np.concatenate([layout.begin, layout.begin + 1])
+        self._ahead = (layout.begin[:, None] + np.arange(AHEAD)).ravel()
         self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
 
     def prepare(self) -> Layout:
@@ -155,11 +164,12 @@ class Decoder:
         frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
         """
         if len(distances):
-            advanced, skipped = dtw_column(self._cost, distances, STEPS, self._cost_next)
+            advanced, *farther = dtw_column(self._cost, distances, self._steps, self._cost_next)
             token = self._token_next
             token[2:] = self._token[2:]
             np.copyto(token[2:], self._token[1:-1], where=advanced)
-            np.copyto(token[2:], self._token[:-2], where=skipped)
+            for reach, mask in enumerate(farther, 2):
+                np.copyto(token[reach:], self._token[:-reach], where=mask)
             self._cost, self._cost_next = self._cost_next, self._cost
             self._token, self._token_next = token, self._token
         ends = self._cost[self.layout.last]
@@ -228,7 +238,7 @@ class Decoder:
     def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
         """The cost of going on at each hypothesis, and the token to go on with."""
         entering, chosen = leaving.copy(), token.copy()
-        dearer = leaving + np.float32(STEPS.hypothesis)
+        dearer = leaving + np.float32(self._steps.hypothesis)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
             cheaper = dearer[other] < entering[to]
             np.copyto(entering[to], dearer[other], where=cheaper)

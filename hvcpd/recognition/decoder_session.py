@@ -21,8 +21,7 @@ from hvcpd.recognition.frontend import (
     power_ratio,
 )
 from hvcpd.recognition.lattice import Step
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import HORIZON_FRAMES, Beam
+from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
 
@@ -158,14 +157,13 @@ class DecoderSession:
 
     def _decode(self, features: Features) -> None:
         self._scorer.follow(self._decoder.prepare())
-        scores = self._scorer.score(features)
-        filler = np.minimum(scores.noise, scores.cohort + np.float32(FILLER_COST))
+        states, noise, cohort = self._scorer.score(features)
+        filler = np.minimum(noise, cohort + np.float32(FILLER_COST))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
-        self._filler_excess[slots] = filler - scores.cohort
-        self._noise_cost[slots] = scores.noise - filler
-        relative = scores.states - filler[:, None]
-        for i in range(len(features)):
-            self._decoder.column(relative[i], float(scores.noise[i] - filler[i]))
+        self._filler_excess[slots] = filler - cohort
+        self._noise_cost[slots] = above = noise - filler
+        for column, noise_cost in zip(states - filler[:, None], above.tolist(), strict=True):
+            self._decoder.column(column, noise_cost)
         self._next += len(features)
 
     def _retune(self, level: float) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.pages import blank
+from hvcpd.recognition.arrays import blank
 
 CAPACITY = 1 << 17
 """Records: about ten a frame while somebody speaks, so two minutes; 3 MB, if ever a path lives that long."""

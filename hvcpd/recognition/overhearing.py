@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.events import Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
 from hvcpd.recognition.keyword.net import LENGTH_FRAMES, KeywordNet, KeywordSpotter, Word
-from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.stream import FrameStream
 
 BLOCK = 320

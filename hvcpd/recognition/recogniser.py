@@ -7,18 +7,17 @@ from the first sample, so the size of the pushed blocks never changes a result.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.activity import LONGER_WAIT_FRAMES, SegmentTracker
-from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
+from hvcpd.recognition.confidence import confidence_features
 from hvcpd.recognition.decoder_session import DecoderSession, Sentence
-from hvcpd.recognition.events import Event, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import Beam
+from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import RECENT_FRAMES, Watch
@@ -31,7 +30,9 @@ SLEEP_FRAMES = 60
 """The network sleeps after 0.6 s without a sign of speech."""
 LATE_WAKE_FRAMES = 12
 """A sentence this soon (0.12 s) after the first frame replayed into the network may have begun before it."""
-CONFIDENCE = ConfidenceCurve()
+MIN_SPELLED_CONFIDENCE = 0.95
+"""A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
+was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,10 @@ class RecogniserSettings:
 
 
 class Recogniser:
-    """Listens to one microphone for the sentences of one word graph in several voices."""
+    """Listens to one microphone for the sentences of one word graph in several voices, and for spelled names.
+
+    A robot that spells its name is unknown, and so is its voice: a second recogniser listens for it in all voices.
+    """
 
     def __init__(
         self,
@@ -62,9 +66,10 @@ class Recogniser:
         templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
         watch: Watch | None = None,
+        make_spelled: Callable[[Watch], Recogniser] | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few takes of the word. `watch`: shared with other recognisers on the same
-        microphone.
+        """`templates[voice][word]`: one or a few takes of the word. `watch`: shared with another recogniser on the same
+        microphone. `make_spelled` makes the one for spelled names, in `prepare`.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
@@ -72,6 +77,8 @@ class Recogniser:
         bank = TemplateBank(templates)
         self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
         self.watch = watch or Watch()
+        self._make_spelled = make_spelled
+        self._spelled: Recogniser | None = None
         self._segments = SegmentTracker()
         self._alert_age = 0
         self._calm_frames = 0
@@ -119,9 +126,13 @@ class Recogniser:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
         return self._session.follows
 
+    @property
+    def _all(self) -> list[Recogniser]:
+        return [self] if self._spelled is None else [self, self._spelled]
+
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
-        return [event for (events,) in self.watch.push(samples, masked, [self]) for event in events]
+        return _merged(self.watch.push(samples, masked, self._all))
 
     def lost(self, n_samples: int) -> list[Event]:
         """Advance time by `n_samples` that were lost before they arrived, 0 if the number is unknown.
@@ -129,8 +140,9 @@ class Recogniser:
         Speech in progress is reported as garbled. So is a sentence that seems to begin right after the gap: it may be
         the end of a longer one. Raises ValueError for a negative number.
         """
-        found = [event for (events,) in self.watch.lose(n_samples, [self]) for event in events]
-        self.begin_late()
+        found = _merged(self.watch.lose(n_samples, self._all))
+        for recogniser in self._all:
+            recogniser.begin_late()
         return found
 
     def begin_late(self) -> None:
@@ -142,12 +154,15 @@ class Recogniser:
         self._session = others._session
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Ears.prepare`: there is nothing to prepare."""
+        """Prepare what takes long, while `go_on` holds; from then on spelled names are recognised, too."""
+        if self._spelled is None and self._make_spelled is not None and go_on():
+            spelled = self._make_spelled(self.watch)
+            spelled.begin_late()
+            self._spelled = spelled
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
-        silent_chunks = LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8
-        return [event for (events,) in self.watch.flush([self], silent_chunks) for event in events]
+        return _merged(self.watch.flush([self], LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8))
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
@@ -220,7 +235,7 @@ class Recogniser:
         s = self._settings
         if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
             return None
-        confidence = CONFIDENCE.probability(sentence_features(sentence))
+        confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
         start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
@@ -231,7 +246,7 @@ class Recogniser:
                 self._session.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
-                CONFIDENCE.probability(word_features(sentence, k)),
+                confidence_features(sentence, k).probability,
             )
             for k, step in enumerate(sentence.steps)
         )
@@ -248,3 +263,13 @@ class Recogniser:
     def _snr_db(self, start_frame: int, end_frame: int) -> float:
         speech, noise = self.watch.powers(start_frame, end_frame)
         return snr_db(speech, noise)
+
+
+def _merged(reported: Iterable[Sequence[Sequence[Event]]]) -> list[Event]:
+    """The events of one recogniser, or of the two, after each chunk. Names come first: what else was made of the same
+    sound is left to the ears around."""
+    merged: list[Event] = []
+    for sentences, *spelled in reported:
+        merged += [replace(e, source=Source.SPELLED) for events in spelled for e in events if isinstance(e, Recognised)]
+        merged += sentences
+    return merged

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.recognition.arrays import blank, distinct
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
-from hvcpd.recognition.ordering import distinct
-from hvcpd.recognition.pages import blank
-from hvcpd.recognition.pruning import Layout
+from hvcpd.recognition.network import Layout
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 RECOMPOSE_NEPER = 0.12
@@ -26,15 +24,6 @@ CODEBOOK_FRAMES = 3000
 
 FIRST_SLOTS = 4096
 """Lines for composed frames at first, 0.4 MB; they double when they are full."""
-
-
-@dataclass(frozen=True)
-class Scores:
-    """Distances of n frames: `states` (n, n_states) of the layout, `noise` (n,), `cohort` (n,) (the smallest)."""
-
-    states: NDArray[np.float32]
-    noise: NDArray[np.float32]
-    cohort: NDArray[np.float32]
 
 
 class Scorer:
@@ -118,12 +107,13 @@ class Scorer:
         self._used.append((hypothesis, rows))
         self._n_composed = end
 
-    def score(self, features: Features) -> Scores:
-        """Euclidean distances of `features` (n, N_FEATURES) to every state, the noise and the cohort."""
+    def score(self, features: Features) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Euclidean distances of `features`, shape (n, N_FEATURES), to every state of the layout, shape (n, n_states),
+        to the noise, shape (n,), and to the nearest frame of the cohort, shape (n,)."""
         states = distances(features, self._features, self._norms)
         cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)
         noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
-        return Scores(states, noise, np.asarray(np.sqrt(cohort), np.float32))
+        return states, noise, np.asarray(np.sqrt(cohort), np.float32)
 
 
 def norms_of(features: Features) -> NDArray[np.float32]:

@@ -14,9 +14,9 @@ import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.events import Ears, Event
 from hvcpd.recognition.frontend import frame_powers, snr_db
-from hvcpd.recognition.ordering import quantile
 from hvcpd.recognition.stream import History, cleaned
 
 BEFORE_S, AFTER_S = 0.5, 0.4

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import distinct
 from hvcpd.recognition.frontend import (
     DELTA_REACH,
     ENERGY_FLOOR,
@@ -32,7 +33,6 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
-from hvcpd.recognition.ordering import distinct
 
 TRIM_DB = 40.0
 """Edges this far below a template's loudest frame are silence, not part of the word."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hvcpd.assembly.rendered_waveforms import KEPT, SpokenBook, WaveformCache
-from hvcpd.recognition.renderings import thirds_of
+from hvcpd.recognition.channel.path import thirds_of
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker

@@ -179,7 +179,7 @@ def test_what_is_switched_off_is_put_back() -> None:
     with answering("hvcpd.recognition.recogniser:RecogniserSettings.__repr__", "none")():
         assert repr(RecogniserSettings()) == "none"
     assert repr(RecogniserSettings()) != "none"
-    with instead("hvcpd.recognition.pruning:Beam", None)():
+    with instead("hvcpd.recognition.network:Beam", None)():
         assert getattr(recogniser, "Beam", 1) is None, "who imported the name has it too"
     assert RecogniserSettings().beam is not None
     no_setting = defaults("hvcpd.recognition.recogniser:RecogniserSettings", x=1)

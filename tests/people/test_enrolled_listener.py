@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.dtw import LEAP, SKIP, STAY, OnePassDtw
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import EnrolledListener, Match
+from hvcpd.people.enrolled_listener import BLOCK_FRAMES, STEPS, EnrolledListener, Match
+from hvcpd.recognition.decoder import Decoder
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.network import Network
+from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.templates import TemplateBank
 
 GRAPH = WordGraph(
@@ -118,8 +118,8 @@ def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence
         cost = np.full((n + 1, len(rows)), math.inf)
         for t in range(1, n + 1):
             for k, row in enumerate(rows):
-                ways = [cost[t - 1, k] + STAY]
-                for reach, extra in ((1, 0.0), (2, SKIP), (3, LEAP)):
+                ways = [cost[t - 1, k] + STEPS.stay]
+                for reach, extra in ((1, 0.0), (2, STEPS.skip), (3, STEPS.leap or 0.0)):
                     if k >= reach:
                         ways.append(cost[t - 1, k - reach] + extra)
                     elif k == reach - 1:
@@ -137,14 +137,16 @@ def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence
 def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int) -> None:
     graph = WordGraph(3, (Arc(0, 1, "hi"), Arc(1, 2, "rob")), 0, frozenset((2,)), frozenset())
     bank = TemplateBank({"anna": {"hi": [take(1, lengths[0])], "rob": [take(2, lengths[1])]}})
-    instances = OnePassDtw(Network(graph, bank.templates))
+    net = Network(graph, bank.templates, partial=True)
     rng = np.random.default_rng(seed)
     distances = rng.gamma(2.0, 1.0, (n, sum(lengths))).astype(np.float32)
     to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)
-    ends = instances.forward(lambda begin, end: distances[begin:end], to_noise)
-    rows = [range(t.first, t.first + t.length) for t in bank.templates]
-    assert float(ends.rest[-1, 2]) == pytest.approx(brute_force(distances, to_noise, rows), rel=1e-4)
-    first, second = instances.trace(ends, 2)
-    between = to_noise[first.end : second.start].sum()
-    whole = to_noise[: first.start].sum() + first.cost + between + second.cost + to_noise[second.end :].sum()
-    assert whole == pytest.approx(float(ends.rest[-1, 2]), rel=1e-4)
+    decoder = Decoder(net, 1, Beam(width=1e6, above_filler=1e6), STEPS)
+    for begin in range(0, n, BLOCK_FRAMES):
+        rows = decoder.prepare().row
+        for frame in range(begin, min(begin + BLOCK_FRAMES, n)):
+            decoder.column(distances[frame, rows] - to_noise[frame], 0.0)
+    best = decoder.best(math.inf)
+    templates = [range(t.first, t.first + t.length) for t in bank.templates]
+    assert best.cost + to_noise.sum() == pytest.approx(brute_force(distances, to_noise, templates), rel=1e-4)
+    assert sum(step.cost for step in decoder.trace(best.token)) == pytest.approx(best.cost, rel=1e-3, abs=1e-3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.people.keyword_check import MOST_NATS, loss_of_call
+from hvcpd.people.phone_checks import MOST_NATS, loss_of_call
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.keyword.listener import CHECKED_BEFORE_S
 from hvcpd.synthesis.leveling import audible

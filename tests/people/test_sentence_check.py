@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.people.sentence_check import loss_of_sentence
+from hvcpd.people.phone_checks import loss_of_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import MOST_LOSS
 from hvcpd.synthesis.lexicon import Lexicon

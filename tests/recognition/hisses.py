@@ -9,7 +9,7 @@ import numpy as np
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.renderings import Said, thirds_of
+from hvcpd.recognition.channel.path import Said, thirds_of
 from tests.recognition.way import Way
 
 GRAPH = WordGraph(

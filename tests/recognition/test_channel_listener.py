@@ -19,8 +19,8 @@ from hvcpd.recognition.channel.listener import (
     noise_power,
     quiet_part,
 )
+from hvcpd.recognition.channel.path import Said
 from hvcpd.recognition.events import Source
-from hvcpd.recognition.renderings import Said
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))

@@ -18,10 +18,9 @@ from hvcpd.recognition.channel.weighting import (
     Taps,
     WeightedSound,
     autocorrelations,
-    response,
     transform_size,
 )
-from tests.recognition.way import Way
+from tests.recognition.way import Way, response
 
 
 def correlations(known: Samples, heard: Samples, n: int) -> tuple[Taps, Taps]:

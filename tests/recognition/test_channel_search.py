@@ -19,9 +19,9 @@ from hvcpd.language.graph import Arc, WordGraph, lengths_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch, least_fit
+from hvcpd.recognition.channel.path import Voicebook, may_have, thirds_of
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import WeightedSound
-from hvcpd.recognition.renderings import Voicebook, may_have, thirds_of
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 NAMES = ("Rob", "Bot")

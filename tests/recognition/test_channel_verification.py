@@ -11,8 +11,9 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch, is_preceded, least_fit
 from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import WeightedSound, response, responses
+from hvcpd.recognition.channel.weighting import WeightedSound, responses
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+from tests.recognition.way import response
 
 LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
 SEARCH = ChannelSearch(GRAPH, tuple(BOOKS.values()))

@@ -6,17 +6,16 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.confidence import ConfidenceCurve, sentence_features, word_features
+from hvcpd.recognition.confidence import confidence_features
 from hvcpd.recognition.decoder_session import Sentence
 from hvcpd.recognition.lattice import Step
 
-CURVE = ConfidenceCurve()
 STEPS = (Step(0, 0, 30, -24.0, 20.0), Step(1, 30, 70, -30.0, 9.0), Step(2, 70, 110, -36.0, 30.0))
 GOOD = Sentence(STEPS, "oak", (0.1, 0.15, 0.1), -90.0, 0.0, (36.0, 48.0, 48.0), (1.0, 1.1, 0.95), False)
 
 
 def chance(sentence: Sentence) -> float:
-    return CURVE.probability(sentence_features(sentence))
+    return confidence_features(sentence).probability
 
 
 def test_a_sentence_that_fits_is_sure() -> None:
@@ -47,7 +46,7 @@ def test_near_the_noise_the_very_words_are_as_sure_as_they_can_be_there() -> Non
 
 def test_only_the_doubtful_word_is_doubtful() -> None:
     doubtful = replace(GOOD, deficits=(0.1, 1.2, 0.1))
-    chances = [CURVE.probability(word_features(doubtful, k)) for k in range(3)]
+    chances = [confidence_features(doubtful, k).probability for k in range(3)]
     assert chances[1] < 0.3 < 0.9 < min(chances[0], chances[2])
 
 

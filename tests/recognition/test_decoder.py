@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.decoder import Decoder, StepCosts
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import AHEAD, HORIZON_FRAMES, REACH, Beam
+from hvcpd.recognition.network import AHEAD, HORIZON_FRAMES, REACH, Beam, Network
 from hvcpd.recognition.templates import TemplateBank
 
 N_RUNGS = 2

@@ -7,7 +7,7 @@ from datetime import date
 import pytest
 
 from hvcpd.people.fusion import PROBABILITY
-from hvcpd.recognition.confidence import ConfidenceCurve
+from hvcpd.recognition.confidence import ConfidenceFeatures
 from hvcpd.recognition.fitted import fitted
 
 MODELS = (
@@ -30,7 +30,7 @@ def test_weights_tell_where_they_come_from(model: str) -> None:
 
 
 def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
-    weights = ConfidenceCurve().weights
+    weights = ConfidenceFeatures(**fitted("sentence_confidence")["weights"])
     assert max(weights.deficit, weights.worst, weights.slowness, weights.haste) < 0.0
     assert min(weights.log_margin, weights.log_gain, weights.log_fit, weights.word_fit) > 0.0
     unclear, log_odds, _, nearest_logit = PROBABILITY[1:]

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.lattice import CAPACITY, PAUSE, Lattice, token_of_start
-from hvcpd.recognition.network import Network
-from hvcpd.recognition.pruning import AHEAD, Layout, common_states, lay_out
+from hvcpd.recognition.network import AHEAD, Layout, Network, common_states, lay_out
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
@@ -102,7 +101,7 @@ def test_every_state_is_where_it_belongs(layout: Layout) -> None:
 def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: Layout) -> None:
     opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_instances]
     hypothesis, instance = np.divmod(layout.pair, NET.n_instances)
-    assert (layout.entry == layout.begin[opened] + 1).all()
+    assert (layout.entry == layout.begin[opened] + AHEAD - 1).all()
     assert (layout.source == (hypothesis * NET.n_nodes + NET.source_node[instance])[opened]).all()
     assert (layout.ends == np.flatnonzero(ending)).all()
     assert (layout.row[layout.last] == (NET.first_row[instance] + NET.length[instance] - 1)[ending]).all()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_ears, make_recogniser, make_robot, make_spelled
+from hvcpd.assembly.make import make_ears, make_robot
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
@@ -19,8 +19,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.listening import Listening
+from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.robot.records import HeardRecord, LearnName
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.speaker import Speaker
@@ -51,7 +50,7 @@ def _noisy(samples: Samples, seed: int = 1) -> Samples:
     return (samples + NOISE * noise).astype(np.float32)
 
 
-def _hear(ears: Listening, samples: Samples) -> list[Event]:
+def _hear(ears: Ears, samples: Samples) -> list[Event]:
     return [event for at in range(0, len(samples), 400) for event in ears.push(samples[at : at + 400])]
 
 
@@ -68,7 +67,7 @@ def test_ears_that_learn_keep_no_other_ears(sound: Sound) -> None:
     hearing = HearingPlan(prepared=False)
     ears, others = make_ears(BOOK, ("Rob",), sound, hearing, strangers=True), make_ears(BOOK, ("Rob",), sound, hearing)
     ears.adopt(others)
-    kept = weakref.ref(others._ears._sentences)  # type: ignore[attr-defined]
+    kept = weakref.ref(others._ears)
     del others
     gc.collect()
     assert kept() is None
@@ -129,12 +128,6 @@ def test_a_name_that_it_was_told_is_not_forgotten(sound: Sound) -> None:
     assert roster.names == ("Bot", "Anna", "Zorg")
     roster.learn("Gus")
     assert roster.names == ("Bot", "Anna", "Zorg", "Gus")
-
-
-def test_two_that_hear_different_sound_do_not_listen_together(sound: Sound) -> None:
-    sentences, spelled = make_recogniser(BOOK, ("Rob",), sound), make_spelled(BOOK, sound)
-    with pytest.raises(ValueError, match="one watch"):
-        Listening(sentences, spelled)
 
 
 def test_sentences_are_heard_as_if_nobody_listened_for_names(sound: Sound) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.long_talk import LongTalk, Stretch
+from hvcpd.recognition.second_ears import LongTalk, Stretch
 from hvcpd.recognition.stream import FrameStream
 
 LONGEST = 3 * SAMPLE_RATE_HZ

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.channel.weighting import Taps, responses
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,3 +20,9 @@ class Way:
     @property
     def length(self) -> int:
         return len(self.samples)
+
+
+def response(autocorrelation: Taps, correlation: Taps, n: int) -> Taps:
+    """`responses` of one signal, shape (n,)."""
+    taps: Taps = responses(autocorrelation[None], correlation[None], n)[0]
+    return taps

@@ -28,7 +28,7 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
-from hvcpd.recognition.pruning import AHEAD
+from hvcpd.recognition.network import AHEAD
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import MASK_DB
 

@@ -25,7 +25,7 @@ from hvcpd.language.graph import Arc, graph_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.pruning import Beam
+from hvcpd.recognition.network import Beam
 from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker, UnitPosition

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
+from hvcpd.recognition.arrays import median
+from hvcpd.recognition.channel.path import GREETING, Said, Voicebook
 from hvcpd.recognition.channel.weighting import (
     BINS,
     FRAME,
@@ -28,8 +30,6 @@ from hvcpd.recognition.channel.weighting import (
     powers_of,
 )
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.ordering import median
-from hvcpd.recognition.renderings import GREETING, Said, Voicebook
 
 SIZE = 16_384
 """Samples of the transform, and of the sound that is searched at a time: 1.02 s."""

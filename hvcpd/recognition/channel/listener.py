@@ -13,15 +13,14 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
-from hvcpd.recognition.channel.path import Path
+from hvcpd.recognition.channel.path import GREETING, Path, Voicebook
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import FRAME, SHIFT, WeightedSound, forget_words
+from hvcpd.recognition.channel.weighting import FRAME, SHIFT, Signal, WeightedSound, forget_words
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY, frame_powers
-from hvcpd.recognition.ordering import quantile
-from hvcpd.recognition.renderings import GREETING, Signal, Voicebook
 from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0

@@ -1,4 +1,5 @@
-"""Paths through the word network: known signals, each with its own estimate of the channel, and which of two is ahead.
+"""Paths through the network of words as robots render them, each with its own estimate of the channel, and which of two
+is ahead.
 
 A path's score is the received energy that it explains through its best-fitting response: every path has its own
 estimate ("per-survivor processing", R. Raheli, A. Polydoros, C. Tzou, IEEE Trans. Communications 43, 1995). Its normal
@@ -8,9 +9,10 @@ words is neglected, which makes no difference.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import Protocol
 
 import numpy as np
 
@@ -20,24 +22,77 @@ from hvcpd.recognition.channel.weighting import (
     SHIFT,
     TAPS,
     Fit,
+    Signal,
     Spectrum,
     Taps,
     WeightedSound,
     autocorrelations,
     energy_weights,
-    response,
     responses,
     transform_size,
 )
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.renderings import Said, Voicebook, thirds_of
 
+GREETING = "hi"
+"""The first word of most of robots' sentences."""
+I_AM = ("i", "am")
+"""The words before a robot's own name."""
 FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """A path is dropped if another one has explained this much more at its end."""
 NEAR = 400
 """Maximum distance in samples between the ends of two paths that are compared."""
+
+
+class Said(Signal, Protocol):
+    """One way to say a word."""
+
+    @property
+    def final(self) -> bool:
+        """Whether a pause follows."""
+
+    @property
+    def lead(self) -> int:
+        """Number of samples before its audible part: after a pause it begins this much earlier."""
+
+    @property
+    def advance(self) -> int:
+        """Distance from its first sample to the next word's place, samples."""
+
+
+class Voicebook(Protocol):
+    """The words of one voice, at one rate."""
+
+    @property
+    def voice(self) -> str:
+        """The voice's name."""
+
+    @property
+    def others(self) -> frozenset[str]:
+        """The names of robots that have other voices, as words."""
+
+    def said(self, word: str, third: int) -> Sequence[Said]:
+        """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""
+
+    def forget(self) -> None:
+        """Free memory: nobody has spoken for a while."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Prepare all words that may be requested, while `go_on` holds."""
+
+
+def thirds_of(n_words: int) -> tuple[int, ...]:
+    """The third of a sentence in which each of its words is."""
+    return tuple(3 * k // n_words for k in range(n_words))
+
+
+@lru_cache(4096)
+def may_have(thirds: tuple[int, ...], lengths: int) -> bool:
+    """Whether the words of a sentence may begin in these `thirds` if it has one of these numbers of further words, bits
+    of `lengths` (see `graph.lengths_of`)."""
+    n = len(thirds)
+    return any(lengths >> more & 1 and thirds_of(n + more)[:n] == thirds for more in range(lengths.bit_length()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +156,8 @@ class Path:
     @cached_property
     def response(self) -> Taps:
         """Its best-fitting response of TAPS taps, at lags from -BACK on."""
-        return response(self.autocorrelation, self.correlation, TAPS)
+        taps: Taps = responses(self.autocorrelation[None], self.correlation[None], TAPS)[0]
+        return taps
 
     @cached_property
     def spread(self) -> Spectrum:

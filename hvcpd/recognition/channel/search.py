@@ -16,17 +16,21 @@ from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.path import (
     FIRST_TAPS,
+    GREETING,
+    I_AM,
     Next,
     Path,
+    Said,
+    Voicebook,
     best_first,
     joined,
     kept,
     leaders,
+    may_have,
     share_of_best,
 )
 from hvcpd.recognition.channel.weighting import SHIFT, TAPS, Taps, WeightedSound
 from hvcpd.recognition.frontend import TINY
-from hvcpd.recognition.renderings import GREETING, I_AM, Said, Voicebook, may_have
 
 ENOUGH = 6.0
 """Explained energy for each tap."""

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import median
 from hvcpd.recognition.frontend import TINY, rfft
-from hvcpd.recognition.ordering import median
-from hvcpd.recognition.renderings import Signal
 
 Taps = NDArray[np.float32]
 
@@ -27,12 +27,6 @@ def transform_size(n: int) -> int:
     """The least size of at least `n` samples whose transform is quick: 2^k, or 5/4 or 3/2 of it."""
     power = 1 << max(n - 1, 1).bit_length()
     return next(size for size in (power * 5 // 8, power * 3 // 4, power) if size >= n)
-
-
-def response(autocorrelation: Taps, correlation: Taps, n: int) -> Taps:
-    """`responses` of one signal, shape (n,)."""
-    taps: Taps = responses(autocorrelation[None], correlation[None], n)[0]
-    return taps
 
 
 def responses(autocorrelations: Taps, correlations: Taps, n: int) -> Taps:
@@ -134,6 +128,18 @@ codec). So the power densities of a signal that it cuts out add up to that of th
 _HANN = np.hanning(FRAME).astype(np.float32)
 
 Spectrum = NDArray[np.float32]
+
+
+class Signal(Hashable, Protocol):
+    """A sound that is known to the sample. It may be on disk, so request it only to compare it."""
+
+    @property
+    def length(self) -> int:
+        """Its length, samples."""
+
+    @property
+    def samples(self) -> Samples:
+        """The sound, shape (length,)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Order statistics are NumPy's, to the bit; and hearing loads no masked arrays for them."""
+"""Order statistics are NumPy's, to the bit; hearing loads no masked arrays for them; large arrays are zeros, too."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from hvcpd.recognition.ordering import distinct, median, quantile
+from hvcpd.recognition.arrays import blank, distinct, median, quantile
 
 LOADED = """
 import sys
@@ -51,3 +51,13 @@ def test_distinct() -> None:
 def test_hearing_loads_no_masked_arrays() -> None:
     out = subprocess.run([sys.executable, "-c", LOADED], check=True, capture_output=True, text=True).stdout
     assert out == "False\n"
+
+
+@pytest.mark.parametrize("shape", [(0,), (5,), (3, 4)])
+def test_they_are_zeros_until_something_is_written(shape: tuple[int, ...]) -> None:
+    array = blank(shape, np.float32)
+    assert (array.shape, array.dtype) == (shape, np.float32)
+    assert not array.any()
+    array[...] = 1.0
+    assert array.all()
+    assert not blank(shape, np.float32).any()
