@@ -73,3 +73,10 @@ def want_release_hint(me: Knowledge, now: float) -> None:
     """Tell people who come by why the robot stands, and what to say; nothing else ends a stop."""
     released = composing.to_all(me, m.Stopped(waits=True))
     me.floor.want(Intent(Urgency.TURN, "released how", lambda: released, not_before_s=now + me.timing.standing_s), now)
+
+
+def tell_memory_lost(me: Knowledge, now: float) -> None:
+    """Say why the robot begins stopped; once released, it asks for the remaining tasks."""
+    me.missed.heard_work = True
+    stopped = composing.to_all(me, m.Stopped(forgot=True))
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
