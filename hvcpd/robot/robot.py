@@ -175,10 +175,11 @@ class Robot:
             self.coordination.garbled(True, now)
         self._set_channel(True, now)
         self._locate(reading)
-        if self.performer.busy:
-            self.performer.rest(now)
         for event in self._ears.lost(lost):
             self._understand(event, now)
+        self._act(now)  # nobody need speak to stop it
+        if self.performer.busy:
+            self.performer.rest(now)
         return self._output(0, STANDSTILL)
 
     def _locate(self, reading: WheelReading | None) -> None:
