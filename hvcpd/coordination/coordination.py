@@ -90,7 +90,7 @@ class Coordination:
         me.acquaintance.unheard = me.roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
-            me.state = State.STOPPED
+            me.state, me.latched = State.STOPPED, True
             halting.want_release_hint(me, now)
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
@@ -216,9 +216,9 @@ class Coordination:
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""
-        before = self.state
-        fire(self.knowledge, Trigger.STOP, now)
-        return before is not State.STOPPED
+        if not (before := self.knowledge.latched):
+            fire(self.knowledge, Trigger.STOP, now)
+        return not before
 
     def set_clock(self, offset_s: float | None, now: float) -> None:
         """Set the clock: seconds since 1970 at 0 of the sample clock; None if nobody knows the time."""
@@ -239,9 +239,9 @@ class Coordination:
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard. Returns whether it was stopped."""
-        before = self.state
+        before, self.knowledge.latched = self.knowledge.latched, False
         fire(self.knowledge, Trigger.RESUME, now)
-        return before is State.STOPPED
+        return before
 
     def reconfigure(
         self, now: float, role: Role, tasks: Iterable[TaskDefinition] = (), forgiven: Iterable[int] = ()

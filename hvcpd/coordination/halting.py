@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hvcpd.coordination import composing, effects
-from hvcpd.coordination.actions import Halt, SaveStopped
+from hvcpd.coordination.actions import Halt
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
@@ -13,7 +13,7 @@ from hvcpd.language import messages as m
 def release(me: Knowledge, now: float) -> None:
     """Resume does not restart an old motion: the robot is free."""
     me.floor.withdraw("released how")
-    me.do(SaveStopped(False))
+    me.latch(False)
     effects.rest(me, now)
 
 
@@ -47,7 +47,7 @@ def stop_and_leave(me: Knowledge, now: float) -> None:
 
 def latch(me: Knowledge, _now: float) -> None:
     me.do(Halt())
-    me.do(SaveStopped(True))
+    me.latch(True)
 
 
 def fall_silent(me: Knowledge, _now: float) -> None:
@@ -57,7 +57,7 @@ def fall_silent(me: Knowledge, _now: float) -> None:
 def halt(me: Knowledge, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
     effects.let_go(me)
-    me.do(SaveStopped(True))
+    me.latch(True)
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from gpiozero.pins.mock import MockFactory
 from rich.console import Console
 from structlog.testing import capture_logs
 
@@ -17,6 +18,7 @@ from hvcpd.coordination.peers import Away
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.sound_service import SoundService
+from hvcpd.hardware.stop_button import StopButton
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised
@@ -118,6 +120,31 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             assert (await talk.ask("resume"))["result"] == told | {"before": True}
             assert not starts_stopped(bench), "it is kept when it is answered"
             assert (await talk.ask("resume"))["result"] == told | {"before": False}
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_why(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            factory = MockFactory()
+            bench.body.button = StopButton(17, True, factory)
+            factory.pin(17).drive_high()  # its wire is broken
+            talk = await bench.connect()
+            await talk.ask("stop")
+            status = (await talk.ask("status"))["result"]
+            assert status["button_pressed"]
+            assert "STOPPED: its stop button is pressed" in shown(status)
+            refusal = (await talk.ask("resume"))["error"]
+            assert refusal["code"] == "refused"
+            assert "wire is broken" in refusal["text"]
+            assert bench.bench.robot.coordination.state is State.STOPPED
+            assert starts_stopped(bench)
+            factory.pin(17).drive_low()
+            assert not (await talk.ask("status"))["result"]["button_pressed"]
+            assert (await talk.ask("resume"))["result"]["before"] is True
+            bench.body.button.close()
             await talk.hang_up()
 
     run(scene())
