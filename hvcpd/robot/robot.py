@@ -6,6 +6,7 @@ in a test run the same code.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 from hvcpd.config.tasks import Place
@@ -270,7 +271,8 @@ class Robot:
             return
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
         stop = Utterance(None, statement=Stop())
-        self._records.append(HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, ""))
+        text = self.phrasebook.write(stop)
+        self._records.append(HeardRecord(now, stop, text, start_s, end_s, math.nan, math.nan, ""))
         self.coordination.heard(stop, now, confidence=0.0)
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:

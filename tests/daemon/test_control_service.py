@@ -13,6 +13,8 @@ from rich.console import Console
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
+from hvcpd.console.lines import surely
+from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.peers import Away
 from hvcpd.coordination.saying import MAX_SENTENCES
@@ -21,7 +23,7 @@ from hvcpd.daemon.sound_service import SoundService
 from hvcpd.hardware.stop_button import StopButton
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
-from hvcpd.recognition.events import Garbled, Recognised
+from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
 from tests.daemon.control_bench import ControlBench, control, run
@@ -145,6 +147,30 @@ def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_
             assert not (await talk.ask("status"))["result"]["button_pressed"]
             assert (await talk.ask("resume"))["result"]["before"] is True
             bench.body.button.close()
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_sure_of(tmp_path: Path) -> None:
+    """It was "heard, 0 % sure, 0 dB over the noise", and lowered the mean confidence."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            await talk.ask("subscribe", events=["heard"])
+            await bench.live(Urgent(0, 8000), blocks=2)
+            event = await talk.line()
+            assert event is not None
+            assert (event["text"], event["confidence"], event["snr_db"]) == ("Stop", None, None)
+            line = FollowLines(Console(file=io.StringIO())).line(event, 0.0)
+            assert line is not None
+            assert line.plain.endswith("somebody: Stop  heard, the word by itself")
+            assert surely(event["confidence"], event["snr_db"])["text"] == "heard, the word by itself"
+            row, *_ = (await talk.ask("transcript"))["result"]["rows"]
+            assert (row["text"], row["confidence"]) == ("Stop", None)
+            counts = (await talk.ask("status"))["result"]["counts"]
+            assert (counts["heard"], counts["confidence_sum"]) == (0, 0.0)
             await talk.hang_up()
 
     run(scene())
