@@ -92,6 +92,21 @@ def test_who_hears_it_in_mid_sentence_breaks_off_to_say_it() -> None:
     assert spoke_s[0] == pytest.approx(began_s, abs=0.1)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_stop_for_all_that_the_owner_has_it_say_waits_for_nobody(seed: int) -> None:
+    """It waited for its turn in the team's talk, and for the owner's other sentences: in 1 of 10 cases 30 s and more."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(6), seed=seed)
+    mission.air.run_until(40.0 + 1.7 * seed)
+    rob, now = mission.robots["Rob"], mission.air.now
+    while rob.say(m.Utterance("Rob", m.ToAll(), None, m.WhoHere()), now) is None:
+        pass
+    rob.stop(now)
+    assert rob.say(m.Utterance(None, None, None, m.Stop()), now) is None
+    mission.air.refresh()
+    mission.air.run_until(now + 1.5)
+    assert standing(mission) == set(mission.robots)
+
+
 @pytest.mark.parametrize("before_s", [0.0, 50.0])
 def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) -> None:
     mission = row(1)
