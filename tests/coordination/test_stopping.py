@@ -94,13 +94,13 @@ def test_who_hears_it_in_mid_sentence_breaks_off_to_say_it() -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_stop_for_all_that_the_owner_has_it_say_waits_for_nobody(seed: int) -> None:
-    """It waited for its turn in the team's talk, and for the owner's other sentences: in 1 of 10 cases 30 s and more."""
+    """It waited for its turn in the team's talk: in 1 of 10 cases for half a minute."""
     mission = Mission(("Rob", "Bot", "Max"), plants(6), seed=seed)
     mission.air.run_until(40.0 + 1.7 * seed)
     rob, now = mission.robots["Rob"], mission.air.now
+    rob.stop(now)
     while rob.say(m.Utterance("Rob", m.ToAll(), None, m.WhoHere()), now) is None:
         pass
-    rob.stop(now)
     assert rob.say(m.Utterance(None, None, None, m.Stop()), now) is None
     mission.air.refresh()
     mission.air.run_until(now + 1.5)
