@@ -233,7 +233,7 @@ class Robot:
         if isinstance(event, Held | Released | Urgent):
             self._hold(event, now)
             return
-        utterance = meaning(event, self.phrasebook)
+        utterance = meaning(event, self.phrasebook, self._voice.may_have_cut(start_s))
         if not isinstance(event, Recognised) or utterance is None:
             self._records.append(GarbledRecord(now, start_s, end_s))
             self.coordination.garbled(self._voice.overlapped(start_s, end_s), now)
