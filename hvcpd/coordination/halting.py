@@ -61,18 +61,27 @@ def halt(me: Knowledge, now: float) -> None:
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()
-    slot = me.rank("", 0, now)  # in turn: all others should hear each robot
     place = next((each.place.name for each in me.passes if each.inside), None)
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
-    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
+    after_s = 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
+    _want_in_turn(me, Urgency.ALARM, "stopped", stopped, after_s, now)
     want_release_hint(me, now)
 
 
 def want_release_hint(me: Knowledge, now: float) -> None:
     """Tell people who come by why the robot stands, and what to say; nothing else ends a stop."""
     released = composing.to_all(me, m.Stopped(waits=True))
-    me.floor.want(Intent(Urgency.TURN, "released how", lambda: released, not_before_s=now + me.timing.standing_s), now)
+    _want_in_turn(me, Urgency.TURN, "released how", released, me.timing.standing_s, now)
+
+
+def _want_in_turn(
+    me: Knowledge, urgency: Urgency, topic: str, utterance: m.Utterance, after_s: float, now: float
+) -> None:
+    """Say it `after_s` from now at the earliest, each robot in a slot of its own: one call has stopped all of them at
+    one moment."""
+    slot = me.rank("", 0, now)
+    not_before_s = now + after_s + slot * me.timing.slot_s
+    me.floor.want(Intent(urgency, topic, lambda: utterance, slot=slot, not_before_s=not_before_s), now)
 
 
 def tell_memory_lost(me: Knowledge, now: float) -> None:

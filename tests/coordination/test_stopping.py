@@ -120,6 +120,17 @@ def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) ->
     assert told == ([] if before_s else [pytest.approx(60.0, abs=3.0)])
 
 
+@pytest.mark.parametrize("n", [2, 3, 6])
+def test_robots_that_one_call_has_stopped_say_so_in_turn_and_each_once(n: int) -> None:
+    """All began at one moment, and repeated what had collided: of six robots each said it two to five times."""
+    mission = Mission(tuple("Rob Bot Max Zoe Ada Leo".split()[:n]), plants(8), ("Anna",), seed=5)
+    mission.hear(60.0, "Stop", speaker="Anna")
+    mission.air.run_until(260.0)
+    told = [(who, u.statement) for at_s, who, u in mission.said if at_s > 60.0 and isinstance(u.statement, m.Stopped)]
+    expected = [(name, m.Stopped(waits=waits)) for name in mission.robots for waits in (False, True)]
+    assert sorted(told, key=str) == sorted(expected, key=str)
+
+
 def test_a_call_to_one_robot_is_not_passed_on() -> None:
     mission = row(3)
     began_s = call(mission, m.Utterance(None, m.ToRobot("Rob"), None, m.Stop()))
