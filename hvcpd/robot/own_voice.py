@@ -129,7 +129,7 @@ class OwnVoice:
 
     def may_have_cut(self, start_s: float) -> bool:
         """Whether speech that was heard to begin then may be the end of something longer."""
-        return start_s < self._masked_until_s + CUT_S
+        return abs(start_s - self._masked_until_s) < CUT_S
 
     def returns(self, words: Sequence[str], end_s: float) -> bool:
         """Whether the words are the end of this robot's last sentence, heard later than its known delay.
