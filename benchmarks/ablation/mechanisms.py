@@ -110,7 +110,12 @@ RULES = (
     Mechanism(
         "keyword-residual",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.listener:Residual.probabilities", None),
+        answering(f"{HEARING}.keyword.listener:RecentSound.without", None),
+    ),
+    Mechanism(
+        "keyword-again",
+        "an uncertain word is heard again with noise",
+        answering(f"{HEARING}.keyword.listener:RecentSound.with_noise", None),
     ),
     Mechanism(
         "look-surer",

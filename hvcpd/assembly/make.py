@@ -28,7 +28,7 @@ from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.keyword.listener import KeywordEars, Residual
+from hvcpd.recognition.keyword.listener import KeywordEars, RecentSound
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.listening import MIN_SPELLED_CONFIDENCE, Listening
 from hvcpd.recognition.overhearing import Overhearing
@@ -119,7 +119,7 @@ def make_ears(
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(ears, KeywordNet(weights), Residual(KeywordNet(weights)), loss_of_call)
+    return KeywordEars(ears, KeywordNet(weights), RecentSound(KeywordNet(weights)), loss_of_call)
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:

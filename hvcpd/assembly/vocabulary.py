@@ -16,6 +16,7 @@ from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.assembly.sound import Sound
 from hvcpd.errors import PhraseError
+from hvcpd.hardware.files import write_whole
 from hvcpd.language.competition import Pair, Phrase, competing_phrases
 from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
@@ -226,10 +227,10 @@ def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion
 
 
 def _explained(c: Confusion, book: Phrasebook) -> Confusion:
-    """With two sentences that show it, and the word of the team that is to be another."""
+    """With two sentences that show it, and the word of the team that is to be another, which is not the article."""
     sides = [tuple(c.first.split()), tuple(c.second.split())]
     c = replace(c, sentences=example_sentences(book, sides[0], sides[1]))
-    chosen = [(word, side) for side in sides for word in side if word not in FIXED_WORDS]
+    chosen = [(w, side) for side in sides for w in side if w != "the" and ("the" in side or w not in FIXED_WORDS)]
     if c.alternative_of or not chosen:
         return c
     word, _ = max(chosen, key=lambda each: (-len(each[1]), len(each[0])))
@@ -343,8 +344,6 @@ def _write(path: Path | None, found: Sequence[Confusion]) -> None:
         return
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = path.with_suffix(".part")
-        partial.write_text(json.dumps([vars(c) for c in found]), encoding="utf-8")
-        partial.replace(path)
+        write_whole(path, json.dumps([vars(c) for c in found]).encode())
     except OSError:
         pass  # a full or read-only disk costs time at the next start, no more

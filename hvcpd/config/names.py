@@ -38,10 +38,10 @@ _UNDECOMPOSED = str.maketrans(
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
 _UNSAYABLE = re.compile(
-    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|[0-9]+[.,][0-9]+|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
+    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|[0-9]+(?:[.,][0-9]+|:0[0-9])|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
 )
-"""Numbers whose minus sign, point or comma would get lost; all but letters, digits, and the punctuation that a reader
-passes over."""
+"""Numbers whose minus sign, point or comma would get lost, or whose zero (3:05); all but letters, digits, and the
+punctuation that a reader passes over."""
 
 
 def plain_letters(text: str) -> str:

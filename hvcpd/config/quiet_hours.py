@@ -8,7 +8,7 @@ from datetime import datetime
 
 from hvcpd.config.loading import between, checked
 
-_HOURS = re.compile(r"([01]?\d|2[0-3]):([0-5]\d) ?[-–] ?([01]?\d|2[0-3]):([0-5]\d)")
+_HOURS = re.compile(r"([01]?\d|2[0-3]):([0-5]\d) ?[-–] ?([01]?\d|2[0-3]|24(?=:00)):([0-5]\d)")
 CLOCK_SET_S = 1_704_067_200.0
 """1 January 2024, s since 1970. A clock that shows an earlier time was never set: it began at 1970, or at the date of
 the system's image."""

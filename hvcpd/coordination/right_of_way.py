@@ -92,7 +92,7 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     p.inside = p.place.distance_m(here) < BODY_M + OUT_M * was_inside
     if p.inside:
         tasks = (each.definition.place for each in me.board.entries())
-        p.came_from = p.came_from or p.nearest_outside(here, tasks)  # it may have been switched on inside
+        p.came_from = p.came_from or p.nearest_outside(here, (me.body.home, *tasks))  # if it was switched on inside
         _have(me, p, now)
         return True
     if p.place.distance_m(here) >= LINE_M:  # nearer, it would still be in the way
@@ -221,14 +221,15 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
     return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
 
 
-def _keeps(me: Knowledge, p: Pass, now: float) -> bool:
-    """Whether this robot is the keeper: the last that it heard of, or the first that may be."""
+def _keeps(me: Knowledge, p: Pass, now: float, asker: str | None = None) -> bool:
+    """Whether this robot is the keeper: the last that it heard of, or the first that may be, unless another robot than
+    the `asker` has asked before: nobody knows whether that one is inside."""
     if p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX and p.wanted_s is None:
         return True  # who was given it has not heard so, nor has anybody else
     own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
     if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
         return p.keeper == me.role.name
-    return own == min(me.expected(now) | {own})
+    return own == min(me.expected(now) | {own}) and not p.waiting.keys() - {asker}
 
 
 def find(me: Knowledge, name: str) -> Pass | None:
@@ -247,7 +248,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
         p.keep(heard.to.name, now + LEASE_S)
     p.note_waiting(name, now)
     comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
-    if _keeps(me, p, now):
+    if _keeps(me, p, now, name):
         if p.using or (sure and p.wanted_s is not None):
             _refuse(me, p, name, now)
         else:
@@ -257,9 +258,8 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     yield_s = YIELD_S if p.silences else ASK_NEXT_S
     due_s = p.ask_s if p.ask_s < math.inf else now
     _wait(me, p, max(due_s, now + (yield_s if comes_first else ANSWER_S)))  # an answer takes precedence
-    if p.keeper != name:
-        p.was_asked(name, me.floor.busy_since_s, now)
-    else:
+    p.was_asked(name, me.floor.busy_since_s, now)
+    if p.keeper == name:
         p.waiting.pop(name)
         if now - p.given_s <= REPEATED_S:
             p.given_s, p.lease_end_s = now, now + LEASE_S

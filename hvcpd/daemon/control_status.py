@@ -173,7 +173,6 @@ def _talk(body: Body) -> dict[str, Any]:
 
 def _place(p: Pass, now: float) -> dict[str, Any]:
     """A place that only one robot fits in: who has it, and who waits, the longest first."""
-    others = sorted(p.waiting, key=lambda name: p.waiting[name])
     lasts = math.isfinite(p.lease_end_s) and not p.using
     return {
         "name": p.place.name,
@@ -181,7 +180,7 @@ def _place(p: Pass, now: float) -> dict[str, Any]:
         "inside": p.inside,
         "wanted_s": round(now - p.wanted_s, 1) if p.wanted_s is not None else None,
         "lease_s": round(max(p.lease_end_s - now, 0.0), 1) if lasts else None,
-        "waiting": others,
+        "waiting": list(p.queue(now)),
     }
 
 

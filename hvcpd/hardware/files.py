@@ -36,4 +36,5 @@ def write_whole(path: Path, data: bytes) -> None:
 def make_writable(folder: Path) -> None:
     """Make the folder if need be, and try to write there. Raises OSError if that cannot be done."""
     folder.mkdir(parents=True, exist_ok=True)
-    tempfile.TemporaryFile(dir=folder).close()
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(b"x")  # a full disk still takes an empty file

@@ -12,9 +12,15 @@ _UNITS = (
     "seventeen eighteen nineteen"
 ).split()
 _TENS = "twenty thirty forty fifty sixty seventy eighty ninety".split()
+_IRREGULAR = {
+    "one": "first", "two": "second", "three": "third", "five": "fifth", "eight": "eighth", "nine": "ninth",
+    "twelve": "twelfth",
+}  # fmt: skip
+"""Ordinals that are not their number with "th"."""
 NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""
 
+_ORDINAL = re.compile("([0-9]{1,2})(?:st|nd|rd|th)")
 _TOKEN = re.compile(r"[a-z0-9']+")
 _STRICT_TOKEN = re.compile(r"(?<!\S)-[0-9]\S*|[0-9]+[.][0-9]+[a-z]*|[^\s,.!?;:\"“”()\[\]…–—-]+")
 """A minus sign and a decimal point belong to their number; any other hyphen or point parts words."""
@@ -30,6 +36,13 @@ def number_words(number: int) -> tuple[str, ...]:
     return (_TENS[tens - 2],) if unit == 0 else (_TENS[tens - 2], _UNITS[unit])
 
 
+def ordinal_words(number: int) -> tuple[str, ...]:
+    """An ordinal from 0 to 99 in words: 21 is ("twenty", "first"). Raises ValueError outside."""
+    *tens, last = number_words(number)
+    regular = f"{last[:-1]}ieth" if last.endswith("y") else f"{last}th"
+    return (*tens, _IRREGULAR.get(last, regular))
+
+
 def digit_words(number: int) -> tuple[str, str]:
     """The two digits of a number from 0 to 99: 7 is ("zero", "seven")."""
     tens, unit = divmod(number, 10)
@@ -37,7 +50,7 @@ def digit_words(number: int) -> tuple[str, str]:
 
 
 def spoken_words(text: str) -> tuple[str, ...]:
-    """Written text as the words that are spoken: lower case, no punctuation, numbers up to 99 in words.
+    """Written text as the words that are spoken: lower case, no punctuation, numbers and ordinals up to 99 in words.
 
     Characters that no English word has end a word, so that arbitrary text gives some words and never an error.
     """
@@ -68,6 +81,8 @@ def _with_numbers(tokens: list[str]) -> tuple[str, ...]:
         token = token.strip("'")
         if token.isascii() and token.isdigit() and int(token[-9:]) <= NUMBER_MAX and len(token) <= 9:
             words += number_words(int(token))
+        elif ordinal := _ORDINAL.fullmatch(token):
+            words += ordinal_words(int(ordinal[1]))
         elif token:
             words.append(token)
     return tuple(words)

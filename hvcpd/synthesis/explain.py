@@ -13,7 +13,7 @@ from hvcpd.synthesis.phones import PHONES, Kind, is_vowel
 
 PLACE_WORDS = {
     Place.VERB: "a verb: it begins the phrase, follows such as 'will', 'to' or 'I', or has an object",
-    Place.NOUN: "a noun or adjective: it follows such as 'the', 'in' or 'is'",
+    Place.NOUN: "a noun or adjective: it follows such as 'the', 'in' or 'is', or comes before 'is'",
     Place.PAST: "a participle: it follows such as 'have' or 'was'",
 }
 

@@ -39,10 +39,12 @@ _NOUN_FOLLOWS = frozenset(
 _PAST_FOLLOWS = frozenset(
     "be been being got i'm i've you're you've he's she's it's we're we've they're they've that's there's who's".split()
 )
+_NOUN_LIKELY = frozenset("many few several so as keep come get make take".split())
+"""As above, but before an object the word is a verb nevertheless: "come close" beside "come close the door"."""
 _PLACES = {
     **_AUXILIARIES,
     **dict.fromkeys(_SUBJECTS | _VERB_FOLLOWS, Place.VERB),
-    **dict.fromkeys(_NOUN_FOLLOWS, Place.NOUN),
+    **dict.fromkeys(_NOUN_FOLLOWS | _NOUN_LIKELY, Place.NOUN),
     **dict.fromkeys(_PAST_FOLLOWS, Place.PAST),
 }
 _ADVERBS = frozenset("not never always already now also just still ever only then again".split())
@@ -59,16 +61,18 @@ def place_in(words: Sequence[str], number: int) -> Place | None:
     """What the word at `number` of a phrase is, by its neighbours; None for a word alone or where they don't tell."""
     lowered = [word.lower() for word in words]
     before = [word for word in lowered[:number] if word not in _ADVERBS]
+    after = lowered[number + 1] if number + 1 < len(words) else ""
     if not before:
-        return Place.VERB if len(words) > 1 else None
+        if lowered[:number] == ["not"]:
+            return Place.PAST
+        return None if len(words) == 1 else Place.NOUN if _AUXILIARIES.get(after) is Place.PAST else Place.VERB
     if _asks(before):
         return _AUXILIARIES[before[-2]]
-    has_object = number + 1 < len(words) and lowered[number + 1] in _OBJECT_BEGINS
-    verb = Place.VERB if has_object else None
+    verb = Place.VERB if after in _OBJECT_BEGINS else None
     for distance, word in enumerate(reversed(before), start=1):
         place = _PLACES.get(word)
         if place is Place.NOUN and distance <= NOUN_PHRASE_WORDS:
-            return place if distance == 1 else verb or place
+            return place if distance == 1 and word not in _NOUN_LIKELY else verb or place
         if place is not None:
             return place if distance == 1 else verb
     return verb

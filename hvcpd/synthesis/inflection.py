@@ -82,6 +82,19 @@ def _stems(word: str) -> Iterator[tuple[str, str]]:
                 yield word[:-3] + "y", ending
 
 
+_AMERICAN = (
+    (re.compile(r"([iy])s(e|ed|es|er|ers|ing|ation|ations|able)$"), r"\1z\2"),
+    (re.compile(r"([bt])re(s|d)?$"), r"\1er\2"),
+    (re.compile(r"([aeiou].*[aeiou])ll(ed|ing|er|ers)$"), r"\1l\2"),
+)
+"""British spellings, and the American ones that CMUdict lists: "organise", "litre", "modelling"."""
+
+
+def american_spellings(word: str) -> list[str]:
+    """The American spelling of a word (lower case) that may be British; none of any other."""
+    return [pattern.sub(other, word) for pattern, other in _AMERICAN if pattern.search(word)]
+
+
 def with_ending(phones: Phones, ending: str) -> Phones:
     """The phones with "s" (plural, possessive, third person), "ed" or "ing", as the last sound asks."""
     last = phones[-1].rstrip("012")

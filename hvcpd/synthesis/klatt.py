@@ -277,7 +277,7 @@ def _rng(controls: Controls, use: int) -> np.random.Generator:
 
 
 _BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.6 / (1.0 - 0.4 * _Z1)) ** 2
-"""Spectrum of breath: rising by radiation, falling above 2 kHz, as turbulence at the wide glottis does."""
+"""Spectrum of breath: rising by radiation up to 2 kHz, level within 2 dB above."""
 
 
 def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None:

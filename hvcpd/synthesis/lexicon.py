@@ -17,7 +17,7 @@ from hvcpd.synthesis.accent import WORDS as BRITISH_WORDS
 from hvcpd.synthesis.accent import british
 from hvcpd.synthesis.dictionary import Dictionary, Pronunciation
 from hvcpd.synthesis.homographs import Place
-from hvcpd.synthesis.inflection import derive
+from hvcpd.synthesis.inflection import american_spellings, derive, with_ending
 from hvcpd.synthesis.letter_to_sound import LETTER_NAMES, letter_to_sound
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
@@ -40,6 +40,7 @@ class Origin(Enum):
     OWN = "your lexicon"
     BUILTIN = "built-in lexicon"
     FORM = "a regular form of a listed word"
+    SPELLING = "a British spelling of a listed word"
     NUMBER = "read as a number"
     LETTERS = "letter to sound"
 
@@ -109,12 +110,17 @@ class Lexicon:
         form = derive(word, self._otherwise, self.places)
         if form is None and (listed := self.dictionary.look_up(word)):
             return Entry(listed, Origin.BUILTIN)
+        for spelling in american_spellings(word) if form is None else ():
+            if american := self.listed(spelling):
+                return Entry(american, Origin.SPELLING, self.places.get(spelling, {}))
         form = form or derive(word, self.listed, self.places)
         if form is not None:
             return Entry(form.said, Origin.FORM, form.places)
         if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:
             parts = (self.pronounce(part) for part in number_words(int(word)))
             return Entry((tuple(phone for part in parts for phone in part),), Origin.NUMBER)
+        if word.endswith("'s") and (owner := self._read_out(word[:-2])):
+            return Entry((with_ending(owner, "s"),), Origin.LETTERS)
         return Entry((self._read_out(word),), Origin.LETTERS)
 
     def listed(self, word: str) -> tuple[Pronunciation, ...]:
@@ -186,7 +192,7 @@ def _read(path: Path) -> Lexicon:
         phones = tuple(phone.upper() for phone in fields[1:])
         entries.setdefault(word, []).append(phones)
         if mark[:-1] in _PLACES:
-            places.setdefault(word, {})[_PLACES[mark[:-1]]] = phones
+            places.setdefault(word, {}).setdefault(_PLACES[mark[:-1]], phones)
     if faults:
         raise ConfigError("\n".join(faults))
     return Lexicon({word: tuple(dict.fromkeys(said)) for word, said in entries.items()}, places)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hvcpd.hardware.files import write_whole
 from hvcpd.ports import Samples
 from hvcpd.synthesis.shipped import ShippedUnits
 
@@ -77,6 +78,8 @@ class UnitCache:
         self._shipped = shipped or ShippedUnits()
         self._needed: set[Path] | None = set()
         """Until `tidy`."""
+        self.fault: OSError | None = None
+        """Why a unit could not be kept, the last such; None if all were."""
 
     def tidy(self, now_s: float) -> None:
         """Delete what nobody has needed for long; `now_s`: of the clock that files are dated by.
@@ -109,14 +112,12 @@ class UnitCache:
         unit = self._shipped.get(key)
         if unit is None:
             unit = make()
+        data = unit.astype(LITTLE_ENDIAN).tobytes()
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            partial = path.with_suffix(".part")
-            data = unit.astype(LITTLE_ENDIAN).tobytes()
-            partial.write_bytes(_crc(data) + data)
-            partial.replace(path)
-        except OSError:
-            pass  # a full or read-only disk must not silence the robot
+            write_whole(path, _crc(data) + data)
+        except OSError as error:  # a full or read-only disk must not silence the robot
+            self.fault = error
         return unit
 
 

@@ -15,12 +15,14 @@ def at(hour: int, minute: int = 0) -> float:
     return datetime(2026, 11, 23, hour, minute).timestamp()
 
 
-@pytest.mark.parametrize("hours", ["22:00-07:00", "9:30-10:00", "0:00 - 23:59", "13:00–14:00"])
+@pytest.mark.parametrize("hours", ["22:00-07:00", "9:30-10:00", "0:00 - 23:59", "13:00–14:00", "22:00-24:00"])
 def test_a_part_of_the_day(hours: str) -> None:
     assert valid_hours(hours) is None
 
 
-@pytest.mark.parametrize("hours", ["", "22-7", "24:00-07:00", "22:00", "22:60-07:00", "10pm-7am", "07:00-7:00"])
+@pytest.mark.parametrize(
+    "hours", ["", "22-7", "24:00-07:00", "22:00-24:01", "22:00", "22:60-07:00", "10pm-7am", "07:00-7:00"]
+)
 def test_what_is_no_part_of_the_day_is_told_with_a_remedy(hours: str) -> None:
     assert any(remedy in (valid_hours(hours) or "") for remedy in ("write for example", "leave them out"))
 
@@ -46,6 +48,10 @@ def test_a_rest_after_lunch_does_not() -> None:
         False,
         False,
     ]
+
+
+def test_a_whole_day() -> None:
+    assert all(QuietSettings("00:00-24:00").holds_at(at(hour, 59)) for hour in range(24))
 
 
 @given(MINUTES, MINUTES, MINUTES)

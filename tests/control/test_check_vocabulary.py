@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from hvcpd.assembly.vocabulary import (
     refusal,
 )
 from hvcpd.config.settings import DEFAULT_TEAMS, Settings
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskDefinition, TaskRepository, Wait, default_tasks_path
 from hvcpd.control.cli import main
@@ -109,6 +111,12 @@ def test_what_is_proposed_is_near_in_meaning_and_passes(tasks: tuple[str, ...], 
         changed = [" ".join(phrase if word == offender.subject else word for word in task.split()) for task in tasks]
         after = make_phrasebook(("Rob",), (), repository(*changed))
         assert refusal(check(after, ("Rob",), sound), Path("tasks.yaml")) is None
+
+
+def test_a_place_is_reworded_and_not_its_article(sound: Sound) -> None:
+    tasks = replace(repository("water the red rose"), places=(SharedPlace("free", 0.0, 0.0, 1.0, 1.0),))
+    found = check(make_phrasebook(("Rob",), (), tasks), ("Rob",), sound)
+    assert [c.subject for c in found if c.confusable and not c.fixed] == ["free"]
 
 
 def test_a_name_is_replaced_by_a_name(sound: Sound) -> None:

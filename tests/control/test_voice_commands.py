@@ -22,6 +22,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_named
 from tests.control.conftest import Refuse
+from tests.full_disk import no_new_bytes
 
 pytestmark = pytest.mark.slow
 
@@ -88,6 +89,7 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
     [
         ((), "give words"),
         (("water", "--paper-table"), "give words"),
+        (("--paper-table", "-o", "table.wav"), "alone"),
         (("\U0001f389",), "cannot be said"),
         (("\x01\x7f",), "cannot be said"),
         (("1,000 roses",), "'1,000' in '1,000 roses' cannot be said: write it in words"),
@@ -100,6 +102,7 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
     ids=[
         "none",
         "both",
+        "table and file",
         "emoji",
         "control characters",
         "comma",
@@ -201,7 +204,8 @@ def test_a_robot_speaks_with_recorded_words(tmp_path: Path, refused: Refuse) -> 
     message = refused("say", SENTENCE, "--voice", folder, "-o", tmp_path / "x.wav")
     assert "Rose.WAV" in message
     assert "The.WAV: it is silent" in message
-    assert "--rate" in refused("say", SENTENCE, "--voice", folder, "--rate", "1.5", "-o", tmp_path / "x.wav")
+    for option in (("--rate", "1.5"), ("--natural",)):
+        assert "--rate" in refused("say", SENTENCE, "--voice", folder, *option, "-o", tmp_path / "x.wav")
     assert "no such folder" in refused("say", SENTENCE, "--voice", tmp_path / "nowhere", "-o", tmp_path / "x.wav")
 
 
@@ -248,12 +252,29 @@ def test_a_cache_that_cannot_be_written_is_told_at_once(
     assert "set XDG_CACHE_HOME" in told
 
 
-def test_who_cannot_write_the_services_cache_is_told_how(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = tmp_path / "hvcpd.yaml"
-    (tmp_path / "tasks.yaml").write_text(
+def team_of_one(folder: Path) -> Path:
+    """The settings of one robot with one task, whose state folder is missing."""
+    config = folder / "hvcpd.yaml"
+    (folder / "tasks.yaml").write_text(
         "tasks: [{number: 1, name: water the rose, place: {x_m: 0, y_m: 0}, actions: [say: a]}]"
     )
-    config.write_text(f"name: Rob\nnames: [Rob]\nstate_dir: {tmp_path / 'none'}\ntasks: tasks.yaml\n")
+    config.write_text(f"name: Rob\nnames: [Rob]\nstate_dir: {folder / 'none'}\ntasks: tasks.yaml\n")
+    return config
+
+
+@pytest.mark.parametrize("bytes_left", [0, 4096])
+def test_a_disk_that_is_full_or_becomes_so_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refuse, bytes_left: int
+) -> None:
+    config = team_of_one(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    with no_new_bytes(beyond=bytes_left):
+        told = refused("prerender", "--config", config)
+    assert f"{tmp_path / 'cache' / 'hvcpd' / 'units'}: cannot be written: File too large; make room there" in told
+
+
+def test_who_cannot_write_the_services_cache_is_told_how(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = team_of_one(tmp_path)
     assert main(["prerender", "--config", str(config)]) == 0
     err = capsys.readouterr().err
     assert f"a service reads {tmp_path / 'none' / 'units'}, which you cannot write" in err

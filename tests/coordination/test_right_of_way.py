@@ -9,9 +9,9 @@ import pytest
 from hil_fakes.word_mission import Outage
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.config.tasks import Place
+from hvcpd.config.tasks import GoTo, Place
 from hvcpd.coordination import right_of_way
-from hvcpd.coordination.actions import Say
+from hvcpd.coordination.actions import Perform, Say
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -47,6 +47,15 @@ def test_who_is_switched_on_inside_drives_out_when_somebody_waits() -> None:
     mission.run()
     assert mission.traffic.collisions == 0
     assert max(mission.traffic.waits_s) < 200.0, "it was 401 s"
+
+
+def test_who_is_switched_on_inside_where_all_tasks_are_drives_to_where_it_starts() -> None:
+    """It stood there for ever, and so did who waited for it."""
+    bot = Corridor(("Bot", "Rob"), (across(1, Place(0.2, 0.0)),), starts=(Place(0.0, 0.0), WEST)).robots["Bot"]
+    bot.knowledge.body.home = WEST
+    bot.may_drive((), 1.0)
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 2.0)
+    assert Perform(0, (GoTo(WEST),)) in bot.actions(2.0)
 
 
 @pytest.mark.parametrize("seed", [4, 5, 15, 16, 32])
@@ -105,6 +114,22 @@ def test_who_rests_in_a_place_drives_out_whatever_it_is_about_to_say(state: Stat
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 2.0)
     assert bot.state is State.RETURNING
     assert bot.knowledge.missed.heard_work is (state in (State.ASKING, State.ASKED)), "it asks again outside"
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_the_first_keeper_does_not_go_in_unasked_once_another_robot_has_asked(asked: bool) -> None:
+    """Bot had heard Rob ask, and not that it gave the place on; it drove in after one request that the robot inside had
+    missed (seed 760207)."""
+    bot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
+    for name in ("Max", "Rob"):
+        bot.heard(m.Utterance(name, m.ToAll(), None, m.Free()), 5.0)
+    if asked:
+        bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 20.0)
+    p = bot.knowledge.passes[0]
+    p.wanted_s = 60.0
+    p.was_asked(None, 60.0, 63.0)
+    bot.tick(65.0)
+    assert p.using is not asked
 
 
 @pytest.mark.parametrize(("name", "other", "pause_s"), [("Bot", "Max", 1.5), ("Max", "Bot", 5.0)])

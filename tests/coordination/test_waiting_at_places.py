@@ -9,6 +9,7 @@ import pytest
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import LINE_M
 from hvcpd.config.tasks import Place
+from hvcpd.coordination.actions import Say
 from hvcpd.coordination.floor import EARLY_SLOTS
 from hvcpd.coordination.passes import WAITS_S
 from hvcpd.coordination.right_of_way import ASKS_MAX, LEASE_S
@@ -136,3 +137,18 @@ def test_who_gave_a_place_to_one_that_never_heard_it_gives_it_anew(silences: int
     p.given_s, p.gave, p.silences = 100.0, True, silences
     mission.robots["Max"].heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceWanted("corridor")), 101.0 + LEASE_S)
     assert (p.keeper == "Bot") is (silences == ASKS_MAX)
+
+
+def test_who_gave_a_place_gives_it_anew_to_the_robot_that_never_heard_so() -> None:
+    """Max missed that it was given the corridor, took Bot for inside, and asked forty times, for 791 s; Bot heard it,
+    and counted only the requests of others."""
+    robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
+    p = robot.knowledge.passes[0]
+    p.keep("Max", 100.0 + LEASE_S)
+    p.given_s, p.gave = 100.0, True
+    given = []
+    for now in (146.0 + 6.0 * n for n in range(ASKS_MAX + 1)):
+        robot.heard(m.Utterance("Max", m.ToAll(), None, m.PlaceWanted("corridor")), now)
+        robot.tick(now + 2.0)
+        given.append(any(isinstance(a, Say) for a in robot.actions(now + 2.0)))
+    assert given == [False] * ASKS_MAX + [True]

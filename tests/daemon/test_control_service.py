@@ -13,9 +13,11 @@ from rich.console import Console
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.console.lines import surely
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
+from hvcpd.coordination.passes import WAITS_S, Pass
 from hvcpd.coordination.peers import Away
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
@@ -55,6 +57,25 @@ def test_losses_of_sound_are_told_from_the_first_none_on(tmp_path: Path) -> None
             assert status["sound"]["lost"]["card_underflows"] == 0
             assert 'hvcpd_sound_lost_total{robot="Rob",kind="card_underflows"} 0' in metrics_of(status).splitlines()
             assert "underflows" not in shown(status)
+
+    run(scene())
+
+
+def test_who_has_left_a_place_or_ceased_to_ask_for_it_is_not_shown_to_have_it_or_wait(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            await bench.live(blocks=12)
+            robot = bench.bench.robot
+            corridor = Pass(SharedPlace("corridor", 0.0, 0.0, 1.0, 1.0), robot.now)
+            robot.coordination.knowledge.passes = (corridor,)
+            corridor.note_waiting("Max", robot.now - WAITS_S - 1.0)
+            corridor.note_waiting("Bot", robot.now - 1.0)
+            status = (await (await bench.connect()).ask("status"))["result"]
+            assert status["places"][0]["waiting"] == ["Bot"]
+            assert "corridor: nobody has it; waiting: Bot " in shown(status)
+            corridor.keep("Max", robot.now)
+            status = (await (await bench.connect()).ask("status"))["result"]
+            assert "corridor: Max had it last; waiting: Bot " in shown(status)
 
     run(scene())
 

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
-import signal
 import sqlite3
 import subprocess
 import threading
@@ -23,6 +21,7 @@ from hvcpd.memory.latch import Latched, Permit, StopLatch, latched_of
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.store import Store, TaskRecord
 from hvcpd.memory.store_file import SCHEMA_VERSION
+from tests.full_disk import no_new_bytes
 
 TASK = TaskRecord(1, "water the green rose", "done", "Rob", 12.5)
 
@@ -235,18 +234,6 @@ def test_only_a_whole_line_says_that_the_robot_is_free(line: bytes) -> None:
 @given(st.sampled_from(Permit), st.none() | st.integers(1, 2**62), st.none() | st.integers(1, 2**62))
 def test_a_line_says_what_was_written(permit: Permit, memory: int | None, seals: int | None) -> None:
     assert latched_of(Latched(permit, memory, seals).line) == Latched(permit, memory, seals)
-
-
-@contextmanager
-def no_new_bytes() -> Iterator[None]:
-    """No file can grow, as on a full disk (Python ignores SIGXFSZ, so that writes fail)."""
-    assert signal.getsignal(signal.SIGXFSZ) is signal.SIG_IGN
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_stop_on_a_full_disk_is_kept_all_the_same(robot: Robot) -> None:

@@ -99,6 +99,8 @@ def test_latin_letters_become_plain(text: str, plain: str) -> None:
 def test_signs_without_sound_are_found() -> None:
     assert unsayable("Hi all, it's Zoë: \N{EM DASH} done!") is None
     assert unsayable("50 % done") == "%"
+    assert unsayable("at 12:30") is None
+    assert unsayable("at 3:05") == "3:05"
     assert unsayable("20 m²") == "²"
     assert unsayable("½ a litre") == "½"
     for number in ("-5", "\N{EN DASH}5", "-.5", ".5", "3.5", "1,000"):

@@ -8,7 +8,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Received, Recognised
 from hvcpd.recognition.keyword.belief import LEFT
-from hvcpd.recognition.keyword.listener import KEPT_CHUNKS, Residual
+from hvcpd.recognition.keyword.listener import KEPT_CHUNKS, RecentSound
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.stream import FrameStream
 from hvcpd.synthesis.lexicon import Lexicon
@@ -38,14 +38,14 @@ def mixed(talk: Samples, call: Samples, at: int) -> Samples:
 def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: float = 1.0) -> float | None:
     """The chance left of the word that was heard `at` samples after the talk began; the talk is told `late` samples
     off its place, and `rest_s` after its end."""
-    residual = Residual(KeywordNet(Weights.load()))
+    recent = RecentSound(KeywordNet(Weights.load()))
     sound = in_noise(np.pad(np.float32(GAIN) * heard, (0, round(rest_s * SAMPLE_RATE_HZ))))
     for chunk in FrameStream().push(sound, masked=False):
-        residual.hear(chunk)
+        recent.hear(chunk)
     begin, end = BEGIN + late, BEGIN + late + len(talk)
     received = Received(begin, np.float32(GAIN) * talk)
     told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, (), received=received)
-    probabilities = residual.probabilities(told, BEGIN + at, BEGIN + at + len(CALL))
+    probabilities = recent.without(told, BEGIN + at, BEGIN + at + len(CALL))
     return probabilities.word if probabilities is not None else None
 
 
@@ -63,6 +63,6 @@ def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
 
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
-    residual = Residual(KeywordNet(Weights.load()))
-    assert residual.probabilities(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
+    recent = RecentSound(KeywordNet(Weights.load()))
+    assert recent.without(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
     assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=0.04 * KEPT_CHUNKS) is None

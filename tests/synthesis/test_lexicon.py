@@ -16,7 +16,7 @@ from hvcpd.errors import ConfigError
 from hvcpd.language.forms import FORMS
 from hvcpd.language.words import number_words
 from hvcpd.synthesis.homographs import Place
-from hvcpd.synthesis.inflection import derive
+from hvcpd.synthesis.inflection import derive, with_ending
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
 from hvcpd.synthesis.lexicon import CMUDICT, Lexicon, Origin, common_words
 from hvcpd.synthesis.likeness import phone_distance, sounds_alike
@@ -96,6 +96,12 @@ def test_words_with_two_readings_have_both(word: str) -> None:
         ("id", "AY2 D IY1"),
         ("wlan", "D AH2 B AH0 L Y UW2 L AE1 N"),
         ("Łukasz", "L UW1 K AH0 SH"),
+        ("hydrangea", "HH AY0 D R EY1 N JH AH0"),
+        ("costmaps", "K AO1 S T M AE2 P S"),
+        ("gpio", "JH IY2 P IY2 AY2 OW1"),
+        ("simulate", "S IH1 M Y AH0 L EY2 T"),
+        ("simulating", "S IH1 M Y AH0 L EY2 T IH0 NG"),
+        ("manoeuvring", "M AH0 N UW1 V ER0 IH0 NG"),
         ("robolina", "R AH0 B AH0 L IY1 N AH0"),
         ("wobbletron", "W AA1 B AH0 L T R AO2 N"),
         ("?!", ""),
@@ -125,6 +131,40 @@ def test_names_and_words_are_said_whether_listed_or_not(word: str, phones: str) 
 )
 def test_a_regular_form_is_said_as_its_word(form: str, said: list[str]) -> None:
     assert [" ".join(phones) for phones in LEXICON.pronunciations(form)] == said
+
+
+@pytest.mark.parametrize(
+    ("british", "american"),
+    [
+        ("litres", "liters"),
+        ("organise", "organize"),
+        ("analysing", "analyzing"),
+        ("modelling", "modeling"),
+        ("levelled", "leveled"),
+    ],
+)
+def test_a_british_spelling_is_said_as_its_american_one(british: str, american: str) -> None:
+    found = LEXICON.find(british)
+    assert found.said == LEXICON.pronunciations(american)
+    assert found.origin in (Origin.SPELLING, Origin.BUILTIN)
+
+
+def test_verbs_in_ise_are_said_as_those_in_ize() -> None:
+    spelt = {
+        word: f"{word[:-3]}ise" for word in ("utilize", "memorize", "optimize", "publicize", "penalize", "stabilize")
+    }
+    assert {word for word, british in spelt.items() if LEXICON.pronounce(british) != CMUDICT.look_up(word)[0]} == set()
+
+
+@pytest.mark.parametrize("name", ["moana", "sipho", "tendai", "robolina", "gizmox", "aoife", "zorg"])
+def test_an_owners_name_stays_as_it_is(name: str) -> None:
+    assert LEXICON.pronounce(f"{name}'s") == with_ending(LEXICON.pronounce(name), "s")
+
+
+def test_of_several_lines_for_one_place_the_first_is_preferred(tmp_path: Path) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text("wind(verb) W AY1 N D\nwind(verb) W IH1 N D\n")
+    assert Lexicon.load(own).pronounce("wind", Place.VERB) == ("W", "AY1", "N", "D")
 
 
 def test_a_form_is_noun_or_verb_as_its_word_is() -> None:

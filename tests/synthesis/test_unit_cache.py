@@ -16,6 +16,7 @@ from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import UNITS_KEPT, Speaker, UnitPosition
 from hvcpd.synthesis.unit_cache import DAY_S, KEPT_S, SUFFIX, UnitCache, without_prose
 from hvcpd.synthesis.voices import voice_named
+from tests.full_disk import no_new_bytes
 
 SOURCES = sorted(Path(unit_cache.__file__).parent.glob("*.py"))
 UNIT = np.linspace(-0.5, 0.5, 100, dtype=np.float32)
@@ -88,6 +89,14 @@ def test_a_folder_that_cannot_be_made_does_not_silence_the_robot(tmp_path: Path)
     assert np.array_equal(cache.get("rob", maker), UNIT)
     assert np.array_equal(cache.get("rob", maker), UNIT)
     assert maker.made == 2
+
+
+def test_a_full_disk_neither_silences_the_robot_nor_is_littered(tmp_path: Path) -> None:
+    cache = UnitCache(tmp_path)
+    with no_new_bytes():
+        assert np.array_equal(cache.get("rob", Maker()), UNIT)
+    assert list(tmp_path.iterdir()) == []
+    assert isinstance(cache.fault, OSError)
 
 
 def test_a_speaker_sounds_the_same_with_and_without_a_cache(tmp_path: Path) -> None:

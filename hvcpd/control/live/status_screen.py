@@ -130,9 +130,10 @@ def _skills(skills: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableT
 
 
 def _way(place: Mapping[str, Any]) -> str:
-    """The robot in each shared place, and the robots that wait for it."""
+    """The robot that has a shared place, or had it last, and the robots that wait for it."""
     keeper, waiting = place["keeper"], [clean(name) for name in place["waiting"]]
-    has = "nobody has it" if keeper is None else f"{clean(keeper)} has it"
+    has = "had it last" if place["lease_s"] == 0 else "has it"
+    has = f"{clean(keeper)} {has}" if keeper is not None else "nobody has it"
     here = ", in it now" if place["inside"] else ", waited for" if place["wanted_s"] is not None else ""
     return f"{clean(place['name'])}: {has}{here}" + (f"; waiting: {', '.join(waiting)}" if waiting else "")
 

@@ -60,20 +60,32 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check_writable(folder: Path) -> None:
-    """Raise StoreError before minutes of work where nothing can be kept: a `UnitCache` says nothing of it."""
+    """Raise StoreError before minutes of work where nothing can be kept."""
     try:
         make_writable(folder)
     except OSError as error:
-        raise StoreError(unwritable(folder, error, "set XDG_CACHE_HOME to a folder that you may write")) from error
+        raise _unwritable(folder, error) from error
+
+
+def _unwritable(folder: Path, error: OSError) -> StoreError:
+    return StoreError(unwritable(folder, error, "set XDG_CACHE_HOME to a folder that you may write"))
 
 
 def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
-    """Render all that the daemon renders for this robot, in a robot that is discarded afterwards."""
+    """Render all that the daemon renders for this robot, in a robot that is discarded afterwards.
+
+    Raises StoreError if the disk has become full meanwhile.
+    """
     wiring = wire_up(settings, allow_confusable=True)
-    sound = replace(wiring.sound, cache=UnitCache(folder))
+    cache = UnitCache(folder)
+    sound = replace(wiring.sound, cache=cache)
     if for_service:
         find_confusable(replace(wiring, sound=sound))
     plan = wiring.plan(channel=AtOnce(), second=AtOnce())
+
+    def is_kept() -> bool:
+        return cache.fault is None
+
     with Progress(console=Console(stderr=True)) as bar:
         task = bar.add_task(settings.name, total=None)
 
@@ -82,10 +94,12 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
 
         made = Preparation(show, logged_every_s=math.inf)
         warm_up = CacheWarmUp(plan, sound, made)
-        warm_up.before_listening()
-        warm_up.before_speaking()
-        warm_up.the_rest(make_robot(plan, sound))
+        warm_up.before_listening(is_kept)
+        warm_up.before_speaking(is_kept)
+        warm_up.the_rest(make_robot(plan, sound), is_kept)
         bar.update(task, description=settings.name, completed=made.total, total=made.total)
+    if cache.fault is not None:
+        raise _unwritable(folder, cache.fault)
 
 
 def _own_name(config: Path | None) -> tuple[str, ...]:

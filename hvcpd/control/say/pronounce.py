@@ -27,7 +27,8 @@ from hvcpd.synthesis.speaker import Speaker
 
 def run(options: argparse.Namespace) -> int:
     """Explain words or phrases, or print the paper's table."""
-    if bool(options.words) == options.paper_table:
+    writes = options.output is not None or options.track is not None
+    if bool(options.words) == options.paper_table or (options.paper_table and writes):
         raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
     settings = load_settings(options.config, {}, name_needed=False)
     sound = make_sound(options.lexicon or settings.lexicon, user_cache_folder(), settings.accent)
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
     for words in phrases if options.output != STANDARD_OUTPUT else ():
         for number, word in enumerate(words):
             _print_word(word, explain(words, number, lexicon, builtin), options.json)
-    if options.output is not None or options.track is not None:
+    if writes:
         _render(options, phrases, assign_voices(sound, settings, tuple))
     return 0
 

@@ -15,7 +15,6 @@ from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
 from hvcpd.synthesis.speaker import Speaker
-from hvcpd.synthesis.voices import VOICES
 
 HEARD_RATES = (0.7, 1.75)
 """Slowest and fastest speaking rate that robots understand, relative to the usual one (measured; a template is
@@ -27,8 +26,6 @@ HEARD_DB = 0.05
 def speak(options: argparse.Namespace) -> int:
     """Speak the sentence in the voice of its speaker, as the command line has it; returns the exit status."""
     voice_of: str | None = options.voice_of
-    if options.voice is not None and options.rate != 1.0:
-        raise PhraseError("--rate changes the synthesizer's voice, not recordings; leave it out")
     team = load_team(options, options.names or (), (voice_of,) if voice_of else ())
     typed = team.phrasebook.parse_text(options.text)
     if (utterance := for_robots(typed)) != typed:
@@ -57,11 +54,13 @@ def _speaker(
     options: argparse.Namespace, team: Team, delivery: Delivery, name: str, phrases: tuple[tuple[str, ...], ...]
 ) -> Speaker:
     """The recorded voice that the options select, or that of the given robot."""
+    is_recorded = options.voice is not None or name.lower() in team.sound.recorded
+    if is_recorded and (options.natural or options.rate != 1.0):
+        whose = options.voice if options.voice is not None else name
+        raise PhraseError(f"--rate and --natural change the synthesizer's voice, not the recordings of {whose}")
     if options.voice is not None:
         return recorded_voice(options.voice, (word for phrase in phrases for word in phrase), team.sound.lexicon)
-    if name.lower() in team.sound.recorded:
-        if delivery.voice(VOICES[0]) != VOICES[0]:
-            raise PhraseError(f"--rate changes the synthesizer's voice, and {name} has recordings")
+    if is_recorded:
         return team.sound.speaker_of(name)
     sound = team.sound.made_natural() if options.natural else team.sound
     return Speaker(delivery.voice(sound.voice_of(name)), sound.lexicon, sound.cache)

@@ -90,6 +90,10 @@ class Belief:
         """Whether a word is not decided yet."""
         return bool(self._open)
 
+    def doubts(self, start: int) -> bool:
+        """Whether the word from sample `start` on is held for, and not certain."""
+        return any(word.start == start and not self._is_sure(word) for word in self._open)
+
     def word(self, start: int, end: int, probability: float, now: int, sentence_ends: bool = False) -> Verdict:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
         sentence may soon account for it."""

@@ -29,6 +29,8 @@ KEPT_CHUNKS = 300
 """12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and the sound before it."""
 BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
+NOISE_POWER = 0.1
+"""Of the noise with which an uncertain word is heard again, relative to the word's mean power (10 dB)."""
 CHECKED_BEFORE_S = 1.6
 """Sound before a word's end by which a call is checked: the word, a name before it, and what is or is not said before
 that."""
@@ -41,13 +43,8 @@ Check = Callable[[Samples], float]
 end on."""
 
 
-class Residual:
-    """The sound, and the keyword in it once a sentence with known samples is subtracted.
-
-    A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that nobody
-    made. Without the sentence the call stands alone (as radio receivers cancel the stronger signal: P. Patel & J.
-    Holtzman, "Analysis of a simple successive interference cancellation scheme", IEEE JSAC 12(5), 1994).
-    """
+class RecentSound:
+    """The last seconds of sound, in which the net can listen again: without a sentence, or with noise."""
 
     def __init__(self, net: KeywordNet) -> None:
         """`net`: its own instance, because it starts again each time."""
@@ -65,25 +62,63 @@ class Residual:
 
     def since(self, start: int) -> Samples | None:
         """The sound from sample `start` on; None if that is not kept."""
-        first = start - (self._end - sum(map(len, self._kept)))
+        first = start - self._oldest
         return np.concatenate(self._kept)[first:] if first >= 0 else None
 
-    def probabilities(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
+    def without(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
         """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
-        sentence; None if the sentence's samples are unknown, or no longer kept."""
-        oldest = self._end - sum(map(len, self._kept))
-        first = max(start - BEFORE, oldest)
-        if sentence.received is None or first > start:
+        sentence; None if the sentence's samples are unknown, or no longer kept.
+
+        A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that
+        nobody made. Without the sentence the call stands alone (as radio receivers cancel the stronger signal: P. Patel
+        & J. Holtzman, "Analysis of a simple successive interference cancellation scheme", IEEE JSAC 12(5), 1994).
+        """
+        if sentence.received is None or (around := self._around(start, end)) is None:
             return None
-        heard = np.concatenate(self._kept)[first - oldest : end + AFTER_CALL - oldest]
-        energies = energies_of(heard - sentence.received.between(first, len(heard)))
+        first, heard = around
+        return self._listen(heard - sentence.received.between(first, len(heard)), start - first, end - first)
+
+    def with_noise(self, start: int, end: int) -> Probabilities | None:
+        """The same, with white noise NOISE_POWER below the word; None if the sound is no longer kept.
+
+        What the net takes for the word by chance, in a voice of which it has learned nothing, changes with a little
+        noise; the mean of its answers is surer than each (as in test-time augmentation: G. Wang et al., "Aleatoric
+        uncertainty estimation with test-time augmentation", Neurocomputing 338, 2019).
+        """
+        if (around := self._around(start, end)) is None:
+            return None
+        first, heard = around
+        power = NOISE_POWER * np.mean(np.square(heard[start - first : end - first]))
+        return self._listen(heard + np.sqrt(power) * _white(len(heard)), start - first, end - first)
+
+    @property
+    def _oldest(self) -> int:
+        return self._end - sum(map(len, self._kept))
+
+    def _around(self, start: int, end: int) -> tuple[int, Samples] | None:
+        """The sound that tells whether a word was said between two samples, and its first sample."""
+        first = max(start - BEFORE, self._oldest)
+        sound = self.since(first) if first <= start else None
+        return (first, sound[: end + AFTER_CALL - first]) if sound is not None else None
+
+    def _listen(self, sound: Samples, start: int, end: int) -> Probabilities | None:
+        energies = energies_of(sound)
         chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
         self._net.reset()
-        probabilities = [self._net.hear(chunk) for chunk in chunks][(start - first) // CHUNK_SAMPLES :]
+        probabilities = [self._net.hear(chunk) for chunk in chunks][start // CHUNK_SAMPLES :]
         in_word = (end + AFTER - start) // CHUNK_SAMPLES
         word = _highest([each.word for each in probabilities[:in_word]])
         call = _highest([each.call for each in probabilities])
         return Probabilities(word, call) if word is not None and call is not None else None
+
+
+def _white(n: int) -> Samples:
+    """White noise of power 1, the same each time: a hash of each sample's number (A. Appleby, MurmurHash3, 2011)."""
+    hashed = np.arange(n, dtype=np.uint32)
+    for shift, factor in ((16, 0x85EBCA6B), (13, 0xC2B2AE35), (16, 1)):
+        hashed ^= hashed >> shift
+        hashed *= np.uint32(factor)
+    return np.asarray(hashed.view(np.int32) * np.float32(np.sqrt(3.0) / 2.0**31), np.float32)
 
 
 def _highest(probabilities: Sequence[float]) -> float | None:
@@ -95,12 +130,14 @@ def _highest(probabilities: Sequence[float]) -> float | None:
 class KeywordEars(EarsAround):
     """`Ears` around others that also hear the keyword, in any voice and over any other sound."""
 
-    def __init__(self, ears: Ears, net: KeywordNet, residual: Residual, check: Check) -> None:
+    def __init__(self, ears: Ears, net: KeywordNet, recent: RecentSound, check: Check) -> None:
         super().__init__(ears)
         self._check = check
         self._spotter = KeywordSpotter(net)
-        self._residual = residual
-        self._belief = Belief(residual.probabilities)
+        self._recent = recent
+        self._belief = Belief(recent.without)
+        self._word: Word | None = None
+        """The last word, until it is heard again with noise."""
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
@@ -128,24 +165,34 @@ class KeywordEars(EarsAround):
         return events + told
 
     def _hear(self, chunk: Chunk) -> list[Event]:
-        self._residual.hear(chunk)
+        self._recent.hear(chunk)
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         told: list[Event] = []
         word = self._spotter.hear(chunk)
         if word is not None:
+            self._word = word
             self._span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
-            told += self._tell(self._belief.word(*self._span, self._call(word), now, self._ears.ends))
+            told += self._believe(word.call, now)
+        if self._word is not None and now >= self._span[1] + AFTER_CALL:
+            told += self._hear_again(self._word, now)
+            self._word = None
         return told + self._tell(self._belief.at(now))
 
-    def _call(self, word: Word) -> float:
-        """The probability of a call, checked if it counts, by itself or with another one."""
-        if word.call < FAIR:
-            return word.call
-        sound = self._residual.since(word.end_frame * HOP_SAMPLES - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
-        nats = self._check(sound) if sound is not None else 0.0
-        checked = logistic(logit(word.call) - nats)
-        return max(checked, TWICE) if checked < CERTAIN <= word.call else checked
+    def _hear_again(self, word: Word, now: int) -> list[Event]:
+        """Once all of it is there, listen with noise for a word that is still undecided."""
+        again = self._recent.with_noise(*self._span) if self._belief.doubts(self._span[0]) else None
+        return self._believe(logistic((logit(word.call) + logit(again.call)) / 2.0), now) if again is not None else []
+
+    def _believe(self, call: float, now: int) -> list[Event]:
+        """What follows from that probability that the last word was a call; checked if it counts, by itself or with
+        another one."""
+        if call >= FAIR:
+            sound = self._recent.since(self._span[1] - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
+            nats = self._check(sound) if sound is not None else 0.0
+            checked = logistic(logit(call) - nats)
+            call = max(checked, TWICE) if checked < CERTAIN <= call else checked
+        return self._tell(self._belief.word(*self._span, call, now, self._ears.ends))
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
