@@ -26,6 +26,8 @@ def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
     name = status["name"]
     if status["stopped"]:
         yield "stopped", f"{name} is stopped, and stands until somebody says “resume”"
+    if status.get("button_pressed"):
+        yield "button", f"{name}'s stop button is pressed, or its wire is broken: nothing releases {name} meanwhile"
     wheels, sound = status["wheels"], status["sound"]
     if wheels is not None and wheels["fault"] is not None:
         yield "wheels", f"The wheels have failed: {wheels['fault']}"

@@ -175,8 +175,12 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
     text = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
     if wanted.get("all") is True:
         try:
-            await ask("say", text=f"Hi all, I am {name}, {word}")
-            text += f", and says “{word}” to all others as soon as nobody else speaks"
+            if word == "stop":  # alone and at once: each further word costs the others a third of a second
+                await ask("say", text="stop")
+                text += ", and says “stop” to all others"
+            else:
+                await ask("say", text=f"Hi all, I am {name}, {word}")
+                text += f", and says “{word}” to all others as soon as nobody else speaks"
         except HvcpdError as error:
             text += f"; but the others could not be told: {error}"
     return {"told": text, **done}

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from hvcpd.reporting.palette import robot_slot
-from hvcpd.reporting.text import clean, over_noise, skill_words
+from hvcpd.reporting.text import clean, how_sure, skill_words
 
 Line = dict[str, Any]
 
@@ -92,10 +92,9 @@ def sealed(seal: str | None) -> list[dict[str, str]]:
     return [mark("bad" if seal == "not trusted" else "good", clean(seal))] if seal else []
 
 
-def how_sure(confidence: float, snr_db: float | None = None) -> dict[str, str]:
+def surely(confidence: float | None, snr_db: float | None = None) -> dict[str, str]:
     """The small print about a sentence's confidence."""
-    noise = f", {over_noise(snr_db)}" if snr_db is not None else ""
-    return mark("good" if confidence >= SURE else "unsure", f"heard, {100 * confidence:.0f} % sure{noise}")
+    return mark("good" if (confidence or 0.0) >= SURE else "unsure", how_sure(confidence, snr_db))
 
 
 def _said(event: Event, _task: Callable[[int], str]) -> Sort:
@@ -103,7 +102,7 @@ def _said(event: Event, _task: Callable[[int], str]) -> Sort:
 
 
 def _heard(event: Event, _task: Callable[[int], str]) -> Sort:
-    marks = [how_sure(event["confidence"], event["snr_db"]), *sealed(event.get("seal"))]
+    marks = [surely(event["confidence"], event["snr_db"]), *sealed(event.get("seal"))]
     return "heard", event["speaker"], clean(event["text"]), marks
 
 
@@ -141,7 +140,7 @@ _MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
 def line_of_row(row: Event, slots: Slots) -> Line:
     """The line for a row of a daemon's transcript."""
     kind, text, who = row["kind"], clean(row["text"]), row["speaker"]
-    marks = [how_sure(row["confidence"])] if row["confidence"] is not None else []
+    marks = [surely(row["confidence"])] if row["confidence"] is not None else []
     marks += sealed(row.get("seal"))
     if kind == "garbled":
         who, kind, text = None, "note" if text else kind, text or "Somebody spoke and was not understood"

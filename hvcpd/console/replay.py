@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.console.lines import how_sure, mark, sealed
+from hvcpd.console.lines import mark, sealed, surely
 from hvcpd.console.viewers import Message
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.events import MissionRecord, Performed, TaskChanged, Trail
@@ -106,7 +106,7 @@ def _marks(line: Line) -> list[dict[str, str]]:
     marks += sealed(line.said.seal)
     for heard in line.heard:
         if heard.text == line.said.text:
-            sure = how_sure(heard.confidence, heard.snr_db)
+            sure = surely(heard.confidence, heard.snr_db)
             marks.append({**sure, "text": f"{clean(heard.listener)} {sure['text']}"})
         else:
             marks.append(mark("odd", f"{clean(heard.listener)} understood: “{clean(heard.text)}”"))

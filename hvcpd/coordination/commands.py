@@ -95,7 +95,7 @@ def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
 def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     """Halt, and make sure that all for whom it was meant do."""
     now, to = heard.now, heard.to
-    if not is_for(me, to) or _stands(me):
+    if not is_for(me, to) or me.latched:
         return
     fire(me, Trigger.STOP, now)
     if _stands(me) and not isinstance(to, m.ToRobot):

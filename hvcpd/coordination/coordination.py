@@ -41,6 +41,8 @@ from hvcpd.security.trust import Trust
 SAME_WITHIN_S = 1.0
 """The same sentence, begun no later than this after it was understood, is its second saying: SECOND_GAP_S plus a margin
 for late onset detection. A robot that waits for an answer does not speak again this soon."""
+COUNTS_TWICE = (m.Stop, m.Resume)
+"""Said again, each is no repetition: the robot may have been released meanwhile, or may need two to be sure."""
 CLOCK_STEP_S = 1.0
 """A clock that differs by less was only read at another moment."""
 ASKING = (m.Claim, m.Working, m.Completed, m.Failed, m.Left, m.Relayed)
@@ -88,7 +90,7 @@ class Coordination:
         me.acquaintance.unheard = me.roster - {role.name.lower()}
         me.acquaintance.all_heard_s = now + timing.meeting_s * (1 + len(role.roster))
         if stopped:
-            me.state = State.STOPPED
+            me.state, me.latched = State.STOPPED, True
             halting.want_release_hint(me, now)
         else:
             me.arm(now, timing.wake_min_s + rng.random() * timing.wake_spread_s)
@@ -115,7 +117,7 @@ class Coordination:
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0
         me.current.objected &= me.floor.busy_since_s >= me.current.objected_s  # what was said decides
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
-        if self._is_second(utterance, now):
+        if self._is_second(utterance, now) and not (believed and isinstance(utterance.statement, COUNTS_TWICE)):
             return
         chatter.note_heard(me, utterance, me.peers.get(utterance.speaker), now)
         if not believed:
@@ -214,9 +216,9 @@ class Coordination:
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""
-        before = self.state
-        fire(self.knowledge, Trigger.STOP, now)
-        return before is not State.STOPPED
+        if not (before := self.knowledge.latched):
+            fire(self.knowledge, Trigger.STOP, now)
+        return not before
 
     def set_clock(self, offset_s: float | None, now: float) -> None:
         """Set the clock: seconds since 1970 at 0 of the sample clock; None if nobody knows the time."""
@@ -228,9 +230,7 @@ class Coordination:
     def tell_memory_lost(self, now: float) -> None:
         """The robot's memory is lost, so it began stopped: say so aloud, and ask for the remaining tasks once
         released."""
-        self.knowledge.missed.heard_work = True
-        stopped = composing.to_all(self.knowledge, m.Stopped(forgot=True))
-        self.knowledge.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
+        halting.tell_memory_lost(self.knowledge, now)
 
     def change(self, number: int, skip: bool, now: float) -> str | None:
         """Have a task done again, or left out this time, and tell the others. Returns why this is impossible, or
@@ -239,9 +239,9 @@ class Coordination:
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard. Returns whether it was stopped."""
-        before = self.state
+        before, self.knowledge.latched = self.knowledge.latched, False
         fire(self.knowledge, Trigger.RESUME, now)
-        return before is State.STOPPED
+        return before
 
     def reconfigure(
         self, now: float, role: Role, tasks: Iterable[TaskDefinition] = (), forgiven: Iterable[int] = ()

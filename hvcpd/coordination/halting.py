@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hvcpd.coordination import composing, effects
-from hvcpd.coordination.actions import Halt, SaveStopped
+from hvcpd.coordination.actions import Halt
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
@@ -13,7 +13,7 @@ from hvcpd.language import messages as m
 def release(me: Knowledge, now: float) -> None:
     """Resume does not restart an old motion: the robot is free."""
     me.floor.withdraw("released how")
-    me.do(SaveStopped(False))
+    me.latch(False)
     effects.rest(me, now)
 
 
@@ -47,7 +47,7 @@ def stop_and_leave(me: Knowledge, now: float) -> None:
 
 def latch(me: Knowledge, _now: float) -> None:
     me.do(Halt())
-    me.do(SaveStopped(True))
+    me.latch(True)
 
 
 def fall_silent(me: Knowledge, _now: float) -> None:
@@ -57,19 +57,35 @@ def fall_silent(me: Knowledge, _now: float) -> None:
 def halt(me: Knowledge, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
     effects.let_go(me)
-    me.do(SaveStopped(True))
+    me.latch(True)
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()
-    slot = me.rank("", 0, now)  # in turn: all others should hear each robot
     place = next((each.place.name for each in me.passes if each.inside), None)
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
-    after_s = now + 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=slot, not_before_s=after_s), now)
+    after_s = 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
+    _want_in_turn(me, Urgency.ALARM, "stopped", stopped, after_s, now)
     want_release_hint(me, now)
 
 
 def want_release_hint(me: Knowledge, now: float) -> None:
     """Tell people who come by why the robot stands, and what to say; nothing else ends a stop."""
     released = composing.to_all(me, m.Stopped(waits=True))
-    me.floor.want(Intent(Urgency.TURN, "released how", lambda: released, not_before_s=now + me.timing.standing_s), now)
+    _want_in_turn(me, Urgency.TURN, "released how", released, me.timing.standing_s, now)
+
+
+def _want_in_turn(
+    me: Knowledge, urgency: Urgency, topic: str, utterance: m.Utterance, after_s: float, now: float
+) -> None:
+    """Say it `after_s` from now at the earliest, each robot in a slot of its own: one call has stopped all of them at
+    one moment."""
+    slot = me.rank("", 0, now)
+    not_before_s = now + after_s + slot * me.timing.slot_s
+    me.floor.want(Intent(urgency, topic, lambda: utterance, slot=slot, not_before_s=not_before_s), now)
+
+
+def tell_memory_lost(me: Knowledge, now: float) -> None:
+    """Say why the robot begins stopped; once released, it asks for the remaining tasks."""
+    me.missed.heard_work = True
+    stopped = composing.to_all(me, m.Stopped(forgot=True))
+    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import Action, Rng, Role, Timing
+from hvcpd.coordination.actions import Action, Rng, Role, SaveStopped, Timing
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.conversation import (
     NEVER_S,
@@ -138,6 +138,8 @@ class Knowledge:
     peers: Peers
     floor: Floor
     state: State = State.WAKING
+    latched: bool = False
+    """It was stopped, and nobody has released it since."""
     timer_s: float = math.inf
     """When the state's time is over."""
     current: Current = field(default_factory=Current)
@@ -193,6 +195,11 @@ class Knowledge:
     def do(self, action: Action) -> None:
         """Add an action to the next ones handed out."""
         self.actions.append(action)
+
+    def latch(self, stopped: bool) -> None:
+        """Remember over restarts that the robot is stopped, or no longer."""
+        self.latched = stopped
+        self.do(SaveStopped(stopped))
 
     def arm(self, now: float, after_s: float) -> None:
         """The state's time is over `after_s` from now."""

@@ -22,7 +22,8 @@ the robot's own actions or commits it, and the robot says it only when it is tru
 
 
 def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
-    """Have the owner's sentence said when the robot's turn comes. Returns why it will not be said, or None."""
+    """Have the owner's sentence said when the robot's turn comes, "stop" at once. Returns why it will not be said, or
+    None."""
     own, statement = me.role.name, m.own_words(utterance.statement)
     if utterance.speaker is not None and utterance.speaker.lower() != own.lower():
         return f"this robot is {own}, not {utterance.speaker}; say '… I am {own}, …'"
@@ -32,6 +33,9 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
         return f"{own} is leaving"
     if isinstance(statement, m.Change):
         return changing.want(me, statement.task.number, statement.skip, now)
+    if isinstance(statement, m.Stop):
+        me.floor.want(Intent(Urgency.ALARM, "requested stop", lambda: utterance, at_once=True), now)
+        return None
     topics = (f"requested {number}" for number in range(MAX_SENTENCES))
     topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
     if topic is None:

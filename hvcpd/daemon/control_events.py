@@ -99,7 +99,7 @@ class Tally:
             case SaidRecord():
                 self.said += 1
                 self.air_s += record.duration_s
-            case HeardRecord():
+            case HeardRecord() if math.isfinite(record.confidence):  # a word over other talk is no sentence
                 self.heard += 1
                 self.confidence_sum += record.confidence
                 self.air_s += record.end_s - record.start_s

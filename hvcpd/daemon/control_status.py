@@ -24,6 +24,7 @@ from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.sound_service import SoundService
 from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring
+from hvcpd.hardware.stop_button import StopButton
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, WheelReading
 from hvcpd.robot.robot import Robot
@@ -50,6 +51,7 @@ class Body:
     """Of a robot whose base ROS has."""
     heard: bool = False
     """Sound has come."""
+    button: StopButton | None = None
     voltage_v: float | None = None
     """The battery's voltage as the wheels measured it last."""
     began_s: float = field(default_factory=time.monotonic)
@@ -57,6 +59,11 @@ class Body:
 
     def __post_init__(self) -> None:
         self.skills = SkillService(lambda: self.wiring.tasks, self.tell_unable)
+
+    @property
+    def is_held_down(self) -> bool:
+        """Whether the stop button is pressed, so that nothing releases the robot."""
+        return self.button is not None and self.button.pressed
 
     @property
     def lacking(self) -> frozenset[int]:
@@ -101,6 +108,7 @@ def status_of(body: Body) -> dict[str, Any]:
         "wall_s": round(time.time(), 3),
         "preparing": body.preparation.text,
         **_conversation(body),
+        "button_pressed": body.is_held_down,
         "battery_v": body.voltage_v,
         "counts": {key: round(value, 3) for key, value in asdict(body.tally).items()},
         "sound": _sound(body),

@@ -36,7 +36,6 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
-from hvcpd.hardware.stop_button import StopButton
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
@@ -78,7 +77,6 @@ class Daemon:
         self._control = ControlService(Body(wiring, self._journal), rereading)
         self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
         self._wheels: WheelService | None = None
-        self._button: StopButton | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
         self._channel = SecondPass[Stretch, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
@@ -158,9 +156,9 @@ class Daemon:
                 self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
                 stack.push_async_callback(self._adaptation.settled)
 
-            self._button = self._devices.make_stop_button(settings.stop_button)
-            if self._button is not None:
-                stack.callback(self._button.close)
+            body.button = self._devices.make_stop_button(settings.stop_button)
+            if body.button is not None:
+                stack.callback(body.button.close)
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
@@ -236,7 +234,7 @@ class Daemon:
             if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
             self._keep_hours(robot, time.time())
-            if self._button is not None and self._button.pressed and robot.coordination.stop(robot.now):
+            if self._control.body.is_held_down and robot.coordination.stop(robot.now):
                 _log.warning("stop button pressed")
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from markupsafe import Markup
@@ -74,7 +75,7 @@ def _marks(line: Line, others: int) -> list[Markup]:
 
 
 def _heard(heard: Heard) -> Markup:
-    title = f"signal-to-noise ratio {heard.snr_db:.0f} dB"
+    title = f"signal-to-noise ratio {heard.snr_db:.0f} dB" if math.isfinite(heard.snr_db) else None
     text = f"heard by {heard.listener}, confidence {percent(heard.confidence)}"
     seal = f", {seal_words(heard.seal)}" if heard.seal and heard.seal != "not trusted" else ""
     return tag("li", text + seal, class_="good", title=title)

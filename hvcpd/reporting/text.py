@@ -41,6 +41,14 @@ def over_noise(snr_db: float) -> str:
     return f"{abs(round(snr_db))} dB {'below' if round(snr_db) < 0 else 'over'} the noise"
 
 
+def how_sure(confidence: float | None, snr_db: float | None = None) -> str:
+    """How a sentence was heard: "heard, 97 % sure, 21 dB over the noise"; NaN or None: not known."""
+    if confidence is None or math.isnan(confidence):
+        return "heard, the word by itself"
+    noise = f", {over_noise(snr_db)}" if snr_db is not None else ""
+    return f"heard, {percent(confidence)} sure{noise}"
+
+
 def number(value: float, decimals: int = 2) -> str:
     """A number without trailing zeros; 0 for what is not finite."""
     if not math.isfinite(value):

@@ -12,6 +12,9 @@ from hvcpd.ranging.own_delay import OwnDelay
 
 NEAR_S = 0.012
 """Delays that differ by less count as the same: half a block, and twice the error of a measurement."""
+CUT_S = 0.4
+"""Speech that begins this soon after the robot no longer hears itself may have begun before: of sentences whose
+beginning it covered, at 320 positions in four voices, "resume" and "come back" were heard alone up to 0.37 s later."""
 ECHO_S = 1.0
 """A sentence that ends no later than this after the robot's own, in the same words, is its echo."""
 
@@ -123,6 +126,10 @@ class OwnVoice:
     def overlapped(self, start_s: float, end_s: float) -> bool:
         """Whether the robot's own voice may have garbled this speech."""
         return start_s <= self.until_s + self._acoustics.collision_s <= end_s
+
+    def may_have_cut(self, start_s: float) -> bool:
+        """Whether speech that was heard to begin then may be the end of something longer."""
+        return abs(start_s - self._masked_until_s) < CUT_S
 
     def returns(self, words: Sequence[str], end_s: float) -> bool:
         """Whether the words are the end of this robot's last sentence, heard later than its known delay.

@@ -24,7 +24,8 @@ class SaidRecord:
 
 @dataclass(frozen=True)
 class HeardRecord:
-    """The robot understood this sentence."""
+    """The robot understood this sentence; a "stop" heard by itself over other talk has neither confidence nor SNR
+    (NaN)."""
 
     at_s: float
     utterance: Utterance

@@ -6,6 +6,7 @@ in a test run the same code.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 from hvcpd.config.tasks import Place
@@ -175,10 +176,11 @@ class Robot:
             self.coordination.garbled(True, now)
         self._set_channel(True, now)
         self._locate(reading)
-        if self.performer.busy:
-            self.performer.rest(now)
         for event in self._ears.lost(lost):
             self._understand(event, now)
+        self._act(now)  # nobody need speak to stop it
+        if self.performer.busy:
+            self.performer.rest(now)
         return self._output(0, STANDSTILL)
 
     def _locate(self, reading: WheelReading | None) -> None:
@@ -231,7 +233,7 @@ class Robot:
         if isinstance(event, Held | Released | Urgent):
             self._hold(event, now)
             return
-        utterance = meaning(event, self.phrasebook)
+        utterance = meaning(event, self.phrasebook, self._voice.may_have_cut(start_s))
         if not isinstance(event, Recognised) or utterance is None:
             self._records.append(GarbledRecord(now, start_s, end_s))
             self.coordination.garbled(self._voice.overlapped(start_s, end_s), now)
@@ -269,7 +271,8 @@ class Robot:
             return
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
         stop = Utterance(None, statement=Stop())
-        self._records.append(HeardRecord(now, stop, self.phrasebook.write(stop), start_s, end_s, 0.0, 0.0, ""))
+        text = self.phrasebook.write(stop)
+        self._records.append(HeardRecord(now, stop, text, start_s, end_s, math.nan, math.nan, ""))
         self.coordination.heard(stop, now, confidence=0.0)
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvcpd.coordination.actions import SECOND_PAUSE_S
 from hvcpd.errors import PhraseError
-from hvcpd.language.messages import Cipher, Utterance
+from hvcpd.language.messages import Cipher, Motion, Resume, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
@@ -32,14 +32,20 @@ def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook, times: int = 1,
     return np.concatenate([once] + [pause, once] * (times - 1))
 
 
-def meaning(event: Event, book: Phrasebook) -> Utterance | None:
-    """What was said; None if it was not understood."""
+def meaning(event: Event, book: Phrasebook, may_be_cut: bool) -> Utterance | None:
+    """What was said; None if it was not understood.
+
+    "Resume" or a motion without a speaker's name may be the end of a longer sentence, such as "I have stopped until you
+    say resume".
+    """
     if not isinstance(event, Recognised):
         return None
     try:
-        return book.parse(event.words)
+        utterance = book.parse(event.words)
     except PhraseError:  # the network holds only sentences of the phrasebook; a foreign recogniser may not
         return None
+    is_end = may_be_cut and utterance.speaker is None and isinstance(utterance.statement, Resume | Motion)
+    return None if is_end else utterance
 
 
 def _once(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:

@@ -44,6 +44,7 @@ MAX_SAYS = 5
 """Sentences that wait for the daemon's reply, which comes at once; more would keep a stop or odometry waiting."""
 NO_DAEMON = "no daemon answers; start it with `hvcpd`"
 TOO_MANY = "say: too many sentences at once; this one and others are left out"
+NOT_PRESSED = f"{topics.ESTOP.name}: false releases only after true; publish both, or say resume"
 EVENT_KINDS = ("said", "heard", "garbled", "held", "taskchanged", "performed", "statechanged")
 
 
@@ -94,6 +95,7 @@ class Bridge:
         self._stop_s = -math.inf
         self._odometry_s = -math.inf
         self._told_silent_s = -math.inf
+        self._pressed = False
         self._stopped: bool | None = None
         self._way_left_m: float | None = None
         self._last_refusal = ""
@@ -171,13 +173,7 @@ class Bridge:
         elif topic == topics.TASK and isinstance(message, String):
             self._take_task(message.data)
         elif topic == topics.ESTOP and isinstance(message, Bool):
-            command = "stop" if message.data else "resume"
-            if self._asked.get(self._stop_id or 0) != command:  # else it is on its way, however often it is said
-                self._stop_id = self._ask(command)
-            self._stop_s = now_s
-            if message.data:  # without waiting for the daemon's word
-                self._carry_out(self._driving.stand(now_s))
-                self._act(self._skills.leave())
+            self._take_estop(message.data, now_s)
         elif topic == topics.ODOM and isinstance(message, Odometry):
             self._take_odometry(message, now_s)
 
@@ -248,6 +244,21 @@ class Bridge:
         if stopped is not self._stopped:
             self._stopped = stopped
             self._publish(topics.STOPPED, Bool(stopped))
+
+    def _take_estop(self, pressed: bool, now_s: float) -> None:
+        """Stop, or release after a stop: "false" alone is what a switch that nobody presses may repeat for ever."""
+        was_pressed, self._pressed = self._pressed, pressed
+        if not pressed and not was_pressed:
+            if self._stopped and self._last_refusal != NOT_PRESSED:
+                self._tell_refusal(NOT_PRESSED, None)
+            return
+        command = "stop" if pressed else "resume"
+        if self._asked.get(self._stop_id or 0) != command:  # else it is on its way, however often it is said
+            self._stop_id = self._ask(command)
+        self._stop_s = now_s
+        if pressed:  # without waiting for the daemon's word
+            self._carry_out(self._driving.stand(now_s))
+            self._act(self._skills.leave())
 
     def _take_say(self, text: str) -> None:
         if len(text) > MAX_SAY_LENGTH:

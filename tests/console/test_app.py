@@ -13,7 +13,7 @@ from tests.console.asking import Page, heard, status
 def test_stopping_halts_this_robot_first_and_then_tells_the_others() -> None:
     page = Page()
     answer = page.act({"do": "stop", "all": True})
-    assert page.robot.asked == [("stop", {}), ("say", {"text": "Hi all, I am Rob, stop"})]
+    assert page.robot.asked == [("stop", {}), ("say", {"text": "stop"})]
     assert "Rob is stopped" in answer.json()["told"]
 
 

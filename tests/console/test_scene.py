@@ -152,6 +152,7 @@ def test_what_would_steer_a_page_or_a_terminal_is_replaced() -> None:
     ("more", "tasks", "words"),
     [
         ({"stopped": True}, [], "stopped"),
+        ({"button_pressed": True}, [], "wire is broken"),
         ({"wheels": {"fault": "no answer"}}, [], "no answer"),
         ({"battery_v": 11.0}, [], "11.0 V"),
         ({"sound": {"listening": False, "mute": False}}, [], "hears nothing"),

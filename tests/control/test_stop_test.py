@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +12,13 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
+from hvcpd.config.settings import AudioSettings
 from hvcpd.control.cli import make_parser
+from hvcpd.control.doctor.self_hearing import SETTLE_S, exchange
 from hvcpd.control.doctor.stop_test import LOUDNESSES_DB, Call, judged, run, voice_in
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import DeviceError
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.control.echo_room import EchoRoom
@@ -50,13 +53,32 @@ def test_without_sound_nothing_arrives_and_it_fails(tmp_path: Path, capsys: pyte
     assert "not a safety device" in told.out
 
 
-def test_without_a_sound_card_there_is_no_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("how", [(), ("--ask",)])
+def test_without_a_sound_card_there_is_no_table_and_nobody_is_asked_to_call(
+    how: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     def make_stream(_: object) -> NoReturn:
         raise DeviceError("there is no microphone on this machine")
 
     with pytest.raises(DeviceError):
-        run(options(tmp_path), replace(EchoRoom().devices, make_stream=make_stream))
-    assert capsys.readouterr().out == ""
+        run(options(tmp_path, *how), replace(EchoRoom().devices, make_stream=make_stream))
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_prompt_comes_when_the_recording_begins_and_not_while_the_card_is_opened() -> None:
+    """Who called at once was not heard."""
+    played: list[int] = []
+    stream = EchoRoom().devices.make_stream(AudioSettings())
+    take = stream.read
+
+    async def read() -> Samples:
+        played.append(len(block := await take()))
+        return block
+
+    stream.read = read  # type: ignore[method-assign]
+    asked_s: list[float] = []
+    asyncio.run(exchange(stream, np.zeros(0, np.float32), 0.0, lambda: asked_s.append(sum(played) / SAMPLE_RATE_HZ)))
+    assert asked_s == [pytest.approx(SETTLE_S, abs=0.03)]
 
 
 def test_another_word_is_no_stop_and_a_halt_long_before_the_call_does_not_count(tmp_path: Path) -> None:
@@ -80,6 +102,25 @@ def test_the_end_of_a_voice_is_found_in_noise() -> None:
     found = voice_in(noise)
     assert found is not None
     assert found == (pytest.approx(1.5, abs=0.02), pytest.approx(17.1, abs=0.5))
+
+
+@pytest.mark.parametrize("tap_s", [0.5, 3.0])
+def test_a_tap_is_not_the_call(tap_s: float) -> None:
+    """After one 2 s later a call that had halted the robot was told as one that had not; after one 0.6 s later a late
+    halt was in time."""
+    noise = 0.001 * np.random.default_rng(2).standard_normal(4 * SAMPLE_RATE_HZ).astype(np.float32)
+    noise[16_000:24_000] += 0.1 * np.sin(0.3 * np.arange(8_000)).astype(np.float32)
+    tap = round(tap_s * SAMPLE_RATE_HZ)
+    noise[tap : tap + 800] += 0.3
+    found = voice_in(noise)
+    assert found is not None
+    assert found[0] == pytest.approx(1.5, abs=0.02)
+
+
+def test_calls_from_the_own_loudspeaker_are_told_as_such(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for more, told in (((), True), (("--output", "USB"), False), (("--ask",), False)):
+        run(options(tmp_path, *more), EchoRoom(gain=0.0).devices)
+        assert ("the robot's own loudspeaker" in capsys.readouterr().out) is told
 
 
 @pytest.mark.parametrize(("halted_s", "in_time"), [(-0.1, True), (0.5, True), (0.51, False), (None, False)])

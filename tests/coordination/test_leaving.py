@@ -115,6 +115,22 @@ def test_stop_is_obeyed_by_who_leaves_and_does_not_cut_its_farewell(when: str) -
     assert rob.has_left
 
 
+def test_a_button_that_is_held_keeps_nobody_from_leaving_and_is_latched_once() -> None:
+    """Its farewell was put off with each look at the button, and each wrote the latch."""
+    mission = Mission(("Rob", "Bot"), plants(2), seed=4)
+    _until_rob_is_at_work(mission)
+    rob, began_s = mission.robots["Rob"], mission.air.now
+    rob.leave(began_s)
+    for n in range(400):
+        assert rob.stop(began_s + 0.025 * n) is (n == 0)
+        rob.tick(began_s + 0.025 * n)
+    actions = rob.actions(began_s + 10.0)
+    assert actions.count(SaveStopped(True)) == 1
+    assert [mission.book.write(a.utterance) for a in actions if isinstance(a, Say)] == [LEAVING]
+    assert rob.resume(began_s + 10.0)
+    assert rob.stop(began_s + 10.1)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_missions_in_which_a_robot_leaves_do_every_task_once(seed: int) -> None:
     mission = Mission(("Rob", "Bot", "Max"), plants(7), seed=seed, leaving={"Bot": 20.0 + 15.0 * seed})

@@ -66,6 +66,30 @@ def test_a_restart_releases_nobody() -> None:
     assert mission.exactly_once
 
 
+def test_a_stop_in_the_same_talk_as_the_last_one_stops_a_robot_that_was_released_meanwhile() -> None:
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob = mission.robots["Rob"]
+    rob.channel(True, 45.0)
+    for at_s in (46.0, 50.0):
+        rob.heard(mission.book.parse_text("Stop"), at_s)
+        assert rob.state is State.STOPPED
+        assert rob.resume(at_s + 1.0)
+
+
+def test_an_unsure_resume_that_is_said_again_at_once_releases() -> None:
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob = mission.robots["Rob"]
+    rob.stop(45.0)
+    for began_s in (50.0, 51.6):
+        assert rob.state is State.STOPPED
+        rob.channel(True, began_s)
+        rob.heard(mission.book.parse_text("Rob resume"), began_s + 0.9, confidence=0.85)
+        rob.channel(False, began_s + 1.0)
+    assert rob.state is not State.STOPPED
+
+
 def test_others_take_over_what_a_stopped_robot_had_claimed() -> None:
     mission = Mission(("Rob", "Bot"), plants(4), ("Anna",), seed=6, conditions=Conditions())
     mission.hear(45.0, "Rob stop", speaker="Anna")

@@ -92,6 +92,21 @@ def test_who_hears_it_in_mid_sentence_breaks_off_to_say_it() -> None:
     assert spoke_s[0] == pytest.approx(began_s, abs=0.1)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_stop_for_all_that_the_owner_has_it_say_waits_for_nobody(seed: int) -> None:
+    """It waited for its turn in the team's talk: in 1 of 10 cases for half a minute."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(6), seed=seed)
+    mission.air.run_until(40.0 + 1.7 * seed)
+    rob, now = mission.robots["Rob"], mission.air.now
+    rob.stop(now)
+    while rob.say(m.Utterance("Rob", m.ToAll(), None, m.WhoHere()), now) is None:
+        pass
+    assert rob.say(m.Utterance(None, None, None, m.Stop()), now) is None
+    mission.air.refresh()
+    mission.air.run_until(now + 1.5)
+    assert standing(mission) == set(mission.robots)
+
+
 @pytest.mark.parametrize("before_s", [0.0, 50.0])
 def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) -> None:
     mission = row(1)
@@ -103,6 +118,17 @@ def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) ->
     mission.air.run_until(began_s + 300.0)
     told = [at_s - began_s for at_s, _, u in mission.said if u.statement == m.Stopped(waits=True)]
     assert told == ([] if before_s else [pytest.approx(60.0, abs=3.0)])
+
+
+@pytest.mark.parametrize("n", [2, 3, 6])
+def test_robots_that_one_call_has_stopped_say_so_in_turn_and_each_once(n: int) -> None:
+    """All began at one moment, and repeated what had collided: of six robots each said it two to five times."""
+    mission = Mission(tuple("Rob Bot Max Zoe Ada Leo".split()[:n]), plants(8), ("Anna",), seed=5)
+    mission.hear(60.0, "Stop", speaker="Anna")
+    mission.air.run_until(260.0)
+    told = [(who, u.statement) for at_s, who, u in mission.said if at_s > 60.0 and isinstance(u.statement, m.Stopped)]
+    expected = [(name, m.Stopped(waits=waits)) for name in mission.robots for waits in (False, True)]
+    assert sorted(told, key=str) == sorted(expected, key=str)
 
 
 def test_a_call_to_one_robot_is_not_passed_on() -> None:

@@ -8,20 +8,24 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from gpiozero.pins.mock import MockFactory
 from rich.console import Console
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.config.shared_places import SharedPlace
+from hvcpd.console.lines import surely
+from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.passes import WAITS_S, Pass
 from hvcpd.coordination.peers import Away
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.sound_service import SoundService
+from hvcpd.hardware.stop_button import StopButton
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
-from hvcpd.recognition.events import Garbled, Recognised
+from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
 from tests.daemon.control_bench import ControlBench, control, run
@@ -144,6 +148,55 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
     run(scene())
 
 
+def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_why(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            factory = MockFactory()
+            bench.body.button = StopButton(17, True, factory)
+            factory.pin(17).drive_high()  # its wire is broken
+            talk = await bench.connect()
+            await talk.ask("stop")
+            status = (await talk.ask("status"))["result"]
+            assert status["button_pressed"]
+            assert "STOPPED: its stop button is pressed" in shown(status)
+            refusal = (await talk.ask("resume"))["error"]
+            assert refusal["code"] == "refused"
+            assert "wire is broken" in refusal["text"]
+            assert bench.bench.robot.coordination.state is State.STOPPED
+            assert starts_stopped(bench)
+            factory.pin(17).drive_low()
+            assert not (await talk.ask("status"))["result"]["button_pressed"]
+            assert (await talk.ask("resume"))["result"]["before"] is True
+            bench.body.button.close()
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_sure_of(tmp_path: Path) -> None:
+    """It was "heard, 0 % sure, 0 dB over the noise", and lowered the mean confidence."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            await talk.ask("subscribe", events=["heard"])
+            await bench.live(Urgent(0, 8000), blocks=2)
+            event = await talk.line()
+            assert event is not None
+            assert (event["text"], event["confidence"], event["snr_db"]) == ("Stop", None, None)
+            line = FollowLines(Console(file=io.StringIO())).line(event, 0.0)
+            assert line is not None
+            assert line.plain.endswith("somebody: Stop  heard, the word by itself")
+            assert surely(event["confidence"], event["snr_db"])["text"] == "heard, the word by itself"
+            row, *_ = (await talk.ask("transcript"))["result"]["rows"]
+            assert (row["text"], row["confidence"]) == ("Stop", None)
+            counts = (await talk.ask("status"))["result"]["counts"]
+            assert (counts["heard"], counts["confidence_sum"]) == (0, 0.0)
+            await talk.hang_up()
+
+    run(scene())
+
+
 def starts_stopped(bench: ControlBench) -> bool:
     """Whether the latch, as it is on the disk, would have the next start stopped."""
     latched = StopLatch(bench.body.wiring.latch_path).read()
@@ -212,7 +265,8 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
                 assert (await talk.ask("say", text=text))["error"]["code"] == code
             for _ in range(MAX_SENTENCES - 1):
                 assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
-            assert "wait to be said" in (await talk.ask("say", text="stop"))["error"]["text"]
+            assert "wait to be said" in (await talk.ask("say", text="what is left"))["error"]["text"]
+            assert (await talk.ask("say", text="stop"))["ok"]
             await talk.hang_up()
 
     run(scene())

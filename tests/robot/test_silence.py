@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hvcpd.config.tasks import Forward
+from hvcpd.coordination.actions import SaveStopped
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL
 from hvcpd.robot.records import PerformedRecord, SaidRecord
 from tests.robot.test_hold import BLOCK, Bench
@@ -68,6 +69,16 @@ def test_what_was_being_said_is_said_again() -> None:
     assert isinstance(first, SaidRecord)
     assert isinstance(again, SaidRecord)
     assert again.text == first.text
+
+
+def test_a_stop_by_hand_while_deaf_is_kept_at_once_and_ends_the_motion() -> None:
+    bench = Bench(Forward(1.0))
+    bench.until_driving()
+    deaf(bench, 1.0)
+    assert bench.robot.coordination.stop(bench.robot.now)
+    deaf(bench, 0.1)
+    assert bench.noted(SaveStopped) == [SaveStopped(True)]
+    assert not bench.robot.performer.busy
 
 
 def test_a_block_with_sound_after_a_gap_is_heard() -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
-from hvcpd.ros.bridge import MAX_SAYS, NO_DAEMON, SILENT_S, TOO_MANY, Ask, Bridge, Log, Output, Publish
+from hvcpd.ros.bridge import MAX_SAYS, NO_DAEMON, NOT_PRESSED, SILENT_S, TOO_MANY, Ask, Bridge, Log, Output, Publish
 from hvcpd.ros.driving import Cancel, Go
 from hvcpd.ros.messages import (
     Bool,
@@ -204,6 +204,17 @@ def test_a_stop_that_is_said_again_and_again_is_asked_for_once_at_a_time() -> No
     assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
     talk.answer("stop", {})
     assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
+
+
+def test_a_switch_that_nobody_presses_does_not_release_a_robot_that_was_stopped_by_voice() -> None:
+    talk = Talk()
+    talk.daemon({"event": "statechanged", "at_s": 1.0, "state": "stopped", "doing": "was told to stop", "task": None})
+    out = [each for _ in range(100) for each in talk.ros(topics.ESTOP, Bool(False))]
+    assert asked("resume", out) == []
+    assert [each for each in out if isinstance(each, Log)] == [Log(NOT_PRESSED)]
+    talk.ros(topics.ESTOP, Bool(True))
+    out = [each for _ in range(100) for each in talk.ros(topics.ESTOP, Bool(False))]
+    assert asked("resume", out) == [{}]
 
 
 def test_odometry_reaches_the_daemon_but_no_faster_than_it_can_use_it() -> None:

@@ -80,9 +80,11 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
     )
 
 
-async def exchange(stream: SoundStream, sound: Samples, after_s: float = AFTER_S) -> tuple[Samples, int]:
-    """Listen for QUIET_S, play, listen for `after_s`; returns the sound since SETTLE_S, and the number of lost
-    samples."""
+async def exchange(
+    stream: SoundStream, sound: Samples, after_s: float = AFTER_S, settled: Callable[[], object] | None = None
+) -> tuple[Samples, int]:
+    """Listen for QUIET_S, play, listen for `after_s`; returns the sound since SETTLE_S, and the number of lost samples.
+    `settled` is called when that sound begins."""
     total = round((SETTLE_S + QUIET_S + after_s) * SAMPLE_RATE_HZ) + len(sound)
     silent = round((SETTLE_S + QUIET_S) * SAMPLE_RATE_HZ)
     script = np.zeros(total, np.float32)
@@ -94,6 +96,8 @@ async def exchange(stream: SoundStream, sound: Samples, after_s: float = AFTER_S
         await stream.start()
         while n_taken < total:
             block = await stream.read()
+            if settled is not None and n_taken <= SETTLE_S * SAMPLE_RATE_HZ < n_taken + len(block):
+                settled()
             taken.append(block)
             piece = script[n_taken : n_taken + len(block)]
             stream.write(np.concatenate([piece, np.zeros(len(block) - len(piece), np.float32)]))

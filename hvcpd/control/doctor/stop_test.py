@@ -9,6 +9,7 @@ import random
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -37,6 +38,8 @@ DECIDED_S = 3.0
 ASKED_S = 4.0
 LEAST_OVER_DB = 10.0
 """A call is at least this much louder than the room; steady noise varies by less from frame to frame."""
+CLOSURE_S = 0.2
+"""Longest silence within the word: the lips are closed before its last sound."""
 FRAME = 320
 """Samples, 20 ms."""
 BLOCK = 400
@@ -62,7 +65,7 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     """Report each call; then the conclusion, and its limits."""
     where, team = devices or Devices(), load_team(options)
     found = list(_printed(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
-    _tell_verdict(found, options.ask, options.json)
+    _tell_verdict(found, options)
     return EX_OK if all(call.in_time for call in found) else EX_FAILURE
 
 
@@ -92,22 +95,25 @@ def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterato
     """Calls by the person at the terminal."""
     for way in WAYS:
         for number in range(options.times):
-            sys.stderr.write(f'Say "stop" {way}, once, in the next {ASKED_S:.0f} s ({number + 1} of {options.times})\n')
+            prompt = f'Say "stop" {way}, once, in the next {ASKED_S:.0f} s ({number + 1} of {options.times})\n'
             silence = np.zeros(round((ASKED_S - QUIET_S) * SAMPLE_RATE_HZ), np.float32)
-            heard, _ = asyncio.run(exchange(devices.make_stream(team.settings.audio), silence, DECIDED_S))
+            stream = devices.make_stream(team.settings.audio)
+            heard, _ = asyncio.run(exchange(stream, silence, DECIDED_S, partial(sys.stderr.write, prompt)))
             voice = voice_in(heard)
             yield judged(team, way, heard, *voice) if voice is not None else Call(way, None)
 
 
 def voice_in(heard: Samples) -> tuple[float, float] | None:
     """The end of the speech in a recording, shape (n,), in s, and its level above the rest, in dB; None if nobody
-    spoke."""
+    spoke. A tap or a click before or after the word is shorter."""
     power = frame_powers(heard, FRAME)
     floor = max(float(np.median(power)), 1e-12)
     loud = np.flatnonzero(power >= floor * 10.0 ** (LEAST_OVER_DB / 10.0))
     if not len(loud):
         return None
-    return (loud[-1] + 1) * FRAME / SAMPLE_RATE_HZ, float(10.0 * np.log10(power[loud].mean() / floor))
+    sounds = np.split(loud, np.flatnonzero(np.diff(loud) * FRAME > CLOSURE_S * SAMPLE_RATE_HZ) + 1)
+    word = max(sounds, key=len)
+    return float(word[-1] + 1) * FRAME / SAMPLE_RATE_HZ, float(10.0 * np.log10(power[word].mean() / floor))
 
 
 def judged(team: Team, how: str, heard: Samples, ended_s: float, over_noise_db: float) -> Call:
@@ -148,16 +154,18 @@ def _printed(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
         yield call
 
 
-def _tell_verdict(calls: Sequence[Call], asked: bool, as_json: bool) -> None:
+def _tell_verdict(calls: Sequence[Call], options: argparse.Namespace) -> None:
     """The results and their limits."""
     arrived = [call for call in calls if call.over_noise_db is not None]
     in_time, for_good = sum(call.in_time for call in calls), sum(call.stopped_s is not None for call in calls)
     low, high = wilson(in_time, len(calls))
-    if as_json:
+    if options.json:
         counts = {"calls": len(calls), "arrived": len(arrived), "in_time": in_time, "for_good": for_good}
         sys.stdout.write(json.dumps({**counts, "least_share": round(low, 3), "most_share": round(high, 3)}) + "\n")
         return
-    who = "This was you, here and now" if asked else "These were synthetic voices; people sound different (--ask)"
+    who = "This was you, here and now" if options.ask else "These were synthetic voices; people sound different (--ask)"
+    if not (options.ask or options.output):
+        who += ". They came from the robot's own loudspeaker; people stand farther away (--output)"
     sys.stdout.write(
         f"{in_time} of {len(calls)} calls halted the robot within {IN_TIME_S} s ({100 * low:.0f} to {100 * high:.0f} % "
         f"with a certainty of 95 %), {for_good} for good; {len(calls) - len(arrived)} did not arrive.\n"

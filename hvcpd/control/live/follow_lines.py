@@ -14,7 +14,7 @@ from rich.text import Text
 from hvcpd.console.lines import SURE, is_passing
 from hvcpd.control.live.status_screen import memory_faults, status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
-from hvcpd.reporting.text import clean, over_noise, percent, seal_words, skill_words, task_words
+from hvcpd.reporting.text import clean, how_sure, seal_words, skill_words, task_words
 
 Event = dict[str, Any]
 Parts = list[Any]
@@ -91,8 +91,8 @@ def _seal(event: Event) -> Parts:
 
 
 def _heard(show: FollowLines, event: Event) -> Parts:
-    sure = event["confidence"] >= SURE
-    how = f"  heard, {percent(event['confidence'])} sure, {over_noise(event['snr_db'])}"
+    sure = (event["confidence"] or 0.0) >= SURE
+    how = f"  {how_sure(event['confidence'], event['snr_db'])}"
     return [*show.speech(event), (how, "dim" if sure else "yellow"), *_seal(event)]
 
 
