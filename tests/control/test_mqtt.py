@@ -13,6 +13,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -57,7 +58,9 @@ def bridge_of(folder: Path, port: int, *more: str) -> subprocess.Popen[str]:
     config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
     options = ["--config", str(config), "--host", "127.0.0.1", "--port", str(port), *more]
     command = [sys.executable, "-m", "hvcpd.control.cli", "mqtt", *options]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    # Whoever starts the tests in the background may have SIGINT ignored, which programs inherit.
+    obeys = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, preexec_fn=obeys)
 
 
 def _answers(number: int) -> bool:
