@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import os
@@ -243,6 +244,38 @@ def test_without_a_name_the_only_robot_is_meant(
         text = refused("tasks", "--config", config)
     (robot.directory / "state" / "bot.sock").unlink()
     assert "choose one with --name" in text
+
+
+def test_a_stop_that_names_no_robot_stops_all_that_run_here(
+    robot: RunningRobot, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Even if one of them is no robot."""
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text(f"state_dir: {robot.directory / 'state'}\n")
+    if any(SYSTEM_FOLDER.glob("*.sock")):
+        pytest.skip("another robot runs on this computer")
+    with socket.socket(socket.AF_UNIX) as other:
+        other.bind(str(robot.directory / "state" / "bot.sock"))
+        other.listen()
+
+        def answer() -> None:
+            with contextlib.suppress(OSError):
+                while True:
+                    with other.accept()[0] as connection:
+                        connection.sendall(b"SSH-2.0-OpenSSH\n")
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        assert main(["stop", "--config", str(config)]) == 1
+        other.shutdown(socket.SHUT_RDWR)
+        thread.join()
+    (robot.directory / "state" / "bot.sock").unlink()
+    out, err = capsys.readouterr()
+    assert "bot.sock is not hvcpd" in err
+    assert "Rob stands still" in out
+    assert robot.state is State.STOPPED
+    assert main(["resume", "--config", str(config)]) == 0
+    assert "takes on tasks again" in capsys.readouterr().out
 
 
 def test_a_daemon_that_does_not_answer_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

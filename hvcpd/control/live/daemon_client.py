@@ -229,6 +229,14 @@ def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
     return _first(running, None, folders)
 
 
+def unnamed_sockets(options: argparse.Namespace) -> list[Path]:
+    """The sockets of all robots that run here, where neither the options nor the settings say which one is meant."""
+    settings, name = lenient_settings(options, noted=False)
+    if options.socket is not None or settings.control.socket is not None or name is not None:
+        return []
+    return _running(tuple(dict.fromkeys(socket_folders(settings))))
+
+
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
     """The daemon of that robot, if it runs here and may be asked. Who goes on without it tells of errors in the
     settings."""

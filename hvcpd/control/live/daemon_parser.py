@@ -63,7 +63,8 @@ def _add_views(commands: Commands) -> None:
 def _add_orders(commands: Commands) -> None:
     """`stop`, `resume`, `reload` and `range`."""
     short = "live.short_commands"
-    _add(commands, "stop", "halt a robot at once, until it is told to resume", short, "hvcpctl stop --name Rob")
+    text = "halt a robot, or all that run here, at once, until told to resume"
+    _add(commands, "stop", text, short, "hvcpctl stop", "hvcpctl stop --name Rob")
     _add(commands, "resume", "let a stopped robot take on tasks again", short, "hvcpctl resume")
     _add(commands, "reload", "make a robot read its settings and tasks again", short, "hvcpctl reload")
     text = "measure the distance from a running robot to another one, by sound"

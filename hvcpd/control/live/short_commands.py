@@ -5,18 +5,41 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from pathlib import Path
 from typing import Any
 
-from hvcpd.control.live.daemon_client import find_daemon
+from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, unnamed_sockets
 from hvcpd.control.live.show_config import value_text
 from hvcpd.daemon.control_protocol import LEARN_S
-from hvcpd.errors import EX_OK, NotDoneError
+from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Give the command, and report its result."""
-    with closing(find_daemon(options)) as daemon:
+    """Give the command, and report its result. "Stop" that names no robot is for each that runs here."""
+    several = unnamed_sockets(options) if options.command == "stop" else []
+    if len(several) < 2:
+        _give(options, find_daemon(options))
+        return EX_OK
+    with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
+        given = [pool.submit(_stop, options, path) for path in several]
+    if faults := [fault for each in given if (fault := each.result()) is not None]:
+        raise NotDoneError("; ".join(faults))
+    return EX_OK
+
+
+def _stop(options: argparse.Namespace, path: Path) -> str | None:
+    """Stop the robot whose socket that is. Returns why that failed, or None."""
+    try:
+        _give(options, DaemonClient(path))
+    except HvcpdError as error:
+        return str(error)
+    return None
+
+
+def _give(options: argparse.Namespace, daemon: DaemonClient) -> None:
+    with closing(daemon):
         if options.command == "reload":
             daemon.patience_s = LEARN_S
         result = daemon.ask(options.command)
@@ -27,7 +50,6 @@ def run(options: argparse.Namespace) -> int:
         if result.get("kept") is False:
             after = "stands still, but may move" if result["stopped"] else "takes on tasks, but will stand still"
             raise NotDoneError(f"{daemon.name} {after} after a restart: {result['reason']}")
-    return EX_OK
 
 
 def result_lines(command: str, name: str, result: dict[str, Any]) -> list[str]:
