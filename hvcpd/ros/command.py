@@ -73,18 +73,32 @@ def run_bridge(kind: Kind, base: Base, path: Path, arguments: Sequence[str]) -> 
 
     Raises NotDoneError if ROS has ended the bridge: there is another one, or somebody wants none.
     """
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: the base is to be told to stand
+    is_interrupted = obey_signals()
     with suppress(KeyboardInterrupt):
         if kind == "ros1":
             wait_for_master(path, base)
         inbox = Inbox()
         port = make_port(kind, Wanted(base.ros_drives, base.takes_goals, arguments, base.actions), inbox.put)
         bridge = Bridge(base.ros_drives, port.parameters, Skills(base.actions))
-        reason = Session(bridge, port, inbox, path).run()
+        reason = Session(bridge, port, inbox, path).run(is_interrupted)
         if port.dismissed is not None and reason == port.dismissed:
             raise NotDoneError(reason)
         return reason
     return None
+
+
+def obey_signals() -> Callable[[], bool]:
+    """Have SIGTERM and SIGINT raise KeyboardInterrupt, so that the base is told to stand. Returns whether one came, for
+    the loop: what rospy does while a node begins may swallow the exception."""
+    came = list[int]()
+
+    def take(number: int, _frame: object) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, take)
+    return lambda: bool(came)
 
 
 def make_port(kind: Kind, wanted: Wanted, report: Report) -> RosPort:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import signal
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,7 @@ import pytest
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import ros
 from hvcpd.errors import EX_OK, EX_USER, ConfigError
-from hvcpd.ros.command import Base, base_of, choose_ros, wait_for_master
+from hvcpd.ros.command import Base, base_of, choose_ros, obey_signals, wait_for_master
 from hvcpd.ros.parameters import Parameters, parameters_from
 
 
@@ -81,3 +83,17 @@ def test_it_waits_until_there_is_a_master(tmp_path: Path, capsys: pytest.Capture
     wait_for_master(tmp_path / "nobody.sock", Base(True, False), ask)
     assert answers == []
     assert capsys.readouterr().err.count("waiting for a ROS master") == 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_an_interrupt_that_ros_swallows_ends_the_bridge_nevertheless(number: signal.Signals) -> None:
+    before = {each: signal.getsignal(each) for each in (signal.SIGTERM, signal.SIGINT)}
+    is_interrupted = obey_signals()
+    try:
+        assert not is_interrupted()
+        with contextlib.suppress(KeyboardInterrupt):  # as a bare `except` of rospy's
+            signal.raise_signal(number)
+        assert is_interrupted()
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
