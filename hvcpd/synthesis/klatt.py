@@ -23,16 +23,12 @@ ComplexArray = NDArray[np.complex128]
 
 RING_SAMPLES = 768
 """Length of a pulse's response, samples (48 ms): a 50 Hz wide formant has decayed by 65 dB."""
-
 HOP_SAMPLES = 80
 """Step of the aspiration filter, samples: 5 ms, Klatt's frame."""
-
 SILENCE_DB = -60.0
 """Sources weaker than this, dB below a vowel, are left out."""
-
 VOICE_GAIN = 0.42
 """Scale that brings an open vowel near 0.1 rms, the level to which the noise levels of `phones` refer."""
-
 SMOOTH_S = 0.02
 """Time over which corners of formant tracks are rounded."""
 
@@ -81,8 +77,8 @@ class Controls:
 
     `formants_hz` and `bandwidths_hz` hold one track per moving resonator; `fixed` the (Hz, Hz) pairs of those that
     stay; `tilt_hz` is the corner of the source's low-pass; `nasal_zero_hz` parts from `nasal_pole_hz` in nasals;
-    `voiced_hz` is the maximum voiced frequency, above which the source is noise; `open_s`: from when to when the
-    glottis stands open (an H); `noise_seed` decides every randomness.
+    `voiced_hz` is the maximum voiced frequency, above which the source is noise; at the times `wide_s` the glottis
+    opens wide (for an H) and narrows again, in turn; `noise_seed` decides every randomness.
     """
 
     duration_s: float
@@ -98,7 +94,7 @@ class Controls:
     nasal_width_hz: float = 100.0
     fixed: tuple[tuple[float, float], ...] = ()
     frications: tuple[Frication, ...] = field(default=())
-    open_s: tuple[tuple[float, float], ...] = ()
+    wide_s: tuple[float, ...] = ()
     open_quotient: float = 0.6
     noise_seed: int = 1980
 
@@ -280,8 +276,8 @@ def _rng(controls: Controls, use: int) -> np.random.Generator:
 
 _BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.6 / (1.0 - 0.4 * _Z1)) ** 2
 """Spectrum of breath: rising by radiation up to 2 kHz, level within 2 dB above."""
-_OPEN_BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.487 / (1.0 - 0.7 * _Z1)) ** 2
-"""The same through an open glottis: it falls by 7 dB from 2 to 7.5 kHz. With the other one H is heard as F."""
+_WIDE_BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.487 / (1.0 - 0.7 * _Z1)) ** 2
+"""The same through a wide glottis: it falls by 7 dB from 2 to 7.5 kHz. With the other one H is heard as F."""
 
 
 def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None:
@@ -297,8 +293,8 @@ def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None
     grains = white[index] * window * (ASPIRATION_GAIN * 10.0 ** (level_db[active] / 20.0))[:, None]
     spectra = np.fft.rfft(grains, RING_SAMPLES, axis=1)
     times_s = active * HOP_SAMPLES / SAMPLE_RATE_HZ
-    is_open = np.any([(begin <= times_s) & (times_s < end) for begin, end in controls.open_s or [(0.0, 0.0)]], axis=0)
-    spectra *= tract_response(controls, times_s) * np.where(is_open[:, None], _OPEN_BREATH, _BREATH)
+    is_wide = np.searchsorted(controls.wide_s, times_s, side="right") % 2 == 1
+    spectra *= tract_response(controls, times_s) * np.where(is_wide[:, None], _WIDE_BREATH, _BREATH)
     _overlap_add(out, np.fft.irfft(spectra, RING_SAMPLES, axis=1), (active - 1) * HOP_SAMPLES)
 
 

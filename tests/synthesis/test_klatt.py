@@ -153,12 +153,12 @@ def test_frication_has_the_spectrum_of_its_bands() -> None:
     assert hz[np.argmax(np.abs(parallel_response(band, z1)))] == pytest.approx(5000.0, abs=60.0)
 
 
-def test_the_breath_of_an_open_glottis_falls_and_is_as_strong_below() -> None:
+def test_the_breath_of_a_wide_glottis_falls_and_is_as_strong_below() -> None:
     """An H with the breath of a stop is heard as F: 134 of 320 times."""
     breathed = replace(vowel(), voicing_db=OFF, aspiration_db=constant(0.0))
     hz = np.arange(2049) * SAMPLE_RATE_HZ / 4096
     of_stop, of_h = (
-        10.0 ** (spectrum_db(synthesize(each)) / 10.0) for each in (breathed, replace(breathed, open_s=((0.0, 0.6),)))
+        10.0 ** (spectrum_db(synthesize(each)) / 10.0) for each in (breathed, replace(breathed, wide_s=(0.0, 0.6)))
     )
 
     def fall_db(low_hz: float, high_hz: float) -> float:
@@ -169,11 +169,11 @@ def test_the_breath_of_an_open_glottis_falls_and_is_as_strong_below() -> None:
     assert fall_db(5000.0, 7500.0) > 5.0
 
 
-def test_only_an_h_is_breathed_through_an_open_glottis() -> None:
+def test_only_an_h_is_breathed_through_a_wide_glottis() -> None:
     controls = controls_for(("HH", "AH0", "L", "OW1"), VOICES[0], final=True)
-    ((begin_s, end_s),) = controls.open_s
+    begin_s, end_s = controls.wide_s
     assert 0.0 <= begin_s < end_s < 0.3
-    assert controls_for(("T", "UW1"), VOICES[0], final=True).open_s == ()
+    assert controls_for(("T", "UW1"), VOICES[0], final=True).wide_s == ()
 
 
 def test_silence_asked_for_is_silence() -> None:
