@@ -35,10 +35,10 @@ class Caller:
 
 
 def socket_folders(settings: Settings, environment: Mapping[str, str] = os.environ) -> tuple[Path, ...]:
-    """The usual places of the socket, first the one that the daemon of these settings takes if it can."""
+    """The usual places of the socket, each once, first the one that the daemon of these settings takes if it can."""
     given = [Path(folder) for folder in environment.get("RUNTIME_DIRECTORY", "").split(":") if folder]
     of_user = [Path(folder) / "hvcpd" for folder in [environment.get("XDG_RUNTIME_DIR")] if folder]
-    return (*given[:1], *of_user, SYSTEM_FOLDER, settings.state_dir)
+    return tuple(dict.fromkeys((*given[:1], *of_user, SYSTEM_FOLDER, settings.state_dir)))
 
 
 def socket_name(name: str) -> str:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
+from hvcpd.recognition.arrays import first_of_each
 from hvcpd.recognition.lattice import Costs, Tokens
 from hvcpd.recognition.templates import Template
 
@@ -211,7 +212,7 @@ def survivors(
     bound = _bounds(layout, size, lowest, cost, began, oldest, beam)
     at = np.flatnonzero(cost < np.repeat(bound, size))
     owner = np.searchsorted(layout.begin, at, side="right") - 1
-    first = np.flatnonzero(np.diff(owner, prepend=-1))  # of each owner, in whose order they are
+    first = first_of_each(owner)  # in whose order they are
     last = np.flatnonzero(np.diff(owner, append=len(layout.begin)))
     alive = owner[first]
     offset = at - layout.begin[owner] - AHEAD + layout.low[owner]

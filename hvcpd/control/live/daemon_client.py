@@ -219,7 +219,7 @@ def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
     """The daemon of the robot of this name whose socket is where the settings have it; as `find_daemon`."""
     if settings.control.socket is not None:
         return DaemonClient(settings.control.socket)
-    folders = tuple(dict.fromkeys(socket_folders(settings)))
+    folders = socket_folders(settings)
     if name is not None:
         return _first([folder / socket_name(name) for folder in folders], name, folders)
     running = _running(folders)
@@ -234,7 +234,7 @@ def unnamed_sockets(options: argparse.Namespace) -> list[Path]:
     settings, name = lenient_settings(options, noted=False)
     if options.socket is not None or settings.control.socket is not None or name is not None:
         return []
-    return _running(tuple(dict.fromkeys(socket_folders(settings))))
+    return _running(socket_folders(settings))
 
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
