@@ -246,6 +246,8 @@ def _special_hook(converter: Converter, read: Hook) -> Callable[[Any, Any], Any]
 
 def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], Any]:
     def hook(value: Any, type_: Any) -> Any:
+        if type_ is str and not isinstance(value, str):
+            raise FaultError(f"expected text, found {describe(value)}; {_remedy(check(str(value)))}")
         result = converter.structure(value, type_)
         text = check(result)
         if text is not None:
@@ -253,6 +255,11 @@ def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], An
         return result
 
     return hook
+
+
+def _remedy(wrong: str | None) -> str:
+    """What to do for a value that is no text, and of which, as a text, this would be wrong."""
+    return wrong.rpartition("; ")[2] if wrong is not None else "put it in quotes"
 
 
 def _int(value: Any, _: Any) -> int:
@@ -292,7 +299,8 @@ def _bool(value: Any, _: Any) -> bool:
 
 def _str(value: Any, _: Any) -> str:
     if not isinstance(value, str):
-        raise FaultError(f"expected text, found {describe(value)}; put it in quotes")
+        remedy = "write one text" if isinstance(value, list | dict) else "put it in quotes"
+        raise FaultError(f"expected text, found {describe(value)}; {remedy}")
     return value
 
 

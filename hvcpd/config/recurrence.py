@@ -26,9 +26,10 @@ GAPS = 60
 
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
-_FREQUENCY = re.compile(r"(?:^|;)FREQ=([A-Za-z]+)")
+_FREQUENCY = re.compile(r"(?:^|;)FREQ=([A-Za-z]+)", re.IGNORECASE)
 _COUNT = re.compile(r"(?:^|;)COUNT=", re.IGNORECASE)
 _UNTIL = re.compile(r"(?:^|;)UNTIL=([^;]*)", re.IGNORECASE)
+_END_FORM = re.compile(r"[0-9]{8}(T[0-9]{6})?", re.IGNORECASE)
 _END = "20640101T000000"
 """No time is sought after it, 40 years after BEGIN: a rule that is never due would be sought up to the year 9999, for
 seconds."""
@@ -92,7 +93,7 @@ class Recurrence:
         text = self.text.removeprefix("RRULE:")
         frequency = _FREQUENCY.search(text)
         if frequency is None:
-            raise ValueError("FREQ= is missing")
+            raise ValueError("neither an interval nor a rule with FREQ=")
         rule = rrulestr(_ending(text), dtstart=BEGIN, cache=True)
         if not isinstance(rule, rrule) or frequency[1].upper() not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
@@ -108,6 +109,8 @@ def _ending(text: str) -> str:
         return f"{text};UNTIL={_END}"
     if until[1].upper().endswith("Z"):
         raise ValueError("UNTIL is in local time; leave out its Z")
+    if not _END_FORM.fullmatch(until[1]):  # dateutil would complete it with today's day
+        raise ValueError("UNTIL is a day such as 20301231")
     return text
 
 

@@ -187,8 +187,10 @@ def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
     entry = me.board.find(s.task)
     if commands.answers_order(me, heard):
         commands.unable(me, heard, s)
-    elif entry is not None and not entry.is_shared:
-        confirmed(me, heard, m.Confirmed(s.task))
+    elif entry is not None:
+        entry.is_new_to_others = True
+        if not entry.is_shared:
+            confirmed(me, heard, m.Confirmed(s.task))
 
 
 REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative, m.Unknown: _unknown}

@@ -54,6 +54,8 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
     if heard.speaker is not None:
         _settle(me, heard, heard.speaker, (s.task,), True)
+        if me.board.find(s.task) is None:
+            _tell_unknown(me, heard, heard.speaker, (s.task,))
 
 
 def _settle(

@@ -158,7 +158,10 @@ def report(me: Knowledge) -> m.Utterance | None:
 
 
 def working(me: Knowledge) -> m.Utterance | None:
-    return to_all(me, m.Working(_my_task(me))) if me.current.task is not None else None
+    if me.current.task is None:
+        return None
+    by_number = me.board[me.my_task()].is_new_to_others
+    return to_all(me, m.Working(m.TaskByNumber(me.my_task()) if by_number else _my_task(me)))
 
 
 def renewal(me: Knowledge) -> m.Utterance | None:

@@ -74,6 +74,8 @@ class Entry:
     """How often this robot has called others to do it with, without an answer."""
     call_s: float = -math.inf
     """When it may call again."""
+    is_new_to_others: bool = False
+    """Another robot does not know the task: it understands the number, and not the name."""
 
     @property
     def recurs(self) -> bool:

@@ -15,6 +15,8 @@ from hvcpd.config.tasks import TENDING, TaskRepository
 from hvcpd.errors import did_you_mean
 from hvcpd.skills.runners import places
 
+_LONGEST_FIRST_LINE = 256
+"""Of a script, as the kernel reads it (execve(2))."""
 _SECONDS = {"seconds": Parameter()}
 """Argument of tending, if the task file declares no other."""
 
@@ -122,14 +124,25 @@ def _unrunnable(program: str) -> str | None:
         return None if shutil.which(program) else f"there is no program {program!r}; install it, or give its whole path"
     if not path.exists():
         return f"there is no {program}; check the name"
-    if path.is_dir() or not os.access(path, os.X_OK):
+    if path.is_dir():
+        return f"{program} is a folder; name the program in it"
+    if not os.access(path, os.X_OK):
         return f"{program} is not executable; run `chmod +x` on it"
-    if os.access(path, os.R_OK) and not _has_interpreter(path):
-        return f"{program} does not say what runs it; begin its first line with `#!`, for example `#!/bin/sh`"
-    return None
+    wrong = _first_line_fault(path) if os.access(path, os.R_OK) else None
+    return f"{program} {wrong}" if wrong is not None else None
 
 
-def _has_interpreter(program: Path) -> bool:
-    """Whether the kernel knows how to run the file: a script that names its interpreter, or machine code."""
+def _first_line_fault(program: Path) -> str | None:
+    """Why the kernel cannot run the file, which is neither machine code nor a script that names its interpreter."""
     with program.open("rb") as file:
-        return file.read(4).startswith((b"#!", b"\x7fELF"))
+        first = file.readline(_LONGEST_FIRST_LINE)
+    if first.startswith(b"\x7fELF"):
+        return None
+    named = first[2:].split() if first.startswith(b"#!") else []
+    if not named:
+        return "does not say what runs it; begin its first line with `#!`, for example `#!/bin/sh`"
+    if first.endswith(b"\r\n"):
+        return "has the line ends of Windows; run `sed -i 's/\\r$//'` on it"
+    if not os.path.exists(named[0]):
+        return f"is to be run by {os.fsdecode(named[0])}, which does not exist; correct its first line"
+    return None

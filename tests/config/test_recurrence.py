@@ -76,10 +76,17 @@ def test_only_who_has_a_rule_loads_what_reads_rules() -> None:
         ("FREQ=HOURLY;BYMONTH=2;BYMONTHDAY=30", "it is never due"),
         ("FREQ=DAILY;COUNT=3", "COUNT would count from 2024; give UNTIL instead"),
         ("FREQ=DAILY;UNTIL=20300101T000000Z", "UNTIL is in local time; leave out its Z"),
+        ("FREQ=DAILY;UNTIL=2030", "UNTIL is a day such as 20301231"),
+        ("6 hours", "neither an interval nor a rule with FREQ="),
     ],
 )
 def test_a_rule_that_would_not_be_due_as_meant_is_refused(text: str, reason: str) -> None:
     assert f"({reason})" in (valid_recurrence(text) or "")
+
+
+def test_a_rule_may_be_in_small_letters() -> None:
+    noon_s = datetime(2026, 5, 4, 12).timestamp()
+    assert Recurrence("freq=daily;byhour=8").next(noon_s) == datetime(2026, 5, 5, 8).timestamp()
 
 
 def test_a_rule_with_an_end_is_due_until_then() -> None:

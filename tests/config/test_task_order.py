@@ -56,6 +56,24 @@ def test_a_deadline_is_a_time_and_a_priority_small(tmp_path: Path) -> None:
     assert "after" in told[2]
 
 
+@pytest.mark.parametrize(
+    ("field", "found", "remedy"),
+    [
+        ("every: 6", "the number 6", "write for example `6 h`"),
+        ("every: 8:30", "the number 510", "write for example `6 h`"),  # YAML's number on the base of 60
+        ("every: [6 h]", "a list", "write for example `6 h`"),
+        ("deadline: 30", "the number 30", "write for example `30 min`"),
+        ("deadline:", "nothing", "write for example `30 min`"),
+    ],
+)
+def test_what_would_be_wrong_in_quotes_too_is_told_what_is_right(
+    field: str, found: str, remedy: str, tmp_path: Path
+) -> None:
+    """ "Put it in quotes" led to the next fault."""
+    (fault,) = faults(tmp_path, three(field, "", ""))
+    assert fault.startswith(f"F:5: {field.split(':')[0]}: expected text, found {found}; {remedy}")
+
+
 def test_a_task_takes_no_more_robots_than_the_team_has(tmp_path: Path) -> None:
     path = tmp_path / "tasks.yaml"
     path.write_text(three("robots: 2", "robots: 1", ""))

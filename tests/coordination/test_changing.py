@@ -256,6 +256,24 @@ def test_who_has_not_been_told_of_a_task_has_nothing_against_a_claim_of_it(names
     assert mission.robots["Rob"].knowledge.report.task is None
 
 
+def test_a_task_that_others_do_not_know_is_announced_by_its_number() -> None:
+    """They do not have the words of its name: the robot announced it 18 times, for minutes, before it began."""
+    seven = replace(plants(4)[3], number=7, name="water the red tulip")
+    mission = Mission(NAMES[:2], plants(2), seed=1)
+    mission.book = Phrasebook(Vocabulary(NAMES, ("plant",), tuple(t.name for t in (*plants(2), seven)), (1, 2, 7)))
+    mission.air.run_until(AGAIN_S)
+    rob = mission.robots["Rob"]
+    rob.retask((*plants(2), seven), AGAIN_S)
+    mission.air.refresh(("Rob",))
+    while rob.state is not State.GOING:
+        mission.air.run_until(mission.air.now + 1.0)
+    rob.knowledge.missed.last_s = mission.air.now  # so it asks once more before it begins
+    mission.air.run_until(mission.air.now + 100.0)
+    assert mission.watered == {1: 1, 2: 1, 7: 1}
+    said = mission.written(AGAIN_S)
+    assert said.count("Hi all, I am Rob, completing task seven") == 1, said
+
+
 def test_who_has_been_told_speaks_before_who_has_not() -> None:
     seven = replace(plants(4)[3], number=7)
     mission = Mission(NAMES, plants(2), seed=1)

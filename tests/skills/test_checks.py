@@ -144,6 +144,23 @@ def test_a_script_without_its_interpreter_is_told(tmp_path: Path) -> None:
     assert told(tmp_path, "pour: {run: [./pour.sh]}") == []
 
 
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (b"#!/bin/sh\r\necho pour\r\n", "has the line ends of Windows; run `sed -i 's/\\r$//'` on it"),
+        (b"#!/usr/bin/env python3\r\n", "has the line ends of Windows; run `sed -i 's/\\r$//'` on it"),
+        (b"#! /nowhere/sh -e\n", "is to be run by /nowhere/sh, which does not exist; correct its first line"),
+    ],
+)
+def test_a_script_whose_interpreter_cannot_be_found_is_told(text: bytes, fault: str, tmp_path: Path) -> None:
+    """It passed the check, and then each of its calls failed with "No such file or directory"."""
+    script = tmp_path / "pour.sh"
+    script.write_bytes(text)
+    script.chmod(0o755)
+    (found,) = told(tmp_path, "pour: {run: [./pour.sh]}")
+    assert found.endswith(f"pour.sh {fault}")
+
+
 def test_a_pin_that_cannot_be_had_is_told_with_the_line_of_its_skill(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
