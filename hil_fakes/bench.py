@@ -205,13 +205,12 @@ class Bench:
         )
         names = tuple((t.number, t.name) for t in self.plan.tasks.tasks)
         icons = tuple((t.number, t.icon) for t in self.plan.tasks.tasks if t.icon)
+        shared = tuple((t.number, t.robots) for t in self.plan.tasks.tasks if t.robots > 1)
         mode = "volunteer" if self.plan.coordinator is None else "coordinate"
         score = Scorekeeper(self.plan.names, self.plan.tasks, self._sink)
-        score.emit(
-            Started(
-                0.0, self.plan.names, starts, plants, mode, self.plan.seed, self.plan.air.noise_db_spl, names, icons
-            )
-        )
+        noise_db_spl = self.plan.air.noise_db_spl
+        head = (0.0, self.plan.names, starts, plants, mode, self.plan.seed, noise_db_spl)
+        score.emit(Started(*head, names, icons, shared))
         with ExitStack() as stack:
             places = [self._make_place(k, start, stack) for k, start in enumerate(starts)]
             self.robots = {place.name: place.robot for place in places}

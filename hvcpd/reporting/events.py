@@ -37,6 +37,8 @@ class Started:
     """Every task's number and name, those without a place too; empty: only those with one are known."""
     icons: tuple[tuple[int, str], ...] = ()
     """The number and the icon of every task that has one."""
+    shared: tuple[tuple[int, int], ...] = ()
+    """The number of every task that takes several robots, and how many."""
 
 
 @dataclass(frozen=True)
@@ -232,6 +234,10 @@ class Summary:
     realtime_factor: float
     seed: int
     mode: str
+    undone: tuple[int, ...] = ()
+    """The tasks that were not carried out, or only by some of the robots that they take; as many as `lost`."""
+    repeated: tuple[int, ...] = ()
+    """The tasks that were carried out more than once."""
 
 
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Performed | Skill | Switched | Moved | Summary

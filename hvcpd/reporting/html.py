@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import math
-from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 
@@ -21,7 +20,7 @@ from hvcpd.reporting.markup import escaped, joined, security_policy, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
-from hvcpd.reporting.story import SkillSpan, Story, TaskStory, all_went_well, outcome, tell
+from hvcpd.reporting.story import Story, TaskStory, all_went_well, outcome, tell
 from hvcpd.reporting.text import clock, listed, number
 from hvcpd.reporting.timeline_svg import draw_timeline
 
@@ -75,8 +74,7 @@ def _verdict(story: Story) -> Markup:
     summary = story.summary
     if summary is None:
         return tag("p", "The mission did not end", class_="verdict bad")
-    ended = outcome(summary, ([act.robot for act in task.performed] for task in story.tasks))
-    return tag("p", ended, class_="verdict good" if all_went_well(summary) else "verdict bad")
+    return tag("p", outcome(summary), class_="verdict good" if all_went_well(summary) else "verdict bad")
 
 
 def _setting(story: Story, record: MissionRecord) -> Markup:
@@ -139,14 +137,15 @@ def _task_table(story: Story) -> Markup:
     heads += ["Poured (l)"] * any(span.litres is not None for span in story.skills)
     heads += ["Skills"] * bool(story.skills)
     head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
-    body = tag("tbody", *(_task_row(task, story.skills) for task in story.tasks))
+    body = tag("tbody", *(_task_row(task, story) for task in story.tasks))
     return tag("table", head, body)
 
 
-def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
+def _task_row(task: TaskStory, story: Story) -> Markup:
+    skills, (undone, repeated) = story.skills, story.wrong
     place = f"({task.plant.x_m:.2f}, {task.plant.y_m:.2f})".replace("-", "−") if task.plant else "–"
     doers = listed(dict.fromkeys(act.robot for act in task.performed)) or "nobody"
-    if len(task.performed) > 1:
+    if task.number in repeated:
         doers += f", {len(task.performed)} times"
     claimed, done = (clock(at) if at is not None else "–" for at in (task.claimed_s, task.done_s))
     off = f"{task.distance_m:.3f}" if task.distance_m is not None else "–"
@@ -162,7 +161,7 @@ def _task_row(task: TaskStory, skills: Sequence[SkillSpan]) -> Markup:
         tag("td", task.number, data_head="No.", class_="no"),
         tag("th", joined([badge(task.icon, task.name), task.name]), scope="row"),
         *(tag("td", text, data_head=name) for name, text in cells),
-        class_=None if len(task.performed) == 1 else "bad",
+        class_="bad" if task.number in (*undone, *repeated) else None,
     )
 
 

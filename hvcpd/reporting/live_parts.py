@@ -134,13 +134,16 @@ def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
 def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
     plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
     name, icon = watch.names.get(note.task, ""), watch.icons.get(note.task, "")
-    nth = 1 + list(watch.performed).index(note.task)  # by now more may have been done
+    did, count = " has done its part of", ""
+    if not watch.is_part(note):
+        nth = 1 + list(watch.performed).index(note.task)  # by now more may have been done
+        did, count = " has done", f": {nth} of {len(watch.names)}"
     away = f", {1000 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} mm off" if plant else ""
     return artist.text(
         (f"{clock(note.at_s):>5}  ", "dim"),
         (f"{artist.mark(icon)} ", task_style(name)),
         (note.robot, f"bold {artist.style(note.robot)}"),
-        (f" has done {artist.task(watch, note.task)}{away}: {nth} of {len(watch.names)}", "bold"),
+        (f"{did} {artist.task(watch, note.task)}{away}{count}", "bold"),
     )
 
 
@@ -252,7 +255,7 @@ def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[i
 
 def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
     """The result, in a few lines."""
-    ended = outcome(summary, watch.doers.values())
+    ended = outcome(summary)
     if all_went_well(summary):
         yield artist.text((f"✓ {ended}", "bold green"))
     else:
@@ -278,9 +281,9 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
 
 
 def _not_done(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
-    """The tasks that nobody carried out, with the reason for which a skill failed last, if one did."""
-    missing = [number for number in sorted(watch.names) if number not in watch.doers]
-    for number in missing if len(missing) == summary.lost else ():  # else some were not to be done
+    """The tasks that were not carried out, with the reason for which a skill failed last, if one did."""
+    for number in summary.undone:
         reason = watch.failures.get(number, "")
         because = f" ({reason})" if reason else ""
-        yield artist.text(("  not done", "bold red"), f": {artist.task(watch, number)}{because}")
+        how = "  half done" if number in watch.doers else "  not done"
+        yield artist.text((how, "bold red"), f": {artist.task(watch, number)}{because}")

@@ -191,8 +191,9 @@ def _arrows(points: list[tuple[float, float]], slot: int) -> list[Markup]:
 
 
 def _acts(story: Story) -> dict[int, Performed]:
-    """The first time that each task was carried out."""
-    return {act.task: act for act in reversed(story.performed)}
+    """The first time that each task was carried out, without those that remained half done."""
+    undone, _ = story.wrong
+    return {act.task: act for act in reversed(story.performed) if act.task not in undone}
 
 
 def _marks(

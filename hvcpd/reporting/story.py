@@ -122,6 +122,11 @@ class Story:
     """What listeners noticed although no robot spoke: a person, or noise."""
 
     @property
+    def wrong(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """The tasks that were not carried out, and those that were more than once."""
+        return (self.summary.undone, self.summary.repeated) if self.summary is not None else ((), ())
+
+    @property
     def slots(self) -> dict[str, int]:
         """The number of each robot's colour."""
         return {name: robot_slot(k) for k, name in enumerate(self.robots)}
@@ -240,14 +245,13 @@ def all_went_well(summary: Summary) -> bool:
     return summary.lost == 0 and summary.duplicates == 0
 
 
-def outcome(summary: Summary, doers: Iterable[Sequence[str]]) -> str:
-    """How a mission ended; `doers` are the robots that did each task, once for each time."""
+def outcome(summary: Summary) -> str:
+    """How a mission ended."""
     if all_went_well(summary):
         done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"
         return f"{done} exactly once"
-    wrong = [f"{summary.lost} not done"] * (summary.lost > 0)
-    twice = sum(len(robots) > 1 for robots in doers)
-    wrong += [f"{twice} done more than once"] * (twice > 0)
+    counts = {"not done": summary.lost, "done more than once": len(summary.repeated)}
+    wrong = [f"{count} {what}" for what, count in counts.items() if count]
     return f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}"
 
 

@@ -52,6 +52,8 @@ class Watch:
         self.now_s = started.at_s
         self.poses = started.starts
         self.performed: dict[int, str] = {}
+        """Of each task that was done the robot that did it, or the last part of it, in their order."""
+        self._robots = dict(started.shared)
         self.doers: dict[int, list[str]] = {}
         """Of each task the robots that did it, once for each time."""
         self.failures: dict[int, str] = {}
@@ -82,8 +84,10 @@ class Watch:
                 self._changed(event)
             case Performed():
                 self._pass(event.at_s)
-                self.performed.setdefault(event.task, event.robot)
-                self.doers.setdefault(event.task, []).append(event.robot)
+                doers = self.doers.setdefault(event.task, [])
+                doers.append(event.robot)
+                if len(doers) >= self._robots.get(event.task, 1):
+                    self.performed.setdefault(event.task, event.robot)
                 self.names.setdefault(event.task, f"task {event.task}")
                 self._add(event.at_s, event)
             case Skill():
@@ -99,6 +103,10 @@ class Watch:
                 self.summary = event
                 self._pass(event.virtual_s)
         return self.settle()
+
+    def is_part(self, act: Performed) -> bool:
+        """Whether it was only a part of the task: others were still to do theirs."""
+        return act.task in self._robots and self.performed.get(act.task) != act.robot
 
     @property
     def pending(self) -> list[Said]:

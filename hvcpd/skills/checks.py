@@ -143,6 +143,7 @@ def _first_line_fault(program: Path) -> str | None:
         return "does not say what runs it; begin its first line with `#!`, for example `#!/bin/sh`"
     if first.endswith(b"\r\n"):
         return "has the line ends of Windows; run `sed -i 's/\\r$//'` on it"
-    if not os.path.exists(named[0]):
-        return f"is to be run by {os.fsdecode(named[0])}, which does not exist; correct its first line"
-    return None
+    interpreter = Path(os.fsdecode(named[0]))
+    return (
+        None if interpreter.exists() else f"is to be run by {interpreter}, which does not exist; correct its first line"
+    )

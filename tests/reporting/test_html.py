@@ -111,7 +111,10 @@ def test_tells_a_bad_end(record: MissionRecord) -> None:
     last = events.pop()
     assert isinstance(last, Summary)
     twice = next(e for e in events if isinstance(e, Performed) and e.task == 3)
-    events += [replace(twice, at_s=twice.at_s + 9.0, robot="Rob"), replace(last, lost=1, duplicates=1)]
+    events += [
+        replace(twice, at_s=twice.at_s + 9.0, robot="Rob"),
+        replace(last, lost=1, duplicates=1, undone=(2,), repeated=(3,)),
+    ]
     parsed = Page(page(replace(record, events=tuple(events))))
     said = "".join(parsed.text)
     assert "Of 5 tasks, 1 not done and 1 done more than once" in said

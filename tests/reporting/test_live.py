@@ -244,7 +244,7 @@ def test_who_did_a_task_again_is_listed_with_it() -> None:
     again = [*(replace(d, robot="Rob") for d in doings), *by_bot, by_bot[0]]
     events = [e for e in MISSION.events if not isinstance(e, ev.Performed | ev.Summary)]
     last = next(e for e in MISSION.events if isinstance(e, ev.Summary))
-    out = show([*events, *again, replace(last, duplicates=len(doings) + 1)])
+    out = show([*events, *again, replace(last, duplicates=len(doings) + 1, repeated=tuple(d.task for d in doings))])
     end = " ".join(out.partition("Not everything went well")[2].split())
     rob, bot = end.partition("Rob: ")[2].partition("Rob1: ")[::2]
     names = {plant.task: plant.name for e in events if isinstance(e, ev.Started) for plant in e.plants}
@@ -260,8 +260,30 @@ def test_what_was_not_done_is_named_with_the_reason_that_a_skill_gave() -> None:
     failed = ev.Skill(lost.at_s, lost.robot, 1, lost.task, "pour", "failed", text="the tank is empty")
     rest = [e for e in MISSION.events if e != last and not (isinstance(e, ev.Performed) and e.task == lost.task)]
     names = {plant.task: plant.name for e in MISSION.events if isinstance(e, ev.Started) for plant in e.plants}
-    end = show([*rest, failed, replace(last, lost=1)]).partition("Not everything went well")[2]
+    end = show([*rest, failed, replace(last, lost=1, undone=(lost.task,))]).partition("Not everything went well")[2]
     assert f"not done: task {lost.task}, {names[lost.task]} (the tank is empty)" in end
     assert end.count("not done: ") == 1
     on_demand = show([*rest, failed, last])
     assert "not done: " not in on_demand, "what nobody asked for is not missed"
+
+
+def test_what_several_robots_do_together_is_done_with_the_last_part() -> None:
+    """The first part counted as the whole, and two parts as a task that was done twice."""
+    first, second = (e for e in MISSION.events if isinstance(e, ev.Performed) and e.task in (1, 2))
+    last = next(e for e in MISSION.events if isinstance(e, ev.Summary))
+    started = next(e for e in MISSION.events if isinstance(e, ev.Started))
+    both = [replace(first, robot=name) for name in started.robots[:2]]
+    head = replace(started, shared=((first.task, 2),))
+    failed = ev.Skill(second.at_s, second.robot, 1, first.task, "pour", "failed", text="the tank is empty")
+
+    whole = show([head, *both, replace(last, lost=1, undone=(second.task,))])
+    assert f"{both[0].robot} has done its part of task {first.task}" in whole
+    assert f"{both[1].robot} has done task {first.task}" in whole
+    assert "more than once" not in whole
+    half = show([head, both[0], failed, replace(last, lost=1, undone=(first.task,))])
+    name = {plant.task: plant.name for plant in started.plants}[first.task]
+    assert f"half done: task {first.task}, {name} (the tank is empty)" in half
+    events = (head, *both, replace(last, lost=1, undone=(second.task,)))
+    rows = Page(page(ev.MissionRecord(events, (), MISSION.sound)))
+    assert len(rows.of_class("bad")) == 2, "the verdict, and the one task that was not done"
+    assert "2 times" not in "".join(rows.text)
