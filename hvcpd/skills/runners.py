@@ -189,7 +189,8 @@ async def shielded(last: Any) -> None:
 async def start(
     words: tuple[str, ...], asks: bool = False, mark: Mapping[str, str] | None = None
 ) -> asyncio.subprocess.Process:
-    """A program in a group of its own, with `mark` in its environment. Raises OSError.
+    """A program in a group of its own, with `mark` in its environment. One in Python prints at once, although nobody
+    sees it on a terminal. Raises OSError.
 
     No code runs between fork and exec: for that Python would copy its own process, which takes longer the larger it
     is. The guard ensures that nothing outlives this process.
@@ -201,7 +202,7 @@ async def start(
         stdin=asyncio.subprocess.PIPE if asks else asyncio.subprocess.DEVNULL,
         stderr=None,
         start_new_session=True,
-        env={**os.environ, **(mark or {})},
+        env={"PYTHONUNBUFFERED": "1", **os.environ, **(mark or {})},
     )
     return asyncio.subprocess.Process(transport, protocol, loop)
 

@@ -30,6 +30,22 @@ def test_a_program_tells_how_far_it_is_and_what_came_of_it() -> None:
     assert perform(shell(f"echo '{half}'; echo noise; echo '{litres}'")) == ({"litres": 0.4}, [(0.5, "half")])
 
 
+def test_a_program_in_python_need_not_flush_what_it_prints(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its progress came when it had ended, and a reason that it gave before a cancel never."""
+    monkeypatch.delenv("PYTHONUNBUFFERED", raising=False)
+    program = ProgramRunner((sys.executable, "-c", "import time; print('{\"progress\": 0.5}'); time.sleep(60)"))
+
+    async def scene() -> None:
+        told = asyncio.Event()
+        task = asyncio.create_task(program.perform(call(), lambda _share, _text: told.set()))  # type: ignore[arg-type]
+        await told.wait()
+        task.cancel()
+        with suppress(asyncio.CancelledError):
+            await task
+
+    run(scene())
+
+
 def test_arguments_stand_in_its_words_and_no_shell_reads_them() -> None:
     echo = "import sys, json; print(json.dumps({'results': dict(enumerate(sys.argv[1:]))}))"
     program = ProgramRunner((sys.executable, "-c", echo, "{litres}", "to {what}"))
