@@ -253,6 +253,7 @@ def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
         "state": entry.state,
         "owner": entry.owner,
         "hearsay": entry.hearsay,
+        "left_out": entry.state == "done" and entry.skipped,
         "lease_s": round(max(entry.lease_end_s - now, 0.0), 1) if claimed else None,
         "failed_by": sorted(entry.failed_by),
         "every": definition.every.text if definition.every is not None else None,

@@ -170,6 +170,8 @@ def _remark(task: Mapping[str, Any]) -> str:
     remarks = []
     if task["hearsay"]:
         remarks.append("by hearsay")
+    if task.get("left_out"):
+        remarks.append("left out: nobody has done it")
     if task["lease_s"] is not None:
         remarks.append(f"claim holds for {duration(task['lease_s'])}" if task["lease_s"] > 0 else "claim has lapsed")
     if task["failed_by"]:
