@@ -29,7 +29,7 @@ from hvcpd.errors import ConfigError, did_you_mean
 T = TypeVar("T")
 
 Check = Callable[[Any], str | None]
-"""Says what is wrong with a value and what to do, or None."""
+"""Says what is wrong with a value and what to do, or None; for a part of the value it raises FaultError."""
 
 Hook = Callable[[Any, Converter], Any]
 """Turns a plain value into one of our types; raises FaultError, or what the converter raises."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from hvcpd.config.loading import between, checked
-from hvcpd.config.skills import valid_key
+from hvcpd.config.loading import FaultError, between, checked
+from hvcpd.config.skills import check_keys
 
 HIGHEST_PIN = 27
 """Of a Raspberry Pi's header, in Broadcom's numbers, as gpiozero counts them."""
@@ -112,18 +112,23 @@ class StopButtonSettings:
 
 
 def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
-    """What is wrong with the names, or with how a skill is done, or None."""
+    """None; raises FaultError, at its place, for a name or a way to do a skill that is wrong."""
+    check_keys(skills)
     for name, skill in skills.items():
-        if (wrong := valid_key(name)) is not None:
-            return wrong
-        ways = [bool(skill.run), *(way is not None for way in (skill.gpio, skill.joint, skill.ros))]
-        if ways.count(True) != 1:
-            ros = "`ros: {action: name, type: package/Name}`"
-            return f"{name}: give one of `run: [program, …]`, `gpio: {{pin: 17}}`, `joint: {{id: 3}}` and {ros}"
-        if skill.safe and not skill.run:
-            return f"{name}: `safe` goes with `run`; pins and joints are made safe anyway"
-        if skill.joint is not None and (wrong := _joint_fault(skill.joint)) is not None:
-            return f"{name}: joint: {wrong}"
+        if (wrong := _way_fault(skill)) is not None:
+            raise FaultError(wrong, name)
+    return None
+
+
+def _way_fault(skill: SkillSettings) -> str | None:
+    ways = [bool(skill.run), *(way is not None for way in (skill.gpio, skill.joint, skill.ros))]
+    if ways.count(True) != 1:
+        ros = "`ros: {action: name, type: package/Name}`"
+        return f"give one of `run: [program, …]`, `gpio: {{pin: 17}}`, `joint: {{id: 3}}` and {ros}"
+    if skill.safe and not skill.run:
+        return "`safe` goes with `run`; pins and joints are made safe anyway"
+    if skill.joint is not None and (wrong := _joint_fault(skill.joint)) is not None:
+        return f"joint: {wrong}"
     return None
 
 

@@ -6,7 +6,7 @@ How one robot does it (a program, a pin) stands in that robot's own settings, `h
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -39,6 +39,13 @@ def valid_key(name: str) -> str | None:
     tidy = re.sub(r"[^a-z0-9_]+", "_", name.lower()).strip("_0123456789")[:24]
     hint = f"write for example {tidy!r}" if _NAME.fullmatch(tidy) else "choose another"
     return f"{name[:40]!r} is not a lower-case letter followed by up to 23 of a-z, 0-9 and _; {hint}"
+
+
+def check_keys(names: Iterable[str]) -> None:
+    """Raise FaultError, at its place, for the first that is no such name."""
+    for name in names:
+        if (wrong := valid_key(name)) is not None:
+            raise FaultError(wrong, name)
 
 
 @dataclass(frozen=True)
@@ -74,20 +81,25 @@ class Parameter:
 def _valid_parameters(parameters: Mapping[str, Parameter]) -> str | None:
     if len(parameters) > MAX_PARAMETERS:
         return f"at most {MAX_PARAMETERS} parameters, found {len(parameters)}; remove some"
+    check_keys(parameters)
     for name, parameter in parameters.items():
-        if (wrong := valid_key(name)) is not None:
-            return wrong
-        if parameter.choices and parameter.type != "text":
-            return f"{name}: choices are of texts; add `type: text`, or give `least` and `most`"
-        if parameter.type == "text" and (parameter.least, parameter.most) != (None, None):
-            return f"{name}: `least` and `most` are of numbers; leave out `type: text`, or give `choices`"
-        if parameter.least is not None and parameter.most is not None and parameter.least > parameter.most:
-            return f"{name}: `least` {parameter.least:g} is more than `most` {parameter.most:g}; exchange them"
-        if parameter.default is not None:
-            try:
-                parameter.read(parameter.default)
-            except FaultError as error:
-                return f"{name}: default: {error}"
+        if (wrong := _parameter_fault(parameter)) is not None:
+            raise FaultError(wrong, name)
+    return None
+
+
+def _parameter_fault(parameter: Parameter) -> str | None:
+    if parameter.choices and parameter.type != "text":
+        return "choices are of texts; add `type: text`, or give `least` and `most`"
+    if parameter.type == "text" and (parameter.least, parameter.most) != (None, None):
+        return "`least` and `most` are of numbers; leave out `type: text`, or give `choices`"
+    if parameter.least is not None and parameter.most is not None and parameter.least > parameter.most:
+        return f"`least` {parameter.least:g} is more than `most` {parameter.most:g}; exchange them"
+    if parameter.default is not None:
+        try:
+            parameter.read(parameter.default)
+        except FaultError as error:
+            return f"default: {error}"
     return None
 
 

@@ -26,7 +26,7 @@ from hvcpd.config.loading import (
 from hvcpd.config.names import unsayable, valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.shared_places import MAX_DISTANCE_M, PlaceEntry, PointEntry, check_places, valid_places
-from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_key
+from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, check_keys
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
@@ -144,10 +144,11 @@ def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
 def _valid_skills(skills: Mapping[str, Any]) -> str | None:
     if len(skills) > MAX_SKILLS:
         return f"at most {MAX_SKILLS} skills may be declared, found {len(skills)}; remove some"
-    taken = next(
-        (f"{name!r} is something that every robot can do; choose another" for name in skills if name in _BUILT_IN), None
-    )
-    return taken or next((text for name in skills if (text := valid_key(name)) is not None), None)
+    for name in skills:
+        if name in _BUILT_IN:
+            raise FaultError("every robot can do this; choose another name", name)
+    check_keys(skills)
+    return None
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from hvcpd.config.settings import Settings, WheelSettings
-from hvcpd.config.skill_settings import JointSettings, SkillSettings
+from hvcpd.config.skill_settings import JointSettings, PinSettings, SkillSettings
 from hvcpd.config.skills import Parameter
-from hvcpd.config.tasks import TENDING, TaskRepository
+from hvcpd.config.tasks import TENDING, TaskRepository, Use
 from hvcpd.errors import did_you_mean
 from hvcpd.skills.runners import places
 
@@ -82,6 +82,8 @@ def _faults_of(
             yield ".gpio", f"{text}; {did_you_mean(skill.gpio.empty_reason, spoken) if spoken else 'add it there'}"
     if skill.gpio is not None and (wrong := _no_number(skill.gpio.amount, parameters)) is not None:
         yield ".gpio", f"amount: {wrong}"
+    elif skill.gpio is not None and (wrong := _too_long(name, skill.gpio, tasks)) is not None:
+        yield ".gpio", wrong
 
 
 def _named(skill: SkillSettings) -> frozenset[str]:
@@ -101,6 +103,17 @@ def _no_number(name: str, parameters: Mapping[str, Parameter]) -> str | None:
     if name in parameters and parameters[name].type == "number":
         return None
     return f"{name!r} is not one of its numbers; name one of its parameters"
+
+
+def _too_long(name: str, gpio: PinSettings, tasks: TaskRepository) -> str | None:
+    """A call that would fail at its time limit, with most of its work done; and then again, by another robot."""
+    for task in tasks.tasks:
+        for use in (each for each in task.actions if isinstance(each, Use) and each.skill == name):
+            needed_s = float(dict(use.arguments)[gpio.amount]) / gpio.per_s
+            if needed_s > use.limit_s:
+                why = f"task {task.number} needs {needed_s:g} s at `per_s: {gpio.per_s:g}`"
+                return f"{why}, and the skill's limit_s is {use.limit_s:g}; raise one of the two, or ask for less"
+    return None
 
 
 def _joint_faults(joint: JointSettings, parameters: Mapping[str, Parameter], wheels: WheelSettings) -> Iterator[str]:

@@ -46,6 +46,12 @@ def load(tmp_path: Path, text: str, **overrides: object) -> Settings:
     return load_settings(path, overrides)
 
 
+def test_a_skill_that_is_done_in_no_way_is_told_at_its_line(tmp_path: Path) -> None:
+    """The line was that of `skills:`."""
+    (found,) = faults(tmp_path, "name: Rob\nskills:\n  pour: {run: [sh]}\n  grip: {}\n")
+    assert found.startswith("F:4: grip: give one of `run: [program, …]`")
+
+
 def faults(tmp_path: Path, text: str, **overrides: object) -> list[str]:
     with pytest.raises(ConfigError) as error:
         load(tmp_path, text, **overrides)

@@ -312,7 +312,20 @@ def test_a_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Pat
 )
 def test_a_parameter_that_no_value_fits_is_refused(tmp_path: Path, parameter: str, said: str) -> None:
     found = faults(tmp_path, f"skills:\n  pour: {{parameters: {{litres: {parameter}}}}}\n{ONE}")
-    assert found == [f"F:2: parameters: litres: {said}"]
+    assert found == [f"F:2: litres: {said}"]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Grip", "Grip: 'Grip' is not a lower-case letter"),
+        ("dock", "dock: every robot can do this; choose another name"),
+    ],
+)
+def test_a_skill_with_a_wrong_name_is_told_at_its_line(name: str, said: str, tmp_path: Path) -> None:
+    """The line was that of `skills:`."""
+    (found,) = faults(tmp_path, f"skills:\n  pour: {{}}\n  {name}: {{}}\n{ONE}")
+    assert found.startswith(f"F:3: {said}")
 
 
 def test_a_skills_number_that_yaml_takes_for_a_text_is_told_with_its_form(tmp_path: Path) -> None:

@@ -43,6 +43,10 @@ def told(folder: Path, *skills: str, more: str = "") -> list[str]:
         ("pour: {gpio: {pin: 17, amount: what}}", "skills.pour.gpio: amount: 'what' is not one of its numbers"),
         ("pour: {gpio: {pin: 17, amount: litres, empty_pin: 17}}", "skills.pour.gpio: skill 'pour' has pin 17 already"),
         (
+            "pour: {gpio: {pin: 17, amount: litres, per_s: 0.008}}",
+            "task 1 needs 62.5 s at `per_s: 0.008`, and the skill's limit_s is 60; raise one of the two, or ask for less",
+        ),
+        (
             "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27, empty_reason: the tank is out}}",
             "empty_reason: 'the tank is out' is none of the skill's `failures` in the task file; did you mean 'the",
         ),
