@@ -44,7 +44,7 @@ def told(folder: Path, *skills: str, more: str = "") -> list[str]:
         ("pour: {gpio: {pin: 17, amount: litres, empty_pin: 17}}", "skills.pour.gpio: skill 'pour' has pin 17 already"),
         (
             "pour: {gpio: {pin: 17, amount: litres, per_s: 0.008}}",
-            "task 1 needs 62.5 s at `per_s: 0.008`, and the skill's limit_s is 60; raise one of the two, or ask for less",
+            "task 1 needs 62.5 s at `per_s: 0.008`, and the skill's limit_s is 60; raise one of the two",
         ),
         (
             "pour: {gpio: {pin: 17, amount: litres, empty_pin: 27, empty_reason: the tank is out}}",
