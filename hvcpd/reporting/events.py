@@ -39,6 +39,8 @@ class Started:
     """The number and the icon of every task that has one."""
     shared: tuple[tuple[int, int], ...] = ()
     """The number of every task that takes several robots, and how many."""
+    on_demand: tuple[int, ...] = ()
+    """The tasks that are done only on request."""
 
 
 @dataclass(frozen=True)

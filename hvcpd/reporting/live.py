@@ -153,7 +153,7 @@ class LiveView:
 
     def _progress(self, width: int) -> RenderableType:
         watch = self._watch
-        done, total = len(watch.performed), len(watch.names)
+        done, total = len(watch.performed), watch.wanted
         passed_s = self._monotonic_s() - self._began_s
         text = f"{done} of {total} done · {clock(watch.now_s)} of mission time"
         if passed_s > 1.0:

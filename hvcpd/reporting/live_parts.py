@@ -137,7 +137,7 @@ def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
     did, count = " has done its part of", ""
     if not watch.is_part(note):
         nth = 1 + list(watch.performed).index(note.task)  # by now more may have been done
-        did, count = " has done", f": {nth} of {len(watch.names)}"
+        did, count = " has done", f": {nth} of {watch.wanted}"
     away = f", {1000 * math.hypot(note.x_m - plant.x_m, note.y_m - plant.y_m):.0f} mm off" if plant else ""
     return artist.text(
         (f"{clock(note.at_s):>5}  ", "dim"),

@@ -104,6 +104,11 @@ class Watch:
                 self._pass(event.virtual_s)
         return self.settle()
 
+    @property
+    def wanted(self) -> int:
+        """The number of tasks that are to be done: all but those on demand that nobody has done."""
+        return len(self.names.keys() - (set(self.started.on_demand) - self.performed.keys()))
+
     def is_part(self, act: Performed) -> bool:
         """Whether it was only a part of the task: others were still to do theirs."""
         return act.task in self._robots and self.performed.get(act.task) != act.robot

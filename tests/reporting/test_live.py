@@ -287,3 +287,11 @@ def test_what_several_robots_do_together_is_done_with_the_last_part() -> None:
     rows = Page(page(ev.MissionRecord(events, (), MISSION.sound)))
     assert len(rows.of_class("bad")) == 2, "the verdict, and the one task that was not done"
     assert "2 times" not in "".join(rows.text)
+
+
+def test_what_nobody_asked_for_is_not_counted() -> None:
+    """The last task was "2 of 3", and then all 2 were done."""
+    acts = [e for e in MISSION.events if isinstance(e, ev.Performed)]
+    started = next(e for e in MISSION.events if isinstance(e, ev.Started))
+    out = show([replace(started, on_demand=(acts[0].task,)), *acts[1:]])
+    assert f": {len(acts) - 1} of {len(acts) - 1}" in out
