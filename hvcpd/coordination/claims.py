@@ -281,10 +281,12 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if entry is None or name is None:
         return
     number = entry.definition.number
+    left_alone = entry.is_shared and name not in entry.team and s.reason is None  # by one that said so before
     teaming.gone(me, name, number, now)
-    if me.current.task != number or me.state not in AT_WORK:
-        me.board.give_up(number, name)
-    entry.failed_by |= {name}
+    if not left_alone:
+        if me.current.task != number or me.state not in AT_WORK:
+            me.board.give_up(number, name)
+        entry.failed_by |= {name}
     release_assignment(me, name, number)
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)
