@@ -228,7 +228,7 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 def _keeps(me: Knowledge, p: Pass, now: float, asker: str | None = None) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be, unless another robot than
     the `asker` has asked before: nobody knows whether that one is inside."""
-    if p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX and p.wanted_s is None:
+    if asker is not None and p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX:
         return True  # who was given it has not heard so, nor has anybody else
     own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
     if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
@@ -251,7 +251,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     elif isinstance(heard.to, m.ToRobot) and p.keeper is None:
         p.keep(heard.to.name, now + LEASE_S)
     p.note_waiting(name, now)
-    comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
+    comes_first, sure = name.lower() < me.role.name.lower(), p.keeper == me.role.name
     if _keeps(me, p, now, name):
         if p.using or (sure and p.wanted_s is not None):
             _refuse(me, p, name, now)
