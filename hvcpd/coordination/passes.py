@@ -24,7 +24,7 @@ WAITS_S = 35.0
 """A robot that has neither asked nor been told to wait for this long no longer waits."""
 ASK_NEXT_S = 5.0
 """After another robot was given the place, or said that it is inside: it shall know who waits before it leaves."""
-PAUSE_MAX_S = 28.0
+PAUSE_MAX_S = 24.0
 """A robot that waits pauses for as long as the keeper has been inside so far, and at most this long: with the request
 itself less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to announce its
 task, and the others none to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never ended."""
@@ -149,7 +149,7 @@ class Pass:
 
     def pause_s(self, drawn: float, now: float) -> float:
         """How long to pause before the next request, once the keeper was heard to be inside; `drawn`: from 0 to 1."""
-        return min(max(ASK_NEXT_S, now - self.taken_s), PAUSE_MAX_S) * (1.0 - PAUSE_SPREAD * drawn)
+        return min(max(ASK_NEXT_S, now - self.taken_s), PAUSE_MAX_S) * (1.0 + PAUSE_SPREAD * drawn)
 
     def keep(self, keeper: str, lease_end_s: float) -> None:
         """This robot is the keeper from now on; forget all that was heard about giving it the place."""

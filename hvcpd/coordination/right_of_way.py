@@ -168,7 +168,7 @@ def ask(me: Knowledge, now: float) -> None:
         if now >= p.tell_s:
             p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
-                _say_taken(me, p, now, early=p.tells > 1)
+                _say_taken(me, p, now)
         if now >= p.answer_s:
             _judge(me, p, now)
         if p.wanted_s is not None and now >= p.ask_s:
@@ -308,11 +308,9 @@ def _note_given(me: Knowledge, p: Pass, now: float) -> None:
         p.keep(me.role.name, now)
 
 
-def _say_taken(me: Knowledge, p: Pass, now: float, early: bool = False) -> None:
-    taken, topic = composing.to_all(me, m.PlaceTaken(p.place.name)), f"taken {p.place.name}"
-    urgency = Urgency.AGAIN if early else Urgency.ANSWER
-    told = Intent(urgency, topic, lambda: taken if p.using else None, slot=0, early=early)
-    me.floor.want(told, now)
+def _say_taken(me: Knowledge, p: Pass, now: float) -> None:
+    taken = composing.to_all(me, m.PlaceTaken(p.place.name))
+    me.floor.want(Intent(Urgency.ANSWER, f"taken {p.place.name}", lambda: taken if p.using else None, slot=0), now)
 
 
 def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:

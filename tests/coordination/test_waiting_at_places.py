@@ -144,21 +144,6 @@ def test_who_has_done_its_task_inside_makes_room_for_who_asked_before() -> None:
     assert Perform(0, (GoTo(WEST),)) in bot.actions(110.0)
 
 
-@pytest.mark.parametrize("tells", [0, 1])
-def test_a_robot_inside_says_so_again_only_after_the_answers_to_its_last_sentence(tells: int) -> None:
-    """It announced its task, said that it was inside, and nobody confirmed the task: it stayed for twelve minutes. The
-    first time it says so at once: a robot that was not heard goes in unasked."""
-    bot = Corridor(("Bot", "Rob"), (across(1),), starts=(INSIDE, WEST)).robots["Bot"]
-    me = bot.knowledge
-    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.Free()), 80.0)
-    bot.may_drive((), 90.0)
-    me.floor.clear()
-    me.passes[0].tells, me.passes[0].tell_s, me.floor.answer_slots = tells, 100.0, 8
-    right_of_way.ask(me, 100.0)
-    answers_s = me.timing.reply_gap_s + 8 * me.timing.slot_s
-    assert (me.floor.next_deadline() < 100.0 + answers_s) is (tells == 0)
-
-
 @pytest.mark.parametrize("silences", [ASKS_MAX - 1, ASKS_MAX])
 def test_who_gave_a_place_gives_it_anew_also_if_it_wants_it_itself(silences: int) -> None:
     """Bot waited for Max, which had left, and Max for the robot that it had given the corridor: for twelve minutes."""
