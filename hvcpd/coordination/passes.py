@@ -25,9 +25,10 @@ WAITS_S = 35.0
 ASK_NEXT_S = 5.0
 """After another robot was given the place, or said that it is inside: it shall know who waits before it leaves."""
 PAUSE_MAX_S = 24.0
-"""A robot that waits pauses for as long as the keeper has been inside so far, and at most this long: with what is drawn and
-the request less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to announce its
-task, and the others none to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never ended."""
+"""A robot that waits pauses for as long as the keeper has been inside so far, and at most this long: with what is drawn
+and the request less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to
+announce its task, and the others none to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never
+ended."""
 PAUSE_SPREAD = 0.25
 """Share of that pause that is drawn: all that wait have heard the same sentence, and asked again at the same moment."""
 
