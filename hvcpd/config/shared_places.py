@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.config.document import KeyPath
@@ -123,7 +123,8 @@ def valid_places(places: tuple[PlaceEntry, ...]) -> str | None:
 
 
 def check_places(parts: Parts, sounds_alike: Callable[[str, str], bool] | None) -> None:
-    """Each has one area and a name of its own by ear, and is far enough from all others for a robot to wait between."""
+    """Each has one area and a name of its own by ear, is far enough from all others for a robot to wait between, and
+    has no task for several robots in it."""
     seen: list[tuple[PlaceEntry, KeyPath]] = []
     for index in range(parts.length(("places",))):
         at: KeyPath = ("places", index)
@@ -148,3 +149,15 @@ def check_places(parts: Parts, sounds_alike: Callable[[str, str], bool] | None) 
                 remedy = f"list both as one, or leave {APART_M:g} m between for a robot that waits"
                 parts.fault(at, f"the place {entry.name!r} {near} {other.name!r} in {line}; {remedy}")
         seen.append((entry, at))
+    for index in range(parts.length(("tasks",))):
+        _check_room(parts, ("tasks", index), seen)
+
+
+def _check_room(parts: Parts, at: KeyPath, places: Sequence[tuple[PlaceEntry, KeyPath]]) -> None:
+    """A task for several robots is in none of the places."""
+    point, robots = parts.get((*at, "place"), PointEntry), parts.get((*at, "robots"), int) or 1
+    for entry, path in places if point is not None and robots > 1 else ():
+        if point is not None and entry.place().distance_m(point.place()) < LINE_M:
+            line = parts.where(path, at)
+            text = f"the task takes {robots} robots, and only one fits in the place {entry.name!r} in {line}"
+            parts.fault((*at, "robots"), f"{text}; write 1, or move one of the two")

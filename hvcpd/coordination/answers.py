@@ -44,6 +44,15 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
             me.report.task = me.report.before = None
         if me.current.task is not None or me.state is not State.CLAIMING:  # a claim still to be chosen is not meant
             fire(me, Trigger.CONFIRMED, heard.now)
+    elif s.complete:
+        _note_told(me, heard, heard.speaker, s)
+
+
+def _note_told(me: Knowledge, heard: Heard, speaker: str, s: m.Confirmed) -> None:
+    """A robot that knows tells this one, which may have listed tasks for several robots as left, that they are done."""
+    for entry in map(me.board.find, s.tasks):
+        if entry is not None and entry.is_shared:
+            claims.note_done(me, speaker, entry.definition.number, heard.now, whole=True)
 
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:

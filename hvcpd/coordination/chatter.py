@@ -65,5 +65,7 @@ def note_heard(me: Knowledge, utterance: m.Utterance, peer: Peer | None, now: fl
 
 def level_db(me: Knowledge, intent: Intent, utterance: m.Utterance, now: float) -> float:
     """The level of a sentence relative to the usual one, dB."""
-    always = intent.urgency is Urgency.ALARM or isinstance(m.own_words(utterance.statement), NEVER_SOFT)
+    words = m.own_words(utterance.statement)
+    of_a_stop = isinstance(words, NEVER_SOFT) or (isinstance(words, m.PlaceTaken) and words.stands)
+    always = intent.urgency is Urgency.ALARM or of_a_stop
     return 0.0 if always or now < me.repair.aloud_until_s else me.role.softly_db

@@ -76,11 +76,12 @@ def _settle(
 
 def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bool:
     """Whether this robot may have missed whose tasks these are, and others may know: it is about to ask what remains,
-    or may be outbid, or one of the tasks was denied to a robot. Then it does not confirm a claim until that is said
-    again."""
+    or one of the tasks is its own, for which it may be outbid, or was denied to a robot. Then it does not confirm a
+    claim until that is said again."""
     entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
     denied = any(e.state == CLAIMED and e.owner is None and now < e.lease_end_s for e in entries)
-    unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or me.current.may_be_outbid
+    outbid = me.current.may_be_outbid and any(e.definition.number in me.my_tasks() for e in entries)
+    unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or outbid
     return (unsure or denied) and len(me.expected(now)) > 1
 
 
@@ -283,10 +284,12 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if entry is None or name is None:
         return
     number = entry.definition.number
+    left_alone = entry.is_shared and name not in entry.team and s.reason is None  # by one that said so before
     teaming.gone(me, name, number, now)
-    if me.current.task != number or me.state not in AT_WORK:
-        me.board.give_up(number, name)
-    entry.failed_by |= {name}
+    if not left_alone:
+        if me.current.task != number or me.state not in AT_WORK:
+            me.board.give_up(number, name)
+        entry.failed_by |= {name}
     release_assignment(me, name, number)
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)

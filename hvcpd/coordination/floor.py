@@ -160,6 +160,11 @@ class Floor:
         """Whether a sentence on this topic waits to be said."""
         return any(intent.topic == topic for intent in self._intents)
 
+    def hasten(self, topic: str) -> None:
+        """Let what waits to be said on this topic come before all turns."""
+        for intent in self._intents:
+            intent.early |= intent.topic == topic
+
     def withdraw(self, topic: str) -> None:
         self._intents = [intent for intent in self._intents if intent.topic != topic]
 

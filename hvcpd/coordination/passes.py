@@ -21,7 +21,16 @@ the pause after that is twice as long."""
 ANSWER_S = 1.5
 """From a request until an answer would have been noticed: recognition, the shortest gap, a slot, and a margin."""
 WAITS_S = 35.0
-"""A robot that has not asked for this long no longer waits."""
+"""A robot that has neither asked nor been told to wait for this long no longer waits."""
+ASK_NEXT_S = 5.0
+"""After another robot was given the place, or said that it is inside: it shall know who waits before it leaves."""
+PAUSE_MAX_S = 24.0
+"""A robot that waits pauses for as long as the keeper has been inside so far, and at most this long: with what is drawn
+and the request less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to
+announce its task, and the others none to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never
+ended."""
+PAUSE_SPREAD = 0.25
+"""Share of that pause that is drawn: all that wait have heard the same sentence, and asked again at the same moment."""
 
 
 @dataclass
@@ -72,6 +81,8 @@ class Pass:
     """When the keeper was first heard to be inside, in its present stay."""
     waiting: dict[str, tuple[float, float]] = field(default_factory=dict)
     """The other robots that want it: when they were first and last heard to ask."""
+    out_s: float = -math.inf
+    """This robot does not try to make room for others again before then."""
     came_from: Place | None = None
     """Where this robot makes room for others: where it last was beyond the line, or the nearest task there."""
 
@@ -110,6 +121,10 @@ class Pass:
         first_s, last_s = self.waiting.get(name, (now, now))
         self.waiting[name] = (first_s if now - last_s < WAITS_S else now, now)
 
+    def hold_off(self, now: float) -> None:
+        """Those that wait have been told that a robot is inside: they pause before they ask again."""
+        self.waiting |= {name: (self.waiting[name][0], now) for name in self.queue(now)}
+
     def queue(self, now: float) -> tuple[str, ...]:
         """The other robots that wait, the one that has waited longest first."""
         waits = (name for name, (_, last_s) in self.waiting.items() if now - last_s < WAITS_S)
@@ -131,6 +146,11 @@ class Pass:
         taken_s = min(self.taken_s, now) if stays_on else now
         self.keep(keeper, now + LEASE_TELLS * min(TELL_S + now - taken_s, TELL_MAX_S))
         self.taken_s = taken_s
+        self.hold_off(now)
+
+    def pause_s(self, drawn: float, now: float) -> float:
+        """How long to pause before the next request, once the keeper was heard to be inside; `drawn`: from 0 to 1."""
+        return min(max(ASK_NEXT_S, now - self.taken_s), PAUSE_MAX_S) * (1.0 + PAUSE_SPREAD * drawn)
 
     def keep(self, keeper: str, lease_end_s: float) -> None:
         """This robot is the keeper from now on; forget all that was heard about giving it the place."""

@@ -23,9 +23,9 @@ from hvcpd.config.shared_places import BODY_M, LINE_M, SharedPlace
 from hvcpd.config.tasks import Place
 from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for_me_alone
-from hvcpd.coordination.floor import EARLY_SLOTS, Intent, Urgency
+from hvcpd.coordination.floor import EARLY_SLOTS, OWN_TURN, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.passes import ANSWER_S, TELL_S, Pass
+from hvcpd.coordination.passes import ANSWER_S, ASK_NEXT_S, TELL_S, Pass
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -40,12 +40,6 @@ FIRST_SLOT = 2
 """Slot of an answer from a robot that has the place only because it knows no other keeper; a keeper uses slot 0."""
 HELD_SLOT, HELD_SLOTS = 2, 3
 """First slot of the robots that wait at a place, and how many slots they draw from: after the keeper's, slot 0."""
-ASK_NEXT_S = 5.0
-"""After another robot was given the place, or said that it is inside: it shall know who waits before it leaves."""
-PAUSE_MAX_S = 28.0
-"""A robot that waits pauses for as long as the keeper has been inside so far, and at most this long: with the request
-itself less than WAITS_S. At a steady pace three that waited left a robot that worked in there no turn to announce its
-task, and the others none to confirm it: 36 of 300 missions with tasks inside, at a loss of 30 %, never ended."""
 YIELD_S = 12.0
 """After a request of a robot that comes first while the keeper is missing: two of its requests, and a margin.
 With ASK_NEXT_S two met (seed 10190)."""
@@ -91,9 +85,8 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     was_inside = p.inside
     p.inside = p.place.distance_m(here) < BODY_M + OUT_M * was_inside
     if p.inside:
-        tasks = (each.definition.place for each in me.board.entries())
-        p.came_from = p.came_from or p.nearest_outside(here, (me.body.home, *tasks))  # if it was switched on inside
         _have(me, p, now)
+        _make_room(me, p, here, now)
         return True
     if p.place.distance_m(here) >= LINE_M:  # nearer, it would still be in the way
         p.came_from = here
@@ -113,6 +106,15 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
         if me.floor.wants(p.topic):
             _want_to_ask(me, p, now)
     return not p.held
+
+
+def _make_room(me: Knowledge, p: Pass, here: Place, now: float) -> None:
+    """Drive out if another robot waits and nothing is to be done inside; if that fails, try again after a pause."""
+    tasks = (each.definition.place for each in me.board.entries())
+    p.came_from = p.came_from or p.nearest_outside(here, (me.body.home, *tasks))  # if it was switched on inside
+    if p.queue(now) and p.came_from is not None and now >= p.out_s:
+        fire(me, Trigger.IN_THE_WAY, now)
+        p.out_s = now + ASK_NEXT_S * (me.state is State.RETURNING)
 
 
 def _want_no_more(me: Knowledge, p: Pass) -> None:
@@ -188,6 +190,8 @@ def said(me: Knowledge, topic: str, now: float) -> None:
     for p in me.passes:
         if p.topic == topic and p.wanted_s is not None:
             p.was_asked(None, me.floor.began_s, now)
+        elif topic == f"taken {p.place.name}":
+            p.hold_off(now)
 
 
 def _judge(me: Knowledge, p: Pass, now: float) -> None:
@@ -224,7 +228,7 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
 def _keeps(me: Knowledge, p: Pass, now: float, asker: str | None = None) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be, unless another robot than
     the `asker` has asked before: nobody knows whether that one is inside."""
-    if p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX and p.wanted_s is None:
+    if asker is not None and p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX:
         return True  # who was given it has not heard so, nor has anybody else
     own, listened_s = me.role.name.lower(), now - max(p.since_s, p.answered_s)
     if p.keeper is not None or not me.roster or not me.peers.all() or listened_s < LISTENED_S:
@@ -247,7 +251,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
     elif isinstance(heard.to, m.ToRobot) and p.keeper is None:
         p.keep(heard.to.name, now + LEASE_S)
     p.note_waiting(name, now)
-    comes_first, sure = name.lower() < me.role.name.lower(), p.keeper is not None
+    comes_first, sure = name.lower() < me.role.name.lower(), p.keeper == me.role.name
     if _keeps(me, p, now, name):
         if p.using or (sure and p.wanted_s is not None):
             _refuse(me, p, name, now)
@@ -267,15 +271,13 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
 
 
 def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
-    """The place belongs to this robot, which keeps it, says so, and leaves if it has nothing to do inside."""
+    """The place belongs to this robot, which keeps it, says so, and hurries."""
     if not p.inside:
         _have(me, p, now)
     p.announced, p.tell_s = True, max(p.tell_s, now + TELL_S)
-    stands = me.state is State.STOPPED
-    taken = m.PlaceTaken(p.place.name, stands)
+    taken = m.PlaceTaken(p.place.name, stands=me.state is State.STOPPED)
     composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
-    if p.inside and p.came_from is not None:
-        fire(me, Trigger.IN_THE_WAY, now)
+    me.floor.hasten(OWN_TURN)
 
 
 def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
@@ -321,7 +323,7 @@ def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
     p.is_taken_by(heard.speaker, now)
     if s.stands:
         p.lease_end_s = now + me.timing.absent_s
-    _wait(me, p, now + min(max(ASK_NEXT_S, now - p.taken_s), PAUSE_MAX_S))
+    _wait(me, p, now + p.pause_s(me.rng.random(), now))
 
 
 def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:

@@ -31,6 +31,7 @@ SLOTS = 2
 def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> None:
     """Another robot claims a task for several robots, or is at its place."""
     number, now = entry.definition.number, heard.now
+    entry.failed_by -= {other}
     me.expire(now)
     if me.role.name in entry.parts_before and not _is_in(me, number):
         # perhaps the others have done their parts, and no robot has heard that from all

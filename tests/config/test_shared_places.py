@@ -61,6 +61,23 @@ def test_what_is_wrong_is_told_with_its_line_and_a_remedy(tmp_path: Path, place:
     assert fault in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("x_m", "robots", "is_refused"), [(0.5, 2, True), (1.3, 2, True), (0.5, 1, False), (1.5, 2, False)]
+)
+def test_a_task_for_two_where_only_one_fits_in_is_refused(
+    tmp_path: Path, x_m: float, robots: int, is_refused: bool
+) -> None:
+    """One stood inside and waited for the other, which waited outside, and so on for ever."""
+    path = tmp_path / "tasks.yaml"
+    there = f"place: {{x_m: {x_m}, y_m: 0}}, robots: {robots}"
+    path.write_text(TASKS.replace("actions: [", f"{there}, actions: [go to place, ") + CORRIDOR)
+    if is_refused:
+        with pytest.raises(ConfigError, match="takes 2 robots, and only one fits in the place 'corridor' in line 4"):
+            load_tasks(path)
+    else:
+        assert load_tasks(path).places
+
+
 def test_names_that_would_be_mistaken_for_each_other(tmp_path: Path) -> None:
     tap, cap = (
         f"  - {{name: {name}, centre: {{x_m: {x_m}, y_m: 0}}, radius_m: 0.5}}\n"

@@ -10,6 +10,7 @@ from hil_fakes.word_plans import NAMES, random_plan, with_talk
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.actions import Say, Talk
 from hvcpd.language import messages as m
+from tests.coordination.corridor import WEST, Corridor
 from tests.coordination.mission import COLOURS, Mission
 
 SOFTLY_DB = -10.0
@@ -152,3 +153,18 @@ def test_nothing_is_lost_where_soft_voices_do_not_carry(seed: int, softly_db: fl
     assert result.lost == 0
     assert result.duplicates == 0, mission.written()
     assert result.agreed
+
+
+def test_who_has_stopped_in_a_corridor_says_so_at_the_usual_level() -> None:
+    bot = Corridor(("Bot", "Rob"), (), starts=(Place(0.0, 0.0), WEST), softly_db=SOFTLY_DB).robots["Bot"]
+    bot.may_drive((), 1.0)
+    bot.actions(1.0)
+    bot.stop(2.0)
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 30.0)
+    levels_db = []
+    for at_s in (31.0, 35.0, 39.0):
+        bot.tick(at_s)
+        levels_db += [each.level_db for each in bot.actions(at_s) if isinstance(each, Say)]
+        bot.spoken(at_s + 1.0)
+    assert len(levels_db) >= 2
+    assert set(levels_db) == {0.0}

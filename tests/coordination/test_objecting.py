@@ -129,6 +129,15 @@ def test_a_claimant_that_may_have_missed_a_bid_confirms_who_it_gives_way_to_only
     assert confirms_kim(zoe, 18.0)
 
 
+def test_a_claimant_that_may_have_missed_a_bid_confirms_the_claims_of_other_tasks() -> None:
+    """Of six that said their way with each claim, five waited for confirmations, and none confirmed anything for two
+    minutes, though no sentence was lost."""
+    zoe = Coordination(Role("Zoe", "plant", roster=("Bot", "Kim", "Zoe")), plants(2), random.Random(1))
+    zoe.knowledge.state, zoe.knowledge.current.task = State.PROPOSED, 2
+    zoe.knowledge.current.may_be_outbid = True
+    assert confirms_kim(zoe, 10.0)
+
+
 @pytest.mark.parametrize("denied", [True, False])
 def test_who_hears_a_denial_leaves_the_task_to_whoever_has_it(denied: bool) -> None:
     """Rob had missed whose task it was, heard that Zoe was denied it, and claimed it at once; and Zoe confirmed that

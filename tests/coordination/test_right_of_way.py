@@ -55,6 +55,7 @@ def test_who_is_switched_on_inside_where_all_tasks_are_drives_to_where_it_starts
     bot.knowledge.body.home = WEST
     bot.may_drive((), 1.0)
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 2.0)
+    bot.may_drive((), 2.0)
     assert Perform(0, (GoTo(WEST),)) in bot.actions(2.0)
 
 
@@ -112,6 +113,7 @@ def test_who_rests_in_a_place_drives_out_whatever_it_is_about_to_say(state: Stat
     bot.may_drive((), 1.0)
     bot.knowledge.state = state
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 2.0)
+    bot.may_drive((), 2.0)
     assert bot.state is State.RETURNING
     assert bot.knowledge.missed.heard_work is (state in (State.ASKING, State.ASKED)), "it asks again outside"
 

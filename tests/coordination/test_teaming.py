@@ -187,6 +187,8 @@ def test_what_recurs_is_done_by_two_each_time(seed: int) -> None:
 @settings(max_examples=25)
 @example(seed=3, most=3, with_outages=True)  # two heard each other for ever, and waited for a third
 @example(seed=435667, most=3, with_outages=False)  # two claimed a task for three for ever
+@example(seed=78000014, most=3, with_outages=True)  # all took the others for unable, and nobody called again
+@example(seed=78000273, most=2, with_outages=True)
 @given(st.integers(0, 10**6), st.integers(2, 3), st.booleans())
 def test_random_teams_do_each_once_and_nobody_begins_alone(seed: int, most: int, with_outages: bool) -> None:
     do_each_once(seed, most, with_outages)
@@ -241,6 +243,31 @@ def test_who_leaves_a_task_for_several_says_so_before_it_claims_another() -> Non
     effects.want_claim(kim.knowledge, 10.0)
     assert kim.knowledge.floor.wants(OWN_TURN)
     assert composing.joinable(kim.knowledge) is None
+
+
+def test_who_lists_a_task_for_two_believes_a_robot_that_tells_it_twice_that_it_is_done() -> None:
+    """It did not listen: four robots asked each other what is left for ever, without any loss."""
+    kim = Coordination(Role("Kim", "plant", roster=("Kim", "Max", "Rob")), shared(1), random.Random(1))
+    kim.board.complete(1, None, hearsay=True)
+    told = m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed(m.TaskByNumber(1), complete=True))
+    kim.heard(told, 10.0)
+    assert not kim.board.all_done, "it may have misheard"
+    kim.heard(told, 30.0)
+    assert kim.board.all_done
+
+
+@pytest.mark.parametrize(("failing", "able"), [("Max", False), ("Rob", True)])
+def test_who_was_left_alone_with_a_task_for_two_is_able_to_do_it(failing: str, able: bool) -> None:
+    """It says "task one failed", too: in the end each took all others for unable, and nobody called again."""
+    kim = Coordination(Role("Kim", "plant", roster=("Kim", "Max", "Rob")), shared(1), random.Random(1))
+    for name in ("Max", "Rob"):
+        kim.board.claim(1, name, 250.0)
+    others = ("Max", "Rob") if failing == "Max" else ("Rob", "Max")
+    for n, name in enumerate(others):
+        kim.heard(m.Utterance(name, m.ToAll(), None, m.Failed(m.TaskByNumber(1))), 10.0 + 5.0 * n)
+    assert ("Max" in kim.board[1].failed_by) is not able
+    kim.heard(m.Utterance("Max", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(1))), 30.0)
+    assert "Max" not in kim.board[1].failed_by, "it would not claim what it cannot do"
 
 
 def test_the_place_of_the_first_is_kept_for_who_is_at_work() -> None:

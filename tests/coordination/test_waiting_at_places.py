@@ -8,8 +8,9 @@ import pytest
 
 from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import LINE_M
-from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import Say
+from hvcpd.config.tasks import GoTo, Place
+from hvcpd.coordination import right_of_way
+from hvcpd.coordination.actions import Perform, Say
 from hvcpd.coordination.floor import EARLY_SLOTS
 from hvcpd.coordination.passes import WAITS_S
 from hvcpd.coordination.right_of_way import ASKS_MAX, LEASE_S
@@ -40,7 +41,7 @@ def test_who_waits_asks_the_more_rarely_the_longer_the_keeper_stays(to: str | No
     p.wanted_s = 100.0
     pauses_s = []
     addressee = m.ToRobot(to) if to else m.ToAll()
-    for now in (100.0, 110.0, 120.0, 150.0, 200.0):
+    for now in (100.0, 110.0, 120.0, 150.0):
         robot.heard(m.Utterance("Bot", addressee, None, m.PlaceTaken("corridor")), now)
         pauses_s.append(p.ask_s - now)
     assert pauses_s == sorted(pauses_s)
@@ -80,6 +81,95 @@ def test_a_robot_inside_that_others_wait_for_speaks_before_all_turns(asked: bool
     fire(me, Trigger.ARRIVED, 101.0)
     early_s = me.timing.turn_gap_s + EARLY_SLOTS * me.timing.slot_s
     assert (me.floor.next_deadline() < 101.0 + early_s) is asked
+
+
+def test_a_robot_inside_that_is_asked_while_it_waits_for_its_turn_hurries() -> None:
+    """It had wanted to announce its task before anybody asked, and had no turn for 38 s while others waited."""
+    bot = Corridor(("Bot", "Rob"), (across(1),), starts=(INSIDE, WEST)).robots["Bot"]
+    me = bot.knowledge
+    bot.may_drive((), 100.0)
+    me.board.claim(1, "Bot", 300.0)
+    me.current.task, me.state = 1, State.GOING
+    fire(me, Trigger.ARRIVED, 101.0)
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 102.0)
+    me.floor.withdraw("taken corridor")
+    me.floor.understood(102.0, (4, 5))
+    early_s = me.timing.turn_gap_s + EARLY_SLOTS * me.timing.slot_s
+    assert me.floor.next_deadline() < 102.0 + early_s
+
+
+def test_who_is_told_to_wait_is_not_forgotten_while_it_waits() -> None:
+    """Each "I am in the corridor" made all that waited pause anew. They counted as gone after 35 s; the robot inside
+    let others in before them, or went in again itself: one waited for 424 s though no sentence was lost."""
+    mission = Corridor(NAMES, (), starts=(INSIDE, WEST, WEST))
+    keeper, other = mission.robots["Bot"], mission.robots["Max"]
+    keeper.may_drive((), 1.0)
+    for robot in (keeper, other):
+        robot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 100.0)
+    for now in (125.0, 150.0, 175.0):
+        right_of_way.said(keeper.knowledge, "taken corridor", now)
+        other.heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceTaken("corridor")), now)
+    for robot in (keeper, other):
+        assert robot.knowledge.passes[0].queue(180.0) == ("Rob",)
+        assert robot.knowledge.passes[0].queue(175.0 + WAITS_S) == ()
+
+
+def test_two_that_wait_do_not_ask_at_the_same_moment() -> None:
+    """Both had heard the same sentence, and paused for the same time: nobody understood either, time and again."""
+    mission = Corridor(NAMES, (), starts=(WEST,) * 3)
+    due_s = []
+    for name in ("Max", "Rob"):
+        robot = mission.robots[name]
+        robot.knowledge.passes[0].wanted_s = 50.0
+        for now in (50.0, 100.0):
+            robot.heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceTaken("corridor")), now)
+        due_s.append(robot.knowledge.passes[0].ask_s)
+    assert abs(due_s[0] - due_s[1]) > 0.5
+
+
+def test_who_has_done_its_task_inside_makes_room_for_who_asked_before() -> None:
+    """It stood there until somebody asked again."""
+    bot = Corridor(("Bot", "Rob"), (across(1),), starts=(INSIDE, WEST)).robots["Bot"]
+    me = bot.knowledge
+    me.body.home = WEST
+    bot.may_drive((), 90.0)
+    me.board.claim(1, "Bot", 300.0)
+    me.current.task, me.state = 1, State.ACTING
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 100.0)
+    bot.may_drive((), 101.0)
+    assert me.state is State.ACTING
+    bot.performed(110.0)
+    bot.may_drive((), 110.0)
+    assert me.state is State.RETURNING
+    assert Perform(0, (GoTo(WEST),)) in bot.actions(110.0)
+
+
+@pytest.mark.parametrize("silences", [ASKS_MAX - 1, ASKS_MAX])
+def test_who_gave_a_place_gives_it_anew_also_if_it_wants_it_itself(silences: int) -> None:
+    """Bot waited for Max, which had left, and Max for the robot that it had given the corridor: for twelve minutes."""
+    mission = Corridor(NAMES, (), starts=(WEST,) * 3)
+    p = mission.robots["Max"].knowledge.passes[0]
+    p.keep("Rob", 100.0 + LEASE_S)
+    p.given_s, p.gave, p.silences, p.wanted_s = 100.0, True, silences, 110.0
+    mission.robots["Max"].heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceWanted("corridor")), 101.0 + LEASE_S)
+    assert (p.keeper == "Bot") is (silences == ASKS_MAX)
+    assert not p.using
+
+
+def test_who_cannot_make_room_tries_again_after_a_pause() -> None:
+    bot = Corridor(("Bot", "Rob"), (across(1),), starts=(INSIDE, WEST)).robots["Bot"]
+    bot.knowledge.body.home = WEST
+    bot.knowledge.state = State.READY
+    bot.may_drive((), 90.0)
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceWanted("corridor")), 100.0)
+    tries = 0
+    for step in range(40):
+        now = 100.0 + 0.25 * step
+        bot.may_drive((), now)
+        tries += any(isinstance(action, Perform) for action in bot.actions(now))
+        if bot.state is State.RETURNING:
+            bot.perform_failed(now)
+    assert tries == 2
 
 
 @pytest.mark.parametrize("inside_m", [0.16, 0.2, 0.39])
