@@ -54,7 +54,12 @@ FILES = {
     "systemd/60-hvcpd.rules": "usr/lib/udev/rules.d/60-hvcpd.rules",
     "README.md": "usr/share/doc/hvcpd/README.md",
     "docs/install.md": "usr/share/doc/hvcpd/install.md",
+    "docs/console.md": "usr/share/doc/hvcpd/console.md",
+    "docs/duet.md": "usr/share/doc/hvcpd/duet.md",
+    "docs/experiment.md": "usr/share/doc/hvcpd/experiment.md",
+    "docs/skills.md": "usr/share/doc/hvcpd/skills.md",
     "CHANGELOG.md": "usr/share/doc/hvcpd/CHANGELOG.md",
+    "release/debian/compile.py": "usr/share/hvcpd/compile.py",
     "release/debian/lintian-overrides": "usr/share/lintian/overrides/hvcpd",
     "release/debian/copyright": "usr/share/doc/hvcpd/copyright",
 }

@@ -95,7 +95,7 @@ def _rows(text: str) -> list[str]:
 def _score(stage: Stage, rows: list[str], peer: Peer | None, wrong: bool, console: Console) -> Iterator[Result]:
     groups = {name: group for name, group in stage.groups().items() if name in rows}
     if "rooms" in groups and not reverberation.available():
-        console.print("rooms: skipped, needs pyroomacoustics (pip install 'hvcpd\\[eval]')")
+        console.print("rooms: skipped, needs pyroomacoustics (pip install pyroomacoustics)")
         del groups["rooms"]
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
-from hvcpd.errors import ConfigError, NotDoneError, NotRunningError
+from hvcpd.errors import DEBIAN_FOLDER, ConfigError, NotDoneError, NotRunningError
 from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.link import DaemonLink
 from hvcpd.ros.master import master_pid, master_uri
@@ -37,6 +37,14 @@ class Base:
     takes_goals: bool
     actions: Mapping[str, RosAction] = field(default_factory=dict)
     """The actions that perform its skills."""
+
+
+def see_sourced(own: str = DEBIAN_FOLDER.rstrip("/")) -> None:
+    """Have an isolated Python, as the Debian package's, find what a sourced setup.bash names in PYTHONPATH. It is built
+    for the system's NumPy, so `own`, the package's libraries, comes behind both."""
+    named = [each for each in os.environ.get("PYTHONPATH", "").split(os.pathsep) if each]
+    if named and sys.flags.isolated:
+        sys.path[:] = [*named, *(each for each in sys.path if each != own), own]
 
 
 def choose_ros(wanted: str | None, environment: Mapping[str, str] = os.environ) -> Kind:
@@ -108,7 +116,7 @@ def make_port(kind: Kind, wanted: Wanted, report: Report) -> RosPort:
 
         return Ros1Port(wanted, report)
     if find_spec("rclpy") is None:
-        raise ConfigError("no ROS 2 is here: source its setup.bash, with hvcpd in its Python")
+        raise ConfigError(f"no ROS 2 for Python 3.{sys.version_info.minor} is here: source its setup.bash")
     from hvcpd.ros.ros2 import RclpyPort
 
     return RclpyPort(wanted, report)

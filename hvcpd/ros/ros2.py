@@ -77,7 +77,7 @@ class RclpyPort(RosPort):
             def carried_out(node: Any, _state: Any) -> Any:
                 try:
                     step()
-                except ConfigError as error:
+                except Exception as error:  # rclpy would keep it to itself
                     self._problem = str(error)
                     node.get_logger().error(self._problem)
                     return result.FAILURE
@@ -117,7 +117,7 @@ class RclpyPort(RosPort):
                 self._subscribe(topic)
             self._navigation = self._make_nav2() if wanted.takes_goals else None
             self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
-        except ConfigError:
+        except Exception:
             self._clean_up()
             raise
 

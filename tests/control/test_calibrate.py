@@ -3,6 +3,7 @@
 import argparse
 import json
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from hil_fakes.loudspeakers import SMALL, Loudspeaker, Peak
 from hvcpd.control.cli import make_parser
 from hvcpd.control.doctor.calibrate import run
+from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import clipped_share, find_echo, find_response, level_dbfs, predicted_range_m
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -36,6 +38,20 @@ def test_the_mixer_is_set_so_that_the_own_voice_just_does_not_clip(
     assert kept["date"] == "2001-09-09"
     assert kept["understood"]
     assert "microphone gain +0.0 dB ->" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("device", "mixer"), [("USB Audio: - (hw:1,0)", "hw:1"), ("default", "default"), ("pipewire", None)]
+)
+def test_the_default_device_has_the_mixer_of_the_card_that_asound_conf_names(device: str, mixer: str | None) -> None:
+    asked: list[Sequence[str]] = []
+
+    def amixer(command: Sequence[str]) -> str:
+        asked.append(command)
+        return "Simple mixer control 'Mic',0\n"
+
+    assert Mixer(amixer).find(device, CAPTURE) == (Control(mixer, "Mic") if mixer is not None else None)
+    assert asked == ([("amixer", "-D", mixer, "scontrols")] if mixer is not None else [])
 
 
 @pytest.mark.slow

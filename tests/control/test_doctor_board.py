@@ -38,7 +38,6 @@ def test_another_computer_has_nothing_to_tell(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("word", "grade", "says"),
     [
-        ("0", "ok", "has not been"),
         ("50005", "wrong", "too low now"),
         ("50000", "note", "has been too low"),
         ("8", "note", "hot and slowed down; "),
@@ -47,6 +46,26 @@ def test_another_computer_has_nothing_to_tell(tmp_path: Path) -> None:
 )
 def test_the_supply_is_told_from_the_firmwares_word(tmp_path: Path, word: str, grade: str, says: str) -> None:
     ((subject, told, text),) = found(board(tmp_path, word))
+    assert (subject, told) == ("supply", grade)
+    assert says in text
+
+
+@pytest.mark.parametrize(
+    ("answer", "grade", "says"),
+    [
+        ("throttled=0x80008\n", "note", "hot and slowed down; "),
+        ("throttled=0x50000\n", "note", "has been too low since"),
+        ("throttled=0x0\n", "ok", "has not been too low since"),
+        ("Can't open device file: /dev/vcio\n", "ok", "not too low now; `sudo vcgencmd get_throttled` prints"),
+        (None, "ok", "not too low now; `sudo vcgencmd get_throttled` prints"),
+    ],
+)
+def test_the_firmware_is_asked_rather_than_the_kernel_which_forgets(
+    tmp_path: Path, answer: str | None, grade: str, says: str
+) -> None:
+    """The kernel's file was 0 where `vcgencmd` printed 0x80008 (raspberrypi/linux, issue 2367)."""
+    asked = {"vcgencmd": answer} if answer is not None else {}
+    ((subject, told, text),) = found(board(tmp_path, "0", told=asked))
     assert (subject, told) == ("supply", grade)
     assert says in text
 
@@ -65,9 +84,11 @@ def test_a_narrow_system_on_a_wide_kernel_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("config", "says"),
     [
-        ("dtparam=audio=on\ndtoverlay=vc4-kms-v3d\n", "has no dtoverlay="),
-        ("#dtoverlay=wm8960-soundcard\n", "has no dtoverlay="),
-        ("dtoverlay=wm8960-soundcard\n", "asks for dtoverlay=wm8960-soundcard"),
+        ("dtparam=audio=on\ndtoverlay=vc4-kms-v3d\n", "which has none"),
+        ("#dtoverlay=wm8960-soundcard\n", "which has none"),
+        ("dtoverlay=wm8960-soundcard\n", "which has dtoverlay=wm8960-soundcard: look at `sudo dmesg`"),
+        ("dtoverlay=i2c-rtc,ds3231\n", "plug in a USB microphone"),
+        ("dtoverlay=max98357a,no-sdmode\n", "plug in a USB microphone"),
     ],
 )
 def test_a_board_without_a_microphone_is_told_what_its_start_asks_for(tmp_path: Path, config: str, says: str) -> None:
@@ -79,12 +100,16 @@ def test_a_board_without_a_microphone_is_told_what_its_start_asks_for(tmp_path: 
     assert found(board(tmp_path)) == [], "one that can record is there"
 
 
+def process(folder: Path, thread: int, number: int, name: str) -> None:
+    (folder / f"proc/{thread}").mkdir()
+    (folder / f"proc/{thread}/status").write_text(f"Name:\t{name}\nUmask:\t0022\nTgid:\t{number}\nPid:\t{thread}\n")
+
+
 @pytest.mark.parametrize(("name", "grade"), [("arecord", "wrong"), ("pipewire", "note"), ("hvcpd", "ok")])
 def test_who_has_a_card_is_named_with_the_cards_lasting_name(tmp_path: Path, name: str, grade: str) -> None:
     card(tmp_path, 0, "vc4hdmi", "pcm0p", "closed\n")
     card(tmp_path, 1, "robot", "pcm0c", "state: RUNNING\nowner_pid   : 4711\n")
-    (tmp_path / "proc/4711").mkdir()
-    (tmp_path / "proc/4711/comm").write_text(f"{name}\n")
+    process(tmp_path, 4711, 4711, name)
     ((subject, told, text),) = found(board(tmp_path))
     assert (subject, told) == ("cards", grade)
     assert f"{name} (process 4711) has robot" in text
@@ -93,3 +118,15 @@ def test_who_has_a_card_is_named_with_the_cards_lasting_name(tmp_path: Path, nam
 def test_a_program_that_ended_meanwhile_is_not_named(tmp_path: Path) -> None:
     card(tmp_path, 1, "robot", "pcm0c", "owner_pid : 4711\n")
     assert found(board(tmp_path)) == []
+
+
+def test_a_sound_server_is_known_by_its_thread_that_opened_the_card(tmp_path: Path) -> None:
+    """The kernel's owner is a thread: pulseaudio opens a card again in one of its own, after each pause."""
+    card(tmp_path, 1, "robot", "pcm0c", "owner_pid   : 902\n")
+    card(tmp_path, 2, "Device", "pcm0c", "owner_pid   : 903\n")
+    process(tmp_path, 902, 900, "alsa-source-USB")
+    process(tmp_path, 903, 900, "alsa-source-Dev")
+    process(tmp_path, 900, 900, "pulseaudio")
+    ((subject, grade, text),) = found(board(tmp_path))
+    assert (subject, grade) == ("cards", "note")
+    assert "pulseaudio (process 900) has Device, robot" in text

@@ -19,6 +19,7 @@ from pathlib import Path
 import pytest
 
 from hil_fakes.sound_server import wait_until
+from hvcpd.control.cli import main
 from hvcpd.coordination.states import State
 from tests.daemon.running import RunningRobot
 
@@ -150,3 +151,14 @@ def test_what_cannot_be_an_address_or_a_topic_is_refused(options: list[str], why
         bridge = bridge_of(tmp_path, 1883, *options)
         assert why in bridge.communicate(timeout=PATIENCE_S)[1]
         assert bridge.returncode in (1, 2)
+
+
+def test_a_missing_library_is_told_as_this_installation_gets_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "paho.mqtt", None)
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("name: Rob\ntasks: tasks.yaml\nstate_dir: state\n")
+    with RunningRobot(tmp_path):
+        assert main(["mqtt", "--config", str(config), "--host", "127.0.0.1"]) == 2
+    assert "the MQTT library is missing: pip install paho-mqtt" in capsys.readouterr().err

@@ -46,8 +46,9 @@ def test_natural_voices_that_lie_beside_it_are_installed_too(tmp_path: Path) -> 
     ("architecture", "python", "says"),
     [
         ("armhf", "3.11", "this system is armhf (only its kernel, aarch64, has 64); hvcpd needs 64 bits"),
-        ("arm64", "3.9", "Python here is 3.9"),
-        ("arm64", "", "Python here is none"),
+        ("arm64", "3.9", "Python here is 3.9; hvcpd needs 3.11 or newer: write Raspberry Pi OS Lite (64-bit)"),
+        ("arm64", "", "Python here is none; hvcpd needs 3.11 or newer"),
+        ("arm64", "3.12", "use such a system, or the wheel"),
         ("arm64", "3.13", "no hvcpd_*+py313_arm64.deb here"),
     ],
 )

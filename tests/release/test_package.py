@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import platform
+import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ import pytest
 from hvcpd import __version__
 from hvcpd.synthesis import acoustic_net
 from release.deb import AT_ONCE, FILES, LIBRARIES, TEMPLATES, build_natural
-from release.libraries import SHIPPED, WEIGHTS
+from release.libraries import REPOSITORY, SHIPPED, WEIGHTS
 from tests.release.conftest import renamed
 from tests.release.container import Container
 
@@ -57,7 +59,7 @@ def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: 
     running, tools = tmp_path / "run/systemd/system", tmp_path / "tools"
     for folder in (running, tools):
         folder.mkdir(parents=True)
-    for tool in ("systemd-sysusers", "systemd-tmpfiles", "py3compile", "udevadm", "systemctl"):
+    for tool in ("systemd-sysusers", "systemd-tmpfiles", "python3", "udevadm", "systemctl"):
         (tools / tool).write_text('#!/bin/sh\ncase "$*" in *restart*) echo "$*"; exit 1;; esac\n')
         (tools / tool).chmod(0o755)
     script = (TEMPLATES / "postinst").read_text().replace("/run/systemd/system", str(running))
@@ -71,6 +73,25 @@ def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: 
     assert "try-restart hvcpd.service" in done.stdout
     assert done.returncode == 0
     assert "--no-block" in done.stdout, "making its words takes a robot minutes"
+
+
+def test_numpys_docstrings_are_not_compiled_nor_what_only_simulations_load(tmp_path: Path) -> None:
+    for folder in ("numpy", "hvcpd/evaluation", "hil_fakes"):
+        (tmp_path / folder).mkdir(parents=True)
+    for name in ("numpy/__init__.py", "hvcpd/__init__.py", "hvcpd/evaluation/wake.py", "hil_fakes/room.py"):
+        (tmp_path / name).write_text('"""What it is."""\n')
+    subprocess.run([sys.executable, TEMPLATES / "compile.py", tmp_path], check=True)
+    compiled = [path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*.pyc")]
+    assert sorted(compiled) == ["hvcpd", "numpy"]
+    program = "import numpy, hvcpd; print(numpy.__doc__, hvcpd.__doc__)"
+    assert listed(sys.executable, "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {program}") == [
+        "None What it is."
+    ]
+
+
+def test_the_pages_that_units_name_are_in_the_package() -> None:
+    units = "".join(path.read_text() for path in (REPOSITORY / "systemd").glob("*.service"))
+    assert set(re.findall(r"file:///(\S+)", units)) <= set(FILES.values())
 
 
 @pytest.mark.container

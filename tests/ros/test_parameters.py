@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+import hvcpd
 from hvcpd.control.cli import main, make_parser
 from hvcpd.control.live import ros
 from hvcpd.errors import EX_OK, EX_USER, ConfigError
@@ -32,6 +36,25 @@ def test_ros_is_the_one_asked_for_or_the_one_sourced() -> None:
     assert choose_ros("2", {"ROS_VERSION": "1"}) == "ros2"
     assert choose_ros(None, {"ROS_VERSION": "1"}) == "ros1"
     assert choose_ros(None, {"ROS_VERSION": "2"}) == "ros2"
+
+
+def test_a_sourced_ros_2_is_seen_by_the_packages_isolated_python_before_its_own_libraries(tmp_path: Path) -> None:
+    """The messages of a ROS are built for the system's NumPy; the package has another in its own folder."""
+    for folder, module in (("ros", "rclpy"), ("ros", "numpy"), ("own", "numpy")):
+        (tmp_path / folder / module).mkdir(parents=True)
+        (tmp_path / folder / module / "__init__.py").touch()
+    program = f"""
+import sys
+sys.path[:0] = [{str(tmp_path / "own")!r}, {str(Path(hvcpd.__file__).parents[1])!r}]
+from hvcpd.ros.command import see_sourced
+see_sourced({str(tmp_path / "own")!r})
+import numpy, rclpy
+print(numpy.__file__)
+"""
+    environment = {**os.environ, "PYTHONPATH": f":{tmp_path / 'ros'}"}
+    command = [sys.executable, "-I", "-c", program]
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+    assert told == f"{tmp_path / 'ros/numpy/__init__.py'}\n"
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """The real bridge and a real ROS 2 node, on this computer only.
 
-ROS 2 is in no Debian: `make parts` installs one from PyPI into .ros2. HVCPD_ROS2_PYTHON names another Python, of our
+ROS 2 is in no Debian: `make parts` installs one from PyPI into .ros2. ROS2_PYTHON names another Python, of our
 version, that has rclpy and the messages; there `release/ros/hvcpd_msgs` is built or not.
 """
 
@@ -24,7 +24,7 @@ from tests.e2e.ros_robot import read_record
 from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
 from tests.ros.test_bridge import HEARD, moving
 
-VARIABLE = "HVCPD_ROS2_PYTHON"
+VARIABLE = "ROS2_PYTHON"
 ROOT = Path(__file__).parents[2]
 OURS = ROOT / ".ros2"
 PYTHON = os.environ.get(VARIABLE) or (str(OURS / "bin" / "python") if (OURS / "complete").exists() else "")

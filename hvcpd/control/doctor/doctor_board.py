@@ -38,8 +38,10 @@ def look_at_board(board: Board) -> Iterator[Diagnosis]:
 
 
 def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
+    """By the firmware's word or, where this user may not ask it, by the kernel's file, which soon forgets."""
+    found = re.search(r"throttled=0x([0-9a-f]+)", board.run(("vcgencmd", "get_throttled")) or "")
     try:
-        word = int(board.throttled.read_text(encoding="ascii"), 16)
+        word = int(found[1] if found else board.throttled.read_text(encoding="ascii"), 16)
     except (OSError, ValueError):
         return
     now, since = word, word >> SINCE_START
@@ -52,8 +54,11 @@ def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
         yield note("supply", "the processor is hot and slowed down; cool it", word=word)
     elif since & (CAPPED | THROTTLED | SOFT_LIMIT):
         yield note("supply", "the processor has been hot and was slowed down since the start; cool it", word=word)
-    else:
+    elif found:
         yield fine("supply", "the voltage has not been too low since the start", word=word)
+    else:
+        text = "the voltage is not too low now; `sudo vcgencmd get_throttled` prints 0x0 if it never was"
+        yield fine("supply", text, word=word)
 
 
 def _look_at_width(board: Board) -> Iterator[Diagnosis]:
@@ -73,22 +78,15 @@ def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
         lines = board.boot.read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:
         return
-    wanted = [line.strip() for line in lines if re.match(r"\s*dtoverlay=(?!vc4-|dwc|disable-|miniuart)", line)]
-    if wanted:
-        text = f"{board.boot} asks for {', '.join(wanted)}, and no card that can record came of it"
-        yield wrong("overlay", f"{text}: look at `sudo dmesg`, reseat the board, reboot the Pi")
-    else:
-        text = f"no card can record, and {board.boot} has no dtoverlay= for one"
-        yield wrong("overlay", f"{text}: plug in a USB microphone, or add the line that the sound board's maker names")
+    asked = [line.strip() for line in lines if re.match(r"\s*dtoverlay=(?!vc4-|dwc|disable-|miniuart)", line)]
+    there = f"has {', '.join(asked)}: look at `sudo dmesg`, reseat the board" if asked else "has none"
+    text = "no card can record: plug in a USB microphone; for one on the header, its maker names the dtoverlay= line"
+    yield wrong("overlay", f"{text} of {board.boot}, which {there}; then reboot the Pi")
 
 
 def look_at_owners(board: Board) -> Iterator[Diagnosis]:
     """The other programs that have sound cards open now."""
-    for pid, cards in sorted(_owners(board.proc).items()):
-        try:
-            name = (board.proc / str(pid) / "comm").read_text(encoding="utf-8", errors="replace").strip()
-        except OSError:
-            continue  # it has ended meanwhile
+    for (pid, name), cards in sorted(_owners(board.proc).items()):
         text = f"{name} (process {pid}) has {', '.join(sorted(cards))}"
         if name.startswith("hvcpd"):
             yield fine("cards", text)
@@ -99,17 +97,25 @@ def look_at_owners(board: Board) -> Iterator[Diagnosis]:
             yield wrong("cards", f"{text}: end it, a card is one program's at a time")
 
 
-def _owners(proc: Path) -> Mapping[int, set[str]]:
-    """The cards that each process has open, by the kernel's name, which does not depend on the order in which they were
-    found."""
-    owners: dict[int, set[str]] = {}
+def _owners(proc: Path) -> Mapping[tuple[int, str], set[str]]:
+    """The cards that each process, by number and name, has open, by the kernel's name, which does not depend on the
+    order in which they were found. What has ended meanwhile is left out."""
+    owners: dict[tuple[int, str], set[str]] = {}
     for path in sorted(proc.glob("asound/card*/pcm*/sub*/status")):
         try:
-            found = re.search(r"owner_pid\s*:\s*(\d+)", path.read_text(encoding="ascii", errors="replace"))
-            card = path.parents[2]
-            name = (card / "id").read_text(encoding="utf-8", errors="replace").strip()
+            thread = _field(path, r"owner_pid\s*:")
+            pid = _field(proc / thread / "status", "Tgid:")
+            owner = int(pid), _field(proc / pid / "status", "Name:")
+            card = (path.parents[2] / "id").read_text(encoding="utf-8", errors="replace").strip()
         except OSError:
             continue
-        if found is not None:
-            owners.setdefault(int(found[1]), set()).add(name)
+        owners.setdefault(owner, set()).add(card)
     return owners
+
+
+def _field(path: Path, name: str) -> str:
+    """The text after a name at the beginning of a line. Raises OSError, also without it."""
+    found = re.search(rf"^{name}\s*(.+)", path.read_text(encoding="utf-8", errors="replace"), re.MULTILINE)
+    if found is None:
+        raise FileNotFoundError(path)
+    return found[1]

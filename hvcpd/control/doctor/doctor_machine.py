@@ -134,9 +134,10 @@ def look_at_service(machine: Machine) -> Diagnosis:
     if "LoadState" not in values:
         return fine("service", "no systemd here; start `hvcpd` by hand")
     if values["LoadState"] != "loaded":
-        return note("service", "hvcpd.service is not installed; see docs/install.md")
+        what = values["LoadState"].replace("not-found", "not installed")
+        return note("service", f"hvcpd.service is {what}; see docs/install.md")
     state = f"{values.get('ActiveState')} ({values.get('SubState')}), {values.get('NRestarts', '0')} restarts"
-    if values.get("ActiveState") == "failed":
+    if "failed" in state or "auto-restart" in state:
         return wrong(
             "service",
             f"{state}, {values.get('Result')}: look with `journalctl -u hvcpd -b`, then `sudo systemctl restart hvcpd`",

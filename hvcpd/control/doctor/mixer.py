@@ -21,9 +21,10 @@ class Control:
 
 
 def card_of(device_name: str) -> str | None:
-    """The card's number in a PortAudio name such as "USB Audio: - (hw:1,0)"; None for a sound server's device."""
-    found = re.search(r"\(hw:(\d+),\d+\)", device_name)
-    return found[1] if found else None
+    """ALSA's name for the mixer of a PortAudio device, such as "hw:1" of "USB Audio: - (hw:1,0)"; asound.conf may name
+    that of "default". None for a sound server's device."""
+    found = re.search(r"\((hw:\d+),\d+\)", device_name)
+    return found[1] if found else "default" if device_name == "default" else None
 
 
 class Mixer:
@@ -35,18 +36,18 @@ class Mixer:
     def find(self, device_name: str, names: Sequence[str]) -> Control | None:
         """The card's control of the first of these names that it has; None without `amixer` or such a control."""
         card = card_of(device_name)
-        listed = self._run(("amixer", "-c", card, "scontrols")) if card is not None else None
+        listed = self._run(("amixer", "-D", card, "scontrols")) if card is not None else None
         there = re.findall(r"Simple mixer control '([^']+)'", listed or "")
         name = next((name for name in names if name in there), None)
         return Control(card, name) if card is not None and name is not None else None
 
     def gain_db(self, control: Control) -> float | None:
         """The setting in dB; None if it is not given in dB."""
-        output = self._run(("amixer", "-c", control.card, "sget", control.name))
+        output = self._run(("amixer", "-D", control.card, "sget", control.name))
         found = re.search(r"\[(-?[\d.]+)dB\]", output or "")
         return float(found[1]) if found else None
 
     def set_gain_db(self, control: Control, gain_db: float) -> float | None:
         """Set it as closely as the card can; returns the setting."""
-        self._run(("amixer", "-q", "-c", control.card, "sset", control.name, "--", f"{gain_db:.1f}dB"))
+        self._run(("amixer", "-q", "-D", control.card, "sset", control.name, "--", f"{gain_db:.1f}dB"))
         return self.gain_db(control)

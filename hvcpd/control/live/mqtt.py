@@ -17,7 +17,7 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.live.follow import watch
-from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError
+from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError, how_to_install
 
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
 """Fields of a status that change without an event; they alone are not a reason to send the status again."""
@@ -42,9 +42,8 @@ class Broker:
         try:
             from paho.mqtt import client as mqtt
         except ImportError:
-            raise ConfigError(
-                "the MQTT library is missing: `sudo apt install python3-paho-mqtt`, or `pipx inject hvcpd paho-mqtt`"
-            ) from None
+            remedy = how_to_install("paho-mqtt", "python3-paho-mqtt")
+            raise ConfigError(f"the MQTT library is missing: {remedy}") from None
         for option, topic in (("--prefix", options.prefix), ("--discovery", options.discovery)):
             if not topic or set(topic) & WILDCARDS:
                 raise ConfigError(f"{option} {topic!r} is not a topic that can be published to")

@@ -8,7 +8,7 @@ from contextlib import closing
 
 from hvcpd.control.live.daemon_client import find_daemon
 from hvcpd.errors import EX_OK, ConfigError
-from hvcpd.ros.command import base_of, choose_ros, ros2_words, run_bridge, start_again
+from hvcpd.ros.command import base_of, choose_ros, ros2_words, run_bridge, see_sourced, start_again
 
 
 def run(options: argparse.Namespace) -> int:
@@ -16,6 +16,7 @@ def run(options: argparse.Namespace) -> int:
     for each in options.remap:
         if ":=" not in each:
             raise ConfigError(f"{each!r} is not a remapping; write name:=other, _parameter:=value, or --ros-args …")
+    see_sourced()
     kind = choose_ros(options.ros)
     with closing(find_daemon(options)) as daemon:
         base = base_of(daemon.ask("config")["settings"])
