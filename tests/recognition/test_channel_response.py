@@ -18,8 +18,8 @@ from hvcpd.recognition.channel.weighting import (
     Taps,
     WeightedSound,
     autocorrelations,
-    transform_size,
 )
+from hvcpd.recognition.channel.whitening import transform_size
 from tests.recognition.way import Way, response
 
 

@@ -20,7 +20,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.arrays import median
 from hvcpd.recognition.channel.path import GREETING, Said, Voicebook
-from hvcpd.recognition.channel.weighting import (
+from hvcpd.recognition.channel.whitening import (
     BINS,
     FRAME,
     Spectrum,

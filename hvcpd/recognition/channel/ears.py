@@ -227,7 +227,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         sound, lead = self._history.around(stretch.begin - LEAD, stretch.begin, self._now)
         origin = stretch.begin - lead
-        noticed = tuple(at - origin for at in stretch.noticed if at >= stretch.begin)
+        noticed = tuple(at - origin for at in stretch.places)
         stretch.job = Stretch(sound, origin, lead, noticed, cut, stretch.earlier)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):

@@ -17,7 +17,8 @@ from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
 from hvcpd.recognition.channel.path import GREETING, Path, Voicebook
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import FRAME, SHIFT, Signal, WeightedSound, forget_words
+from hvcpd.recognition.channel.weighting import SHIFT, Signal, WeightedSound, forget_words
+from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY, frame_powers
@@ -127,12 +128,11 @@ MOST_IN_PROGRESS = 16
 """Maximum number of paths with which the next search goes on."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
-ROBOTS_SHARE = 0.6
+ROBOTS_SHARE = 0.3
 """Share of the energy beyond the noise's, times the number of words, from which on it is a robot that somebody heard,
 though not what it said: a word through some response fits a part of anybody's speech, several words through the same
-one hardly do. In 114 sentences by synthesizers that no robot has it was 0.52 at most; with a share of 0.15 for any
-number of words, 18 of them counted as a robot's, by one word (once two). As a feature of `confidence` a share got no
-weight."""
+one hardly do. In 96 sentences by other robots and people to each other it was 0.05 at most. As a feature of
+`confidence` a share got no weight."""
 TAIL = SAMPLE_RATE_HZ // 10
 """Most samples (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
 MOST_LOSS = 3.0

@@ -23,14 +23,13 @@ from hvcpd.recognition.channel.weighting import (
     TAPS,
     Fit,
     Signal,
-    Spectrum,
     Taps,
     WeightedSound,
     autocorrelations,
     energy_weights,
     responses,
-    transform_size,
 )
+from hvcpd.recognition.channel.whitening import Spectrum, transform_size
 from hvcpd.recognition.frontend import TINY, rfft
 
 GREETING = "hi"

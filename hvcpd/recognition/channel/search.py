@@ -36,7 +36,7 @@ ENOUGH = 6.0
 """Explained energy for each tap."""
 BLOCK = 16
 """Resolution in lags of the search for beginnings."""
-FAINT = 50.0
+FAINT = 35.0
 """Explained energy of the best first word below which the search ends: steady noise reaches 20, and the least of any
 reported sentence was 78."""
 FAINT_BESIDE = 450.0

@@ -38,8 +38,8 @@ until the clatter ends."""
 MORE = 5 * SAMPLE_RATE_HZ // 4
 """The same (1.25 s) while a sentence seemed to go on at the last cut."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
-"""Where there was no greeting, beginnings are searched for around points this far apart (0.85 s), so everywhere: see
-`search`."""
+"""Beginnings are searched for around points this far apart (0.85 s), so everywhere: see `search`. A greeting that was
+none would else hide a sentence that has none."""
 
 
 @dataclass(eq=False)
@@ -69,6 +69,12 @@ class OpenStretch:
     """Paths in progress at the end of the stretch with which it was joined."""
     job: Stretch | None = None
     result: SearchResult | None = None
+
+    @property
+    def places(self) -> list[int]:
+        """The samples around which sentences may begin: where speech was noticed; in clatter, anywhere."""
+        noticed = {at for at in self.noticed if at >= self.begin}
+        return sorted(noticed.union(range(self.begin + EARLIER, self.end, EVERY)) if self.hidden else noticed)
 
     @property
     def shows_end(self) -> bool:

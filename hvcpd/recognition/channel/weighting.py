@@ -10,8 +10,19 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import median
+from hvcpd.ports import Samples
+from hvcpd.recognition.channel.whitening import (
+    CELL,
+    CELL_BINS,
+    CELL_STEP,
+    Spectrum,
+    at_bins,
+    beyond_noise,
+    cell_weights,
+    filtered,
+    inverse_spectrum,
+    through_cells,
+)
 from hvcpd.recognition.frontend import TINY, rfft
 
 Taps = NDArray[np.float32]
@@ -21,12 +32,6 @@ LEAST_RIDGE, MOST_RIDGE = 2e-3, 0.3
 _STEPS = 40
 _CLOSE = 1e-3
 """Conjugate gradients end here: relative residual. The estimate's own error is far larger."""
-
-
-def transform_size(n: int) -> int:
-    """The least size of at least `n` samples whose transform is quick: 2^k, or 5/4 or 3/2 of it."""
-    power = 1 << max(n - 1, 1).bit_length()
-    return next(size for size in (power * 5 // 8, power * 3 // 4, power) if size >= n)
 
 
 def responses(autocorrelations: Taps, correlations: Taps, n: int) -> Taps:
@@ -93,30 +98,11 @@ BACK = 192
 sound."""
 SHIFT = 16
 """Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause."""
-FRAME = 1024
-BINS = FRAME // 2 + 1
-BAND_HZ = (100.0, 7600.0)
-"""Band that counts: rumble lies below it, and converters' filters differ above it."""
-ECHOES = 0.3
-"""Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
-LOUD = 4.0
-"""Ratio to the noise's power above which sound is weighted by its own power: clatter is noise, and echoes are as loud
-as what they follow."""
-POWER_S = 0.04
-FLOOR = 1e-4
-"""No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
-SILENCE = 1e-13
-LEAST_NOISE = 1e-6
-"""Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
-before somebody speaks, and single precision is not enough for more."""
-
 SIZE = 2048
 BLOCK = 1024
 """Number of samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
 GRID = 256
 """Samples between the beginnings of the sound's transformed blocks: with the lags of a `Fit`, fewer than 1,025."""
-STEP = 64
-"""Time resolution in samples (4 ms) of the weights of a signal's autocorrelation."""
 AT_ONCE = 256
 """Maximum number of signals that are transformed together, which bounds memory: 4 MB."""
 WORDS_KEPT = 512
@@ -124,10 +110,6 @@ WORDS_KEPT = 512
 _WINDOW = np.sin(np.pi / 2 * np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2).astype(np.float32)
 """Its squares, BLOCK apart, add up to 1, and what is loud at one frequency hardly shows at others (that of the Vorbis
 codec). So the power densities of a signal that it cuts out add up to that of the signal."""
-
-_HANN = np.hanning(FRAME).astype(np.float32)
-
-Spectrum = NDArray[np.float32]
 
 
 class Signal(Hashable, Protocol):
@@ -158,7 +140,8 @@ class Fit:
 class _Blocks:
     """A known signal in blocks of BLOCK samples: their `spectra`, conjugate, shape (n_blocks, SIZE / 2 + 1); the power
     `densities` around each block's beginning, and around the end, shape (n_blocks + 1, SIZE / 2 + 1); and how the power
-    is spread in `time` there, in steps of STEP, shape (n_blocks + 1, SIZE / STEP), each row of sum 1."""
+    is spread in `time` there, in steps of CELL_STEP, shape (n_blocks + 1,
+    SIZE / CELL_STEP), each row of sum 1."""
 
     spectra: NDArray[np.complex64]
     densities: Spectrum
@@ -174,7 +157,7 @@ def _blocks_of(said: Signal) -> _Blocks:
     around = np.lib.stride_tricks.sliding_window_view(sound, SIZE)[::BLOCK] * _WINDOW
     both = rfft(around)
     slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
-    time = np.square(slopes).reshape(n_blocks + 1, -1, STEP).sum(axis=2) + 1e-12
+    time = np.square(slopes).reshape(n_blocks + 1, -1, CELL_STEP).sum(axis=2) + 1e-12
     time /= time.sum(axis=1, keepdims=True)
     return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
 
@@ -195,21 +178,19 @@ class WeightedSound:
         """`heard` and `noise` alone, shapes (n,) and (m,), m ≥ FRAME, float32 at 16 kHz."""
         self.n = len(heard)
         inverse = inverse_spectrum(heard, noise)
-        weights = loudness_weights(heard, noise, inverse)
-        weighted = np.asarray(heard * weights, np.float32)
-        white = np.square(_filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
+        cells = cell_weights(heard, noise, inverse)
+        weighted = through_cells(heard, cells)
+        white = np.square(filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
         variance = max(float(np.mean(white)), TINY)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
-        squares = np.square(weights)
-        beyond = np.maximum(1.0 - squares / np.maximum(LOUD * (1.0 - squares), TINY), 0.0)
-        self._speech = np.concatenate([[0.0], np.cumsum(white * beyond / variance)])
-        steps = np.pad(squares, (SIZE, 2 * SIZE))
-        steps = np.asarray(steps[: len(steps) // STEP * STEP].reshape(-1, STEP).mean(axis=1), np.float32)
-        self._steps = np.lib.stride_tricks.sliding_window_view(steps, SIZE // STEP)
+        self._speech = np.concatenate([[0.0], np.cumsum(white * beyond_noise(cells, self.n) / variance)])
+        silence = SIZE // CELL_STEP, 2 * SIZE // CELL_STEP
+        around = np.pad(np.square(cells)[: self.n // CELL_STEP + 1], (silence, (0, 0)))
+        self._cells = np.lib.stride_tricks.sliding_window_view(around, SIZE // CELL_STEP, axis=0)
         self._inverse = at_bins(inverse / variance, SIZE)
-        twice = _filtered(weighted, inverse / variance)
+        twice = filtered(weighted, inverse / variance)
         self._sought = _frames_of(twice)
-        self._frames = _frames_of(np.asarray(twice * weights, np.float32))
+        self._frames = _frames_of(through_cells(twice, cells))
         self._fits: dict[tuple[Signal, int], Fit] = {}
 
     def energy(self, first: int, last: int) -> float:
@@ -251,7 +232,7 @@ class WeightedSound:
                 number, off = divmod(at - SHIFT - BACK, GRID)
                 heard = self._frames[self._numbers(number, len(blocks.spectra))]
                 np.einsum("ij,ij->j", blocks.spectra, heard, out=both[k])
-                np.matmul(self._shares(at, blocks.time), blocks.densities, out=own[k])
+                np.einsum("ij,ij->j", self._shares(at, blocks.time), blocks.densities, out=own[k])
                 offs.append(off)
             across = np.fft.irfft(both, SIZE)
             own *= self._inverse
@@ -267,12 +248,13 @@ class WeightedSound:
         return np.clip(first + step * np.arange(n_blocks), 0, len(self._frames) - 1)
 
     def _shares(self, at: int, time: Spectrum) -> Spectrum:
-        """The mean square weight of each part of a signal at sample `at` whose power is spread in `time` so."""
-        first = max(at + SIZE - BLOCK, 0) // STEP
-        seen = self._steps[first :: BLOCK // STEP][: len(time)]
-        shares = np.zeros(len(time), np.float32)  # after the end there is no sound
-        np.einsum("ij,ij->i", seen, time[: len(seen)], out=shares[: len(seen)])
-        return shares
+        """The mean square weight, at each bin, of each part of a signal at sample `at` whose power is spread in `time`
+        so, shape (n_parts, SIZE / 2 + 1)."""
+        first = round(max(at + SIZE - BLOCK, 0) / CELL_STEP)
+        seen = self._cells[first :: BLOCK // CELL_STEP][: len(time)]
+        shares = np.zeros((len(time), seen.shape[1]), np.float32)  # after the end there is no sound
+        np.einsum("ibj,ij->ib", seen, time[: len(seen)], out=shares[: len(seen)])
+        return np.repeat(shares, CELL_BINS * SIZE // CELL, axis=1)[:, : SIZE // 2 + 1]
 
 
 def autocorrelations(fits: Sequence[Fit]) -> Taps:
@@ -289,62 +271,7 @@ def energy_weights(taps: Taps) -> Spectrum:
     return np.asarray(weights, np.float32)
 
 
-def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
-    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
-    usual = _smooth(_spectrum(noise), 3) + ECHOES * _smooth(_spectrum(heard), 6)
-    hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
-    inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
-    return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
-
-
-def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The weight of each sample, at most 1: less where the whitened sound is louder than the whitened noise."""
-    gains = np.sqrt(inverse)
-    power = _power(_filtered(heard, gains))
-    floor = max(median(_power(_filtered(noise, gains))), LEAST_NOISE * float(power.mean()), TINY)
-    return (1.0 + power / (LOUD * floor)) ** -0.5
-
-
 def _frames_of(sound: Samples) -> NDArray[np.complex64]:
     """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
     frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]
     return np.concatenate([rfft(frames[k : k + 64]) for k in range(0, len(frames), 64)])
-
-
-def at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
-    """A spectrum of BINS at the bins of a transform of `size` samples."""
-    at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
-    return np.asarray(np.interp(at, np.arange(BINS), spectrum), np.float32)
-
-
-def _filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
-    """A sound through a filter of these gains at BINS frequencies, without delay."""
-    size = transform_size(len(sound) + FRAME)
-    return np.asarray(np.fft.irfft(rfft(sound, size) * at_bins(gains, size), size)[: len(sound)])
-
-
-def _spectrum(sound: Samples) -> NDArray[np.float64]:
-    """Mean power at BINS frequencies (Welch's method), shape (BINS,)."""
-    return np.asarray(np.mean(powers_of(sound), axis=0), np.float64)
-
-
-def powers_of(sound: Samples) -> Spectrum:
-    """Power at BINS frequencies in frames of FRAME samples, half a frame apart, shape (frames, BINS)."""
-    padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
-    spectra = rfft(np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * _HANN)
-    return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
-
-
-def _smooth(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
-    """The mean over `reach` neighbours on either side."""
-    return np.convolve(np.pad(values, reach, mode="edge"), np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
-
-
-def _power(sound: Samples) -> NDArray[np.float64]:
-    """Mean power around each sample, over POWER_S twice, shape (n,)."""
-    half = round(POWER_S * SAMPLE_RATE_HZ / 4)
-    power = np.square(sound, dtype=np.float64)
-    for _ in range(2):
-        total = np.cumsum(np.pad(power, (half + 1, half), mode="edge"))
-        power = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
-    return np.maximum(power, 0.0)

@@ -1,0 +1,158 @@
+"""Whitening: weights that make all noise alike, and count what is louder than the noise for little.
+
+A cell of the short-time spectrum that is much louder than the noise may be the voice, its echoes, or a plate that is
+put down: so it counts little more than one that is as loud as the noise. As whitening by the phase transform in an
+echoing room (C. Knapp & G. Carter, "The generalized correlation method for estimation of time delay", IEEE Trans. ASSP
+24(4), 1976), but cell by cell, so that a sound at some frequencies leaves the others as they are.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.arrays import median
+from hvcpd.recognition.frontend import TINY, rfft
+
+FRAME = 1024
+BINS = FRAME // 2 + 1
+BAND_HZ = (100.0, 7600.0)
+"""Band that counts: rumble lies below it, and converters' filters differ above it."""
+ECHOES = 0.3
+"""Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
+LOUD = 4.0
+"""Ratio to the noise's power above which sound is weighted by its own power: clatter is noise, and echoes are as loud
+as what they follow."""
+POWER_S = 0.04
+FLOOR = 1e-4
+"""No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
+SILENCE = 1e-13
+LEAST_NOISE = 1e-6
+"""Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
+before somebody speaks, and single precision is not enough for more."""
+
+CELL = 512
+"""Samples (32 ms) of a cell: as long as a response."""
+CELL_STEP = CELL // 4
+CELL_BINS = 4
+"""Bins of a cell, 125 Hz: about the width of a formant."""
+CELLS = -(-(CELL // 2 + 1) // CELL_BINS)
+"""Number of cells from 0 to 8 kHz."""
+CELL_LOUD = 6.0
+"""Ratio to the noise's power above which a cell is weighted by its own power."""
+
+_HANN = np.hanning(FRAME).astype(np.float32)
+_CELL_WINDOW = np.hanning(CELL + 1)[:-1].astype(np.float32)
+
+Spectrum = NDArray[np.float32]
+
+
+def transform_size(n: int) -> int:
+    """The least size of at least `n` samples whose transform is quick: 2^k, or 5/4 or 3/2 of it."""
+    power = 1 << max(n - 1, 1).bit_length()
+    return next(size for size in (power * 5 // 8, power * 3 // 4, power) if size >= n)
+
+
+def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
+    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
+    usual = _smooth(_spectrum(noise), 3) + ECHOES * _smooth(_spectrum(heard), 6)
+    hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
+    inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
+    return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
+
+
+def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The weight of each sample, at most 1: less where the whitened sound is louder than the whitened noise."""
+    gains = np.sqrt(inverse)
+    power = _power(filtered(heard, gains))
+    floor = max(median(_power(filtered(noise, gains))), LEAST_NOISE * float(power.mean()), TINY)
+    return (1.0 + power / (LOUD * floor)) ** -0.5
+
+
+def cell_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> Spectrum:
+    """The weight, at most 1, of each cell of `heard`, shape (n, CELLS): cell k is around sample CELL_STEP k. Less where
+    the whitened sound is louder than the whitened noise."""
+    power = _cell_powers(heard, inverse)
+    alone = _cell_powers(noise, inverse)
+    usual = np.partition(alone, len(alone) // 2, axis=0)[len(alone) // 2]
+    floor = np.maximum(usual, LEAST_NOISE * float(power.mean()) + TINY)
+    return np.asarray((1.0 + power / (CELL_LOUD * floor)) ** -0.5, np.float32)
+
+
+def beyond_noise(weights: Spectrum, n: int) -> NDArray[np.float64]:
+    """The share of the weighted energy that is not the noise's, around each of `n` samples."""
+    squares = np.square(weights, dtype=np.float64)
+    received = CELL_LOUD * (1.0 - squares)  # a cell's weighted power, in powers of the noise
+    share = np.maximum(received - squares, 0.0).sum(axis=1) / np.maximum(received.sum(axis=1), TINY)
+    return np.asarray(np.interp(np.arange(n), CELL_STEP * np.arange(len(share)), share))
+
+
+def through_cells(sound: Samples, weights: Spectrum) -> Samples:
+    """A sound, shape (n,), with its cells weighted."""
+    spectra = _cell_spectra(sound)
+    spectra *= np.repeat(weights, CELL_BINS, axis=1)[:, : CELL // 2 + 1]
+    parts = np.fft.irfft(spectra, CELL).reshape(len(spectra), -1, CELL_STEP)
+    out = np.zeros((len(parts) + parts.shape[1], CELL_STEP), np.float32)
+    overlap = np.zeros_like(out)
+    for k, window in enumerate(_CELL_WINDOW.reshape(-1, CELL_STEP)):
+        out[k : k + len(parts)] += parts[:, k]
+        overlap[k : k + len(parts)] += window
+    seen = slice(CELL // 2, CELL // 2 + len(sound))
+    return np.asarray(out.reshape(-1)[seen] / overlap.reshape(-1)[seen], np.float32)
+
+
+def _cell_spectra(sound: Samples) -> NDArray[np.complex64]:
+    padded = np.pad(sound, (CELL // 2, CELL))
+    frames = np.lib.stride_tricks.sliding_window_view(padded, CELL)[::CELL_STEP]
+    return np.asarray(rfft(frames * _CELL_WINDOW), np.complex64)
+
+
+def _cell_powers(sound: Samples, inverse: NDArray[np.float64]) -> Spectrum:
+    """The mean power of each whitened cell and its neighbours, shape (n, CELLS)."""
+    spectra = _cell_spectra(sound)
+    power = (spectra.real**2 + spectra.imag**2) * at_bins(inverse, CELL)
+    power = np.pad(power, ((0, 0), (0, CELLS * CELL_BINS - power.shape[1])), mode="edge")
+    power = power.reshape(len(power), CELLS, CELL_BINS).mean(axis=2)
+    around = np.pad(power, 1, mode="edge")
+    across = (around[:-2] + 2.0 * around[1:-1] + around[2:]) / 4.0
+    return np.asarray((across[:, :-2] + 2.0 * across[:, 1:-1] + across[:, 2:]) / 4.0, np.float32)
+
+
+def at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
+    """A spectrum of BINS at the bins of a transform of `size` samples."""
+    at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
+    return np.asarray(np.interp(at, np.arange(BINS), spectrum), np.float32)
+
+
+def filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
+    """A sound through a filter of these gains at BINS frequencies, without delay."""
+    size = transform_size(len(sound) + FRAME)
+    return np.asarray(np.fft.irfft(rfft(sound, size) * at_bins(gains, size), size)[: len(sound)])
+
+
+def _spectrum(sound: Samples) -> NDArray[np.float64]:
+    """Mean power at BINS frequencies (Welch's method), shape (BINS,)."""
+    return np.asarray(np.mean(powers_of(sound), axis=0), np.float64)
+
+
+def powers_of(sound: Samples) -> Spectrum:
+    """Power at BINS frequencies in frames of FRAME samples, half a frame apart, shape (frames, BINS)."""
+    padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
+    spectra = rfft(np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * _HANN)
+    return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
+
+
+def _smooth(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
+    """The mean over `reach` neighbours on either side."""
+    return np.convolve(np.pad(values, reach, mode="edge"), np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
+
+
+def _power(sound: Samples) -> NDArray[np.float64]:
+    """Mean power around each sample, over POWER_S twice, shape (n,)."""
+    half = round(POWER_S * SAMPLE_RATE_HZ / 4)
+    power = np.square(sound, dtype=np.float64)
+    for _ in range(2):
+        total = np.cumsum(np.pad(power, (half + 1, half), mode="edge"))
+        power = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
+    return np.maximum(power, 0.0)
