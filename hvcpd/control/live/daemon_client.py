@@ -229,10 +229,9 @@ def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
     return _first(running, None, folders)
 
 
-def unnamed_sockets(options: argparse.Namespace) -> list[Path]:
-    """The sockets of all robots that run here, where neither the options nor the settings say which one is meant."""
-    settings, name = lenient_settings(options, noted=False)
-    if options.socket is not None or settings.control.socket is not None or name is not None:
+def unnamed_sockets(settings: Settings, name: str | None) -> list[Path]:
+    """The sockets of all robots that run here, where neither the settings nor a name say which one is meant."""
+    if settings.control.socket is not None or name is not None:
         return []
     return _running(socket_folders(settings))
 

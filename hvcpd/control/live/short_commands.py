@@ -10,7 +10,13 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from hvcpd.control.live.daemon_client import DaemonClient, find_daemon, unnamed_sockets
+from hvcpd.control.live.daemon_client import (
+    DaemonClient,
+    daemon_in,
+    find_daemon,
+    lenient_settings,
+    unnamed_sockets,
+)
 from hvcpd.control.live.show_config import value_text
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
@@ -18,9 +24,13 @@ from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
 
 def run(options: argparse.Namespace) -> int:
     """Give the command, and report its result. "Stop" that names no robot is for each that runs here."""
-    several = unnamed_sockets(options) if options.command == "stop" else []
-    if len(several) < 2:
+    if options.command != "stop" or options.socket is not None:
         _give(options, find_daemon(options))
+        return EX_OK
+    settings, name = lenient_settings(options)
+    several = unnamed_sockets(settings, name)
+    if len(several) < 2:
+        _give(options, daemon_in(settings, name))
         return EX_OK
     with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
         given = [pool.submit(_stop, options, path) for path in several]
