@@ -38,8 +38,8 @@ until the clatter ends."""
 MORE = 5 * SAMPLE_RATE_HZ // 4
 """The same (1.25 s) while a sentence seemed to go on at the last cut."""
 EVERY = 17 * SAMPLE_RATE_HZ // 20
-"""Beginnings are searched for around points this far apart (0.85 s), so everywhere: see `search`. A greeting that was
-none would else hide a sentence that has none."""
+"""Where there was no greeting, or in clatter, beginnings are searched for around points this far apart (0.85 s), so
+everywhere: see `search`."""
 
 
 @dataclass(eq=False)
@@ -72,7 +72,8 @@ class OpenStretch:
 
     @property
     def places(self) -> list[int]:
-        """The samples around which sentences may begin: where speech was noticed; in clatter, anywhere."""
+        """The samples around which sentences may begin: where speech was noticed; in clatter, in which a greeting may
+        have been detected that was none, anywhere."""
         noticed = {at for at in self.noticed if at >= self.begin}
         return sorted(noticed.union(range(self.begin + EARLIER, self.end, EVERY)) if self.hidden else noticed)
 

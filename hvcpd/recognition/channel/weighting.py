@@ -140,8 +140,7 @@ class Fit:
 class _Blocks:
     """A known signal in blocks of BLOCK samples: their `spectra`, conjugate, shape (n_blocks, SIZE / 2 + 1); the power
     `densities` around each block's beginning, and around the end, shape (n_blocks + 1, SIZE / 2 + 1); and how the power
-    is spread in `time` there, in steps of CELL_STEP, shape (n_blocks + 1,
-    SIZE / CELL_STEP), each row of sum 1."""
+    is spread in `time` there, in steps of CELL_STEP, shape (n_blocks + 1, SIZE / CELL_STEP), each row of sum 1."""
 
     spectra: NDArray[np.complex64]
     densities: Spectrum
