@@ -134,12 +134,13 @@ class Scorekeeper:
         counts = {task.number: self._done.get(task.number, []) for task in self._tasks.tasks}
         wanted = [task for task in self._tasks.tasks if not task.on_demand]
         done = {task.number: times(task, len(counts[task.number])) for task in wanted}
+        undone = tuple(number for number, n in done.items() if n == 0)
         said = [s.said for s in self._sentences]
         return Summary(
             tasks=len(wanted),
             done={t.name: " and ".join(counts[t.number][: t.robots]) for t in self._tasks.tasks if counts[t.number]},
             duplicates=sum(max(n - 1, 0) for n in done.values()),
-            lost=list(done.values()).count(0),
+            lost=len(undone),
             utterances_sent=len(said),
             utterances_understood=sum(self._understood(s) for s in self._sentences),
             collisions=_collisions(said),
@@ -148,7 +149,7 @@ class Scorekeeper:
             realtime_factor=virtual_s / max(wall_s, 1e-9),
             seed=seed,
             mode=mode,
-            undone=tuple(number for number, n in done.items() if n == 0),
+            undone=undone,
             repeated=tuple(number for number, n in done.items() if n > 1),
         )
 

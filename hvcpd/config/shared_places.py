@@ -156,8 +156,10 @@ def check_places(parts: Parts, sounds_alike: Callable[[str, str], bool] | None) 
 def _check_room(parts: Parts, at: KeyPath, places: Sequence[tuple[PlaceEntry, KeyPath]]) -> None:
     """A task for several robots is in none of the places."""
     point, robots = parts.get((*at, "place"), PointEntry), parts.get((*at, "robots"), int) or 1
-    for entry, path in places if point is not None and robots > 1 else ():
-        if point is not None and entry.place().distance_m(point.place()) < LINE_M:
+    if point is None or robots <= 1:
+        return
+    for entry, path in places:
+        if entry.place().distance_m(point.place()) < LINE_M:
             line = parts.where(path, at)
             text = f"the task takes {robots} robots, and only one fits in the place {entry.name!r} in {line}"
             parts.fault((*at, "robots"), f"{text}; write 1, or move one of the two")

@@ -123,7 +123,8 @@ class Pass:
 
     def hold_off(self, now: float) -> None:
         """Those that wait have been told that a robot is inside: they pause before they ask again."""
-        self.waiting |= {name: (self.waiting[name][0], now) for name in self.queue(now)}
+        for name in self.queue(now):
+            self.note_waiting(name, now)
 
     def queue(self, now: float) -> tuple[str, ...]:
         """The other robots that wait, the one that has waited longest first."""

@@ -117,7 +117,7 @@ class RclpyPort(RosPort):
                 self._subscribe(topic)
             self._navigation = self._make_nav2() if wanted.takes_goals else None
             self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
-        except Exception:
+        except Exception:  # whatever it is, no half of a node is left behind
             self._clean_up()
             raise
 
