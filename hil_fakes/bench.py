@@ -211,7 +211,7 @@ class Bench:
         on_demand = tuple(t.number for t in self.plan.tasks.tasks if t.on_demand)
         noise_db_spl = self.plan.air.noise_db_spl
         head = (0.0, self.plan.names, starts, plants, mode, self.plan.seed, noise_db_spl)
-        score.emit(Started(*head, names, icons, shared, on_demand))
+        score.emit(Started(*head, names, icons, shared, on_demand, self.plan.tasks.places))
         with ExitStack() as stack:
             places = [self._make_place(k, start, stack) for k, start in enumerate(starts)]
             self.robots = {place.name: place.robot for place in places}

@@ -45,6 +45,12 @@ class SharedPlace:
         dy_m = max(self.low_y_m - point.y_m, 0.0, point.y_m - self.high_y_m)
         return math.hypot(dx_m, dy_m) - self.radius_m
 
+    @property
+    def corners(self) -> tuple[Place, Place]:
+        """The lowest and the highest corner of the rectangle around the area."""
+        low = Place(self.low_x_m - self.radius_m, self.low_y_m - self.radius_m)
+        return low, Place(self.high_x_m + self.radius_m, self.high_y_m + self.radius_m)
+
     def way_m(self, here: Place, goal: Place, margin_m: float) -> float | None:
         """How far along the straight way from `here` to `goal` the area comes as near as `margin_m`; None: nowhere.
 

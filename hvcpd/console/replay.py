@@ -68,7 +68,8 @@ def _begin(story: Story, record: MissionRecord) -> Message:
         {"name": clean(name), "slot": robot_slot(k), "points": [], "x_m": pose.x_m, "y_m": pose.y_m}
         for k, (name, pose) in enumerate(zip(story.started.robots, story.started.starts, strict=False))
     ]
-    plan = {"kind": "plan", "svg": draw_plan(plants, starts + ways, dict(story.started.icons)), "trails": trails}
+    drawn = draw_plan(plants, starts + ways, dict(story.started.icons), story.started.places)
+    plan = {"kind": "plan", "svg": drawn, "trails": trails}
     board = _board(Watch(story.started), story)
     return {"kind": "snapshot", "parts": [_robots(story, 0.0), board], "plan": plan}
 

@@ -7,12 +7,13 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.console.alarms import alarms_of, was_given_up
 from hvcpd.console.lines import Lines, Slots, line_of, line_of_row
 from hvcpd.console.viewers import Message, Viewers
 from hvcpd.reporting.events import Plant
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.map_svg import draw_plan
+from hvcpd.reporting.map_svg import corners, draw_plan
 from hvcpd.reporting.text import clean, shown_away, task_words
 
 MAX_TRAIL = 4000
@@ -68,7 +69,7 @@ class Scene:
 
     def status(self, status: Reply) -> None:
         """Take a reply to `status`."""
-        before = self.name
+        before, areas = self.name, _areas(self._status)
         self._status = status
         self._offset_s = status["wall_s"] - status["now_s"]
         self._slots.of(self.name)
@@ -76,6 +77,8 @@ class Scene:
             self._trail.clear()
         self.viewers.tell(self._robots())
         self.viewers.tell(self._alarms())
+        if _areas(status) != areas:
+            self._draw()
         if status["pose"] is not None:
             self._move(status["pose"]["x_m"], status["pose"]["y_m"], status["pose"]["heading_deg"])
 
@@ -136,14 +139,15 @@ class Scene:
                 self._draw()
 
     def _draw(self) -> None:
-        """Draw the room again, with all tasks' places and the whole trail."""
+        """Draw the room again, with all tasks' places, those that only one robot fits in, and the whole trail."""
+        areas = _areas(self._status)
         placed = [task for task in self._tasks if task["place"] is not None]
         plants = [Plant(t["number"], t["name"], t["place"]["x_m"], t["place"]["y_m"]) for t in placed]
-        points = [(plant.x_m, plant.y_m) for plant in plants] + list(self._trail)
+        points = [(plant.x_m, plant.y_m) for plant in plants] + list(self._trail) + corners(areas)
         if points:
             xs, ys = zip(*points, strict=True)
             self._framed = (min(xs) - 0.5, min(ys) - 0.5, max(xs) + 0.5, max(ys) + 0.5)
-        self._plan = draw_plan(plants, list(self._trail), {t["number"]: t.get("icon", "") for t in placed})
+        self._plan = draw_plan(plants, list(self._trail), {t["number"]: t.get("icon", "") for t in placed}, areas)
         self.viewers.tell(self._plan_message())
 
     def _plan_message(self) -> Message:
@@ -201,6 +205,12 @@ class Scene:
 
     def _alarms(self) -> Message:
         return {"kind": "alarms", "alarms": alarms_of(self._status, self._tasks) if self._status else []}
+
+
+def _areas(status: Reply | None) -> tuple[SharedPlace, ...]:
+    """The places that only one robot fits in; daemons of older versions do not tell where they are."""
+    places = status.get("places", ()) if status is not None else ()
+    return tuple(SharedPlace(place["name"], **place["area"]) for place in places if "area" in place)
 
 
 def _placed(tasks: Sequence[Reply]) -> list[tuple[Any, ...]]:

@@ -172,10 +172,12 @@ def _talk(body: Body) -> dict[str, Any]:
 
 
 def _place(p: Pass, now: float) -> dict[str, Any]:
-    """A place that only one robot fits in: who has it, and who waits, the longest first."""
+    """A place that only one robot fits in: where it is, who has it, and who waits, the longest first."""
+    area = asdict(p.place)
     lasts = math.isfinite(p.lease_end_s) and not p.using
     return {
-        "name": p.place.name,
+        "name": area.pop("name"),
+        "area": area,
         "keeper": p.keeper,
         "inside": p.inside,
         "wanted_s": round(now - p.wanted_s, 1) if p.wanted_s is not None else None,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.ports import PlaceGoal, Pose, Samples
 
 
@@ -41,6 +42,8 @@ class Started:
     """The number of every task that takes several robots, and how many."""
     on_demand: tuple[int, ...] = ()
     """The tasks that are done only on request."""
+    places: tuple[SharedPlace, ...] = ()
+    """Where only one robot fits in at a time."""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ from hvcpd.reporting.timeline_svg import draw_timeline
 
 SWITCHED = Markup(' <span><i class="swatch switched-key"></i> pump (or another switched device) on</span>')
 """In the timeline's legend."""
+ROOM_FOR_ONE = Markup('<span><i class="swatch area-key"></i> room for one robot; others wait at the dotted line</span>')
+"""In the map's legend."""
 _DISTANCE = "Distance from its place (m)"
 """A column of the table of tasks."""
 MAX_NAMED_DRIVES = 3
@@ -113,7 +115,8 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
 def _legend(story: Story) -> Markup:
     robots = [tag("span", name, class_=f"key r{robot_slot(k)}") for k, name in enumerate(story.robots)]
     pale = [tag("span", "pale: not done")] if story.started.plants else []
-    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), *pale], " ")
+    places = [ROOM_FOR_ONE] if story.started.places else []
+    return joined([*robots, tag("span", "○ start  □ end  ➤ way"), *pale, *places], " ")
 
 
 def _spectrograms(story: Story, sound: Samples) -> Markup:

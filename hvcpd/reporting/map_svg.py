@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from markupsafe import Markup
 
+from hvcpd.config.shared_places import LINE_M, SharedPlace
 from hvcpd.reporting.events import Performed, Plant, Trail
 from hvcpd.reporting.icons import drawn
 from hvcpd.reporting.markup import joined, tag
@@ -74,16 +75,20 @@ def fit(points: Sequence[tuple[float, float]]) -> Frame:
 
 
 def draw_plan(
-    plants: Sequence[Plant], others: Sequence[tuple[float, float]] = (), icons: Mapping[int, str] | None = None
+    plants: Sequence[Plant],
+    others: Sequence[tuple[float, float]] = (),
+    icons: Mapping[int, str] | None = None,
+    areas: Sequence[SharedPlace] = (),
 ) -> Markup:
     """The room with the tasks' places, none of them done yet, and room for `others`: (x_m, y_m).
 
-    `icons` are the tasks' by number; without one a task has the neutral mark.
+    `icons` are the tasks' by number; without one a task has the neutral mark. Only one robot fits in each of the
+    `areas`.
 
     The picture tells in its data how metres become its units, for a script that draws robots into it: x is
     `pad + (x_m - left) * scale`, y is `pad + (high - (y_m - bottom)) * scale`.
     """
-    frame = fit([(plant.x_m, plant.y_m) for plant in plants] + list(others))
+    frame = fit([(plant.x_m, plant.y_m) for plant in plants] + list(others) + corners(areas))
     labels = _Labels(frame)
     for plant in plants:
         labels.block(*frame.at(plant.x_m, plant.y_m), 16.0)
@@ -91,6 +96,7 @@ def draw_plan(
         "svg",
         tag("title", f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m"),
         _grid(frame),
+        tag("g", joined(_area(frame, area, labels) for area in areas)),
         tag("g", joined(_marks(frame, plants, icons or {}, {}, labels))),
         **_canvas(frame),
         data_left=frame.left_m,
@@ -109,8 +115,9 @@ def _canvas(frame: Frame) -> dict[str, str]:
 
 def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
     """The map; `trails` are simplified already."""
-    plants = story.started.plants
+    plants, areas = story.started.plants, story.started.places
     points = [(plant.x_m, plant.y_m) for plant in plants] + [(pose.x_m, pose.y_m) for pose in story.started.starts]
+    points += corners(areas)
     for trail in trails:
         points += list(zip(trail.x_m.tolist(), trail.y_m.tolist(), strict=True))
     frame = fit(points)
@@ -122,18 +129,41 @@ def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
     for trail in drawn:
         labels.block(*frame.at(trail.x_m[0], trail.y_m[0]), 9.0)
         labels.block(*frame.at(trail.x_m[-1], trail.y_m[-1]), 16.0)
-        labels.avoid(frame, trail)
+        labels.avoid([frame.at(x, y) for x, y in zip(trail.x_m.tolist(), trail.y_m.tolist(), strict=True)])
     title = f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m, with the robots' trails"
     return tag(
         "svg",
         tag("title", title),
         _grid(frame),
+        tag("g", joined(_area(frame, area, labels) for area in areas)),
         tag("g", joined(_trail(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
         tag("g", joined(_marks(frame, plants, dict(story.started.icons), _acts(story), labels))),
         tag("g", joined(_ends(frame, trail, order.get(trail.robot, 0), labels) for trail in drawn)),
         tag("g", joined(_puck(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
         **_canvas(frame),
     )
+
+
+def corners(areas: Iterable[SharedPlace]) -> list[tuple[float, float]]:
+    """Points (x_m, y_m) between which all of these areas lie."""
+    return [(corner.x_m, corner.y_m) for area in areas for corner in area.corners]
+
+
+def _area(frame: Frame, area: SharedPlace, labels: _Labels) -> Markup:
+    """A place that only one robot fits in, and the line at which others wait."""
+    low, high = area.corners
+    (left, bottom), (right, top) = frame.at(low.x_m, low.y_m), frame.at(high.x_m, high.y_m)
+
+    def outline(kind: str, margin: float) -> Markup:
+        wide, tall = right - left + 2 * margin, bottom - top + 2 * margin
+        radius = area.radius_m * frame.scale + margin
+        return tag("rect", class_=kind, x=left - margin, y=top - margin, width=wide, height=tall, rx=radius)
+
+    told = tag("title", f"The {area.name}: only one robot fits in; others wait at the dotted line")
+    outlines = tag("g", told, outline("area", 0.0), outline("wait", LINE_M * frame.scale))
+    name = labels.place(area.name, 0.5 * (left + right), 0.5 * (top + bottom), 0.5 * (bottom - top), "label area-name")
+    labels.avoid([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)])
+    return joined([outlines, name])
 
 
 def _grid(frame: Frame) -> Markup:
@@ -254,10 +284,9 @@ class _Labels:
     def block(self, x: float, y: float, radius: float) -> None:
         self._taken.append((x - radius, y - radius, x + radius, y + radius))
 
-    def avoid(self, frame: Frame, trail: Trail) -> None:
-        """Rather not cover this trail."""
-        for k in range(len(trail.t_s) - 1):
-            (xa, ya), (xb, yb) = (frame.at(trail.x_m[i], trail.y_m[i]) for i in (k, k + 1))
+    def avoid(self, points: Sequence[tuple[float, float]]) -> None:
+        """Rather not cover the line through these points."""
+        for (xa, ya), (xb, yb) in itertools.pairwise(points):
             n = min(int(math.hypot(xb - xa, yb - ya) / 6.0) + 1, 200)
             self._crowd += zip(np.linspace(xa, xb, n).tolist(), np.linspace(ya, yb, n).tolist(), strict=True)
 
@@ -284,6 +313,6 @@ class _Labels:
     def _cost(self, left: float, base: float, wide: float) -> float:
         a, b, c, d = self._box(left, base, wide)
         hidden = sum(max(min(c, q[2]) - max(a, q[0]), 0) * max(min(d, q[3]) - max(b, q[1]), 0) for q in self._taken)
-        # Over a trail a label can still be read, over another label neither can; beyond the edge it is cut off.
+        # Over a line a label can still be read, over another label neither can; beyond the edge it is cut off.
         crossed = sum(a <= x <= c and b <= y <= d for x, y in self._crowd)
         return 10.0 * hidden + 8.0 * crossed + 1e6 * (a < 0 or c > self._width)

@@ -62,6 +62,11 @@ def test_the_replay_ends_as_the_mission_did(tmp_path: Path) -> None:
         assert (last["x_m"], last["y_m"]) == pytest.approx((trail.x_m[-1], trail.y_m[-1]), abs=0.05)
 
 
+def test_the_map_has_the_places_that_only_one_robot_fits_in(tmp_path: Path) -> None:
+    plan = read_recording(recorded(tmp_path, example(sound=False))).messages["begin"]["plan"]
+    assert "The corridor: only one robot fits in" in plan["svg"]
+
+
 def test_each_line_tells_who_heard_it_and_how_surely(tmp_path: Path) -> None:
     recording = read_recording(recorded(tmp_path, example(sound=False))).messages
     lines = [step["message"]["line"] for step in recording["steps"] if step["message"]["kind"] == "line"]

@@ -119,6 +119,19 @@ def test_the_map_grows_with_the_robots_way() -> None:
     assert made.snapshot()["plan"] == plan
 
 
+def test_a_place_that_only_one_robot_fits_in_is_on_the_map_as_soon_as_the_robot_tells_of_it() -> None:
+    made, area = scene(), {"low_x_m": 4.0, "low_y_m": 0.0, "high_x_m": 5.0, "high_y_m": 2.0, "radius_m": 0.0}
+    corridor = {"name": "corridor", "area": area, "keeper": None, "inside": False, "waiting": []}
+    viewer = made.viewers.join()
+    made.status(status(places=[corridor]))
+    assert "The corridor: only one robot fits in" in made.snapshot()["plan"]["svg"]
+    assert "plan" in {message["kind"] for message in asyncio.run(viewer.take(dict))}
+    made.status(status(places=[{**corridor, "keeper": "Bot"}]))
+    assert "plan" not in {message["kind"] for message in asyncio.run(viewer.take(dict))}, "it has not moved"
+    made.status(status(places=[{"name": "corridor", "keeper": None}]))
+    assert "corridor" not in made.snapshot()["plan"]["svg"], "an older daemon does not tell where it is"
+
+
 def test_a_peer_is_shown_with_the_task_that_it_claimed() -> None:
     made = scene()
     made.tasks([task(3, state="claimed", owner="Bot")])

@@ -72,6 +72,8 @@ def test_who_has_left_a_place_or_ceased_to_ask_for_it_is_not_shown_to_have_it_or
             corridor.note_waiting("Bot", robot.now - 1.0)
             status = (await (await bench.connect()).ask("status"))["result"]
             assert status["places"][0]["waiting"] == ["Bot"]
+            area = {"low_x_m": 0.0, "low_y_m": 0.0, "high_x_m": 1.0, "high_y_m": 1.0, "radius_m": 0.0}
+            assert status["places"][0]["area"] == area
             assert "corridor: nobody has it; waiting: Bot " in shown(status)
             corridor.keep("Max", robot.now)
             status = (await (await bench.connect()).ask("status"))["result"]

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hvcpd.config.shared_places import SharedPlace
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose
 from hvcpd.reporting.events import (
     Event,
@@ -71,7 +72,8 @@ def example(
         done[plant.name] = name
     end_s = max(e.at_s for e in told.events) + 10.0
     events = _in_order(told.events, names, ways, end_s)
-    head = Started(0.0, names, starts, plants, "volunteer", seed, 40.0)
+    corridor = SharedPlace("corridor", 0.5, -2.0, 2.0, 0.5)
+    head = Started(0.0, names, starts, plants, "volunteer", seed, 40.0, places=(corridor,))
     tail = _summary(events, done, len(plants), end_s, seed)
     waves = _sound(told.events, names, end_s, rng) if sound else np.zeros(0, np.float32)
     return MissionRecord((head, *events, tail), tuple(_trail(n, ways[n], end_s) for n in names), waves, title)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.reporting.events import Heard, MissionRecord, Performed, Said, Summary
+from hvcpd.reporting.events import Heard, MissionRecord, Performed, Said, Started, Summary
 from hvcpd.reporting.html import SPEEDS, page, write_report
 from hvcpd.reporting.markup import VOID
 from tests.reporting.example import example, pitch_of
@@ -129,6 +129,16 @@ def test_shows_the_distance_from_the_plant(record: MissionRecord) -> None:
     moved = replace(first, x_m=plant.x_m + 0.03, y_m=plant.y_m - 0.04)
     events = tuple(moved if e is first else e for e in record.events)
     assert "0.050" in "".join(Page(page(replace(record, events=events))).text)
+
+
+def test_a_place_that_only_one_robot_fits_in_is_on_the_map_and_in_its_legend(
+    parsed: Page, record: MissionRecord
+) -> None:
+    assert len(parsed.of_class("area")) == len(parsed.of_class("wait")) == len(parsed.of_class("area-key")) == 1
+    (started, *events) = record.events
+    assert isinstance(started, Started)
+    without = Page(page(replace(record, events=(replace(started, places=()), *events), sound=record.sound[:0])))
+    assert without.of_class("area") == without.of_class("area-key") == []
 
 
 def test_the_sound_holds_every_utterance_at_its_time(parsed: Page, record: MissionRecord) -> None:
