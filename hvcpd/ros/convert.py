@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
 import dataclasses
+import shutil
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from hvcpd.ros.messages import (
@@ -51,7 +54,11 @@ def ros_class(ros_type: str) -> Any:
         if ros_type not in OWN or "genpy" not in sys.modules:
             raise
     dynamic: Any = import_module("genpy.dynamic")
-    return dynamic.generate_dynamic(ros_type, _whole_definition(OWN[ros_type]))[ros_type]
+    made = dynamic.generate_dynamic(ros_type, _whole_definition(OWN[ros_type]))[ros_type]
+    # genpy deletes the folder that it was made in when this process ends, which a bridge that starts again does not.
+    atexit.unregister(shutil.rmtree)
+    shutil.rmtree(Path(str(sys.modules[made.__module__].__file__)).parent)
+    return made
 
 
 def definition(plain: Any) -> str:

@@ -52,6 +52,15 @@ def test_every_message_passes_through_ros(message: Message) -> None:
     assert from_ros(through_bytes(to_ros(message, dialect())), type(message)) == message
 
 
+def test_nothing_stays_on_the_disk_of_how_a_message_was_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bridge that started again with its master left five folders in /tmp each time."""
+    dialect()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    made = ros_class.__wrapped__("hvcpd_msgs/TaskArray")
+    assert made._md5sum == ros_class("hvcpd_msgs/TaskArray")._md5sum
+    assert list(tmp_path.iterdir()) == []
+
+
 @cache
 def noetic() -> Any:
     """The message definitions of ROS Noetic as rosbags has them, and the one of them that it lacks."""
