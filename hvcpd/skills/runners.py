@@ -265,6 +265,7 @@ async def end_group(process: asyncio.subprocess.Process) -> None:
     signal_group(process.pid, signal.SIGKILL)
     with suppress(TimeoutError):
         await asyncio.wait_for(process.wait(), KILLED_S)
+    process._transport.close()  # type: ignore[attr-defined]  # whoever else has its output open, nobody reads it any more
 
 
 def signal_group(group: int, number: signal.Signals) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import os
 import signal
 import sys
@@ -91,10 +92,17 @@ def test_a_program_is_done_when_it_ends_whatever_it_has_started(before: str) -> 
     assert time.monotonic() - began_s < 5.0
 
 
-def test_a_program_that_is_cancelled_waits_for_nobody_in_a_session_of_its_own(tmp_path: Path) -> None:
+def test_a_program_that_is_cancelled_waits_for_nobody_in_a_session_of_its_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its output was still open when the loop was closed, and Python complained about that later."""
+    complaints = list[object]()
+    monkeypatch.setattr(sys, "unraisablehook", complaints.append)
     began = tmp_path / "began"
     deaf = shell(f"trap '' TERM; setsid sleep 9 & touch {began}; sleep 9; sleep 9")
     assert run(cancelled(deaf, began.exists)) < STOP_S
+    gc.collect()
+    assert complaints == []
 
 
 def test_a_parameter_that_a_new_task_file_no_longer_has_is_a_failed_call() -> None:
