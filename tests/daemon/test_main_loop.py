@@ -203,7 +203,7 @@ def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: 
 def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other(tmp_path: Path, units: Path) -> None:
     outfits = [
         wire_up(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed, "names": ["Anna"]}))
-        for name, y_m, seed in (("Rob", -5.0, 1), ("Zorg", -4.0, 2))
+        for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2))
         if (tmp_path / name).mkdir() is None
     ]
     with capture_logs() as logs:
@@ -213,9 +213,9 @@ def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other
 
         with shared_room([wiring.settings for wiring in outfits], until(60.0, done)) as room:
             live(outfits, room)
-    assert {line["name"] for line in logs if line["event"] == "name learned"} == {"Rob", "Zorg"}
-    assert any(text.startswith(("Hi Rob, I am Zorg, confirmed", "Hi Zorg, I am Rob, confirmed")) for text in said(logs))
-    for wiring, other in zip(outfits, ("Zorg", "Rob"), strict=True):
+    assert {line["name"] for line in logs if line["event"] == "name learned"} == {"Rob", "Bot"}
+    assert any(text.startswith(("Hi Rob, I am Bot, confirmed", "Hi Bot, I am Rob, confirmed")) for text in said(logs))
+    for wiring, other in zip(outfits, ("Bot", "Rob"), strict=True):
         store = Store(wiring.settings.memory_path)
         try:
             assert store.names_heard() == (other,)

@@ -11,8 +11,7 @@ import pytest
 
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.bench_plans import relay_plan
-from hil_fakes.loudspeakers import IDEAL
-from hil_fakes.room import Air, FreeField
+from hil_fakes.room import Air
 from hvcpd.assembly.make import make_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -62,24 +61,17 @@ def test_every_plant_is_watered_exactly_once(coordinator: str | None, plants: in
     assert score.utterances_understood > 6
 
 
-def test_so_is_it_in_free_air() -> None:
-    plan = BenchPlan(NAMES, THREE, 3, ways=FreeField(), loudspeaker=IDEAL, limit_s=200.0)
-    score = summary(Bench(plan, sound()).run())
-    assert (len(score.done), score.duplicates, score.lost) == (3, 0, 0)
-    assert score.utterances_understood > 6
-
-
 def test_robots_that_were_told_only_their_own_names_spell_them_and_do_a_task_once() -> None:
-    plan = BenchPlan(("Rob", "Zorg"), ONE, 3, strangers=True, limit_s=200.0)
+    plan = BenchPlan(NAMES, ONE, 3, strangers=True, limit_s=200.0)
     bench = Bench(plan, sound())
     record = bench.run()
     score = summary(record)
     said = [e.text for e in record.events if isinstance(e, Said)]
-    assert any(text.endswith("I spell, zulu oscar romeo golf") for text in said)
+    assert any(text.endswith("I spell, bravo oscar tango") for text in said)
     assert any(text.endswith("I spell, romeo oscar bravo") for text in said)
-    assert any(text.startswith(("Hi Zorg, I am Rob, confirmed", "Hi Rob, I am Zorg, confirmed")) for text in said)
+    assert any(text.startswith(("Hi Bot, I am Rob, confirmed", "Hi Rob, I am Bot, confirmed")) for text in said)
     assert (len(score.done), score.duplicates, score.lost) == (1, 0, 0)
-    assert [set(robot.phrasebook.vocabulary.names) for robot in bench.robots.values()] == [{"Rob", "Zorg"}] * 2
+    assert [set(robot.phrasebook.vocabulary.names) for robot in bench.robots.values()] == [{"Rob", "Bot"}] * 2
 
 
 def test_said_slowly_and_twice_everything_is_done_once_and_the_floor_is_kept_between() -> None:

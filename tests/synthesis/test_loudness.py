@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 LEXICON = Lexicon.load()
 BOOK = Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), ("water the yellow rose",), (1, 2)))
 RNG = random.Random(4)
-SENTENCES = [BOOK.phrases(BOOK.sample(RNG)) for _ in range(8)] + [(("stop",),)]
+SENTENCES = [BOOK.phrases(BOOK.sample(RNG)) for _ in range(4)] + [(("stop",),)]
 
 TABLE_1 = ([1.53512485958697, -2.69169618940638, 1.19839281085285], [1.0, -1.69065929318241, 0.73248077421585])
 TABLE_2 = ([1.0, -2.0, 1.0], [1.0, -1.99004745483398, 0.99007225036621])
