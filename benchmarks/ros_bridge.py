@@ -22,7 +22,7 @@ from hil_fakes.sound_server import wait_until
 from tests.e2e import ros_robot
 from tests.e2e.ros_robot import Roscore, read_record
 from tests.ros.live import BRIDGE, bridge_to, daemon_at, running
-from tests.ros.test_bridge import HEARD, moving
+from tests.ros.talk import HEARD, moving
 
 WAIT_S = 60.0
 COMMAND_S = 0.05

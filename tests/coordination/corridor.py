@@ -52,3 +52,10 @@ class Corridor(TrafficMission):
         while not self.robots[name].knowledge.passes[0].inside:
             assert self.air.now < 300.0
             self.air.run_until(self.air.now + 0.25)
+
+
+def heard(
+    mission: Corridor, name: str, speaker: str, statement: m.Statement, now: float, to: str | None = None
+) -> None:
+    """A robot hears another one, and does what follows until now."""
+    mission.robots[name].heard(m.Utterance(speaker, m.ToRobot(to) if to else m.ToAll(), None, statement), now)

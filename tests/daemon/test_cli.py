@@ -13,9 +13,8 @@ import pytest
 
 from hvcpd import __version__
 from hvcpd.cli import main
-from hvcpd.config.settings import WheelSettings
 from hvcpd.config.settings_file import load_settings
-from hvcpd.daemon.devices import Devices, make_wheels
+from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.main_loop import FAREWELL_S
 from hvcpd.errors import (
     EX_CANTCREAT,
@@ -211,11 +210,6 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
         main(["--version"], MISSING)
     assert end.value.code == EX_OK
     assert capsys.readouterr().out == f"hvcpd {__version__}\n"
-
-
-def test_no_wheels_by_the_settings() -> None:
-    assert make_wheels(WheelSettings(driver="none")) is None
-    assert make_wheels(WheelSettings()) is not None
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])

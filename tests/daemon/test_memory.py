@@ -5,71 +5,19 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
-import subprocess
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from structlog.testing import capture_logs
 
-from hvcpd.errors import NewerStoreError, StoreError
+from hvcpd.errors import NewerStoreError
 from hvcpd.memory.latch import Latched, Permit, StopLatch, latched_of
-from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
-from hvcpd.memory.store import Store, TaskRecord
+from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import SCHEMA_VERSION
-from tests.full_disk import no_new_bytes
-
-TASK = TaskRecord(1, "water the green rose", "done", "Rob", 12.5)
-
-
-class Robot:
-    """A robot's files, with its lives one after another."""
-
-    def __init__(self, folder: Path) -> None:
-        self.files = MemoryFiles(folder / "rob.sqlite3", folder / "rob.seals.sqlite3", folder / "rob.latch")
-        self.spares = (folder.with_name("run.stopped"), folder.with_name("tmp.stopped"))
-
-    @contextmanager
-    def life(self, has_key: bool = False, ends: bool = True) -> Iterator[tuple[Memory, StopLatch]]:
-        """From a start to an orderly end, or to being killed; in the latter case its files are let go of later."""
-        latch = StopLatch(self.files.latch, self.spares)
-        with capture_logs():
-            memory = open_memory(self.files, latch, has_key)
-        try:
-            yield memory, latch
-        finally:
-            if not ends:  # as kill -9 leaves them
-                shutil.rmtree(self.files.tasks.parent.with_name("left"), ignore_errors=True)
-                shutil.copytree(self.files.tasks.parent, self.files.tasks.parent.with_name("left"))
-            memory.store.close()
-            if memory.seals is not None:
-                memory.seals.close()
-            latch.close()
-            if not ends:
-                shutil.rmtree(self.files.tasks.parent)
-                self.files.tasks.parent.with_name("left").rename(self.files.tasks.parent)
-
-    def starts(self, has_key: bool = False) -> Memory:
-        """What the next start finds."""
-        with self.life(has_key) as (memory, _):
-            return memory
-
-    def lives(self, stops: bool = False, has_key: bool = False, ends: bool = False) -> None:
-        """A life in which a task is done."""
-        with self.life(has_key, ends) as (memory, latch):
-            memory.store.save_task(TASK)
-            if memory.seals is not None:
-                memory.seals.raise_counter("k/bot", 7)
-            if stops:
-                stop(memory, latch)
-
-
-def stop(memory: Memory, latch: StopLatch) -> None:
-    latch.write(Latched(Permit.STOPPED, memory.latched.memory, memory.latched.seals))
+from tests.daemon.lives import TASK, Robot
 
 
 @pytest.fixture
@@ -234,140 +182,3 @@ def test_only_a_whole_line_says_that_the_robot_is_free(line: bytes) -> None:
 @given(st.sampled_from(Permit), st.none() | st.integers(1, 2**62), st.none() | st.integers(1, 2**62))
 def test_a_line_says_what_was_written(permit: Permit, memory: int | None, seals: int | None) -> None:
     assert latched_of(Latched(permit, memory, seals).line) == Latched(permit, memory, seals)
-
-
-def test_a_stop_on_a_full_disk_is_kept_all_the_same(robot: Robot) -> None:
-    with robot.life(ends=False) as (memory, latch), no_new_bytes():
-        with pytest.raises(StoreError):
-            memory.store.save_task(TASK)
-        stop(memory, latch)
-    assert robot.starts().stopped
-
-
-def a_link(latch: Path) -> None:
-    latch.with_name("precious").write_text("precious")
-    latch.symlink_to("precious")
-
-
-@pytest.mark.parametrize("other", [os.mkfifo, a_link])
-def test_a_stop_on_a_full_disk_neither_waits_for_a_pipe_in_the_place_of_the_latch_nor_cuts_what_a_link_names(
-    robot: Robot, other: Callable[[Path], None]
-) -> None:
-    robot.lives()
-    robot.files.latch.unlink()
-    other(robot.files.latch)
-    latch = StopLatch(robot.files.latch, robot.spares)
-    writing = threading.Thread(target=latch.write, args=(Latched(Permit.STOPPED),), daemon=True)
-    with no_new_bytes():
-        writing.start()
-        writing.join(10.0)
-    assert not writing.is_alive()
-    assert all(file.read_text() == "precious" for file in robot.files.latch.parent.glob("precious"))
-    assert robot.starts().stopped
-
-
-def test_a_start_on_a_full_disk_is_stopped_and_says_why(robot: Robot) -> None:
-    robot.lives()
-    with no_new_bytes():
-        memory = robot.starts()
-    assert memory.stopped
-    assert memory.failing is not None or memory.fault is not None
-    assert robot.starts().stopped
-
-
-@pytest.mark.parametrize("comes_back", [False, True])
-def test_a_folder_that_was_moved_away_under_the_robot(robot: Robot, comes_back: bool) -> None:
-    folder = robot.files.tasks.parent
-    with robot.life() as (memory, latch):
-        folder.rename(folder.with_name("moved"))
-        with pytest.raises(StoreError):
-            memory.store.save_task(TASK)
-        stop(memory, latch)
-    if comes_back:
-        shutil.rmtree(folder)
-        folder.with_name("moved").rename(folder)
-    assert robot.starts().stopped
-    assert robot.starts().stopped
-
-
-def test_a_folder_that_was_emptied_under_the_robot(robot: Robot) -> None:
-    with robot.life(ends=False) as (memory, latch):
-        for file in robot.files.tasks.parent.iterdir():
-            file.unlink()
-        stop(memory, latch)
-    memory = robot.starts()
-    assert memory.stopped
-    assert memory.loss is not None
-
-
-def test_a_file_in_the_place_of_the_folder(robot: Robot) -> None:
-    folder = robot.files.tasks.parent
-    with robot.life() as (memory, latch):
-        folder.rename(folder.with_name("moved"))
-        folder.write_text("in the way")
-        with pytest.raises(StoreError, match=r"only in .*run\.stopped"):
-            stop(memory, latch)
-    folder.unlink()
-    assert robot.starts().stopped
-
-
-@pytest.fixture
-def frozen() -> Iterator[Callable[[Path], None]]:
-    """Makes a folder and all in it immutable (chattr(1)): a file system that has become read-only looks so."""
-    folders: list[Path] = []
-
-    def attribute(change: str, folder: Path) -> bool:
-        command = ["chattr", change, str(folder), *map(str, folder.iterdir())]
-        return subprocess.run(command, stderr=subprocess.DEVNULL, check=False).returncode == 0
-
-    def freeze(folder: Path) -> None:
-        folders.append(folder)
-        if not attribute("+i", folder):
-            pytest.skip("only the superuser can make files immutable, and not on every file system")
-
-    yield freeze
-    for folder in folders:
-        attribute("-i", folder)
-
-
-def thawed(folder: Path) -> None:
-    subprocess.run(["chattr", "-i", str(folder), *map(str, folder.iterdir())], check=True)
-
-
-def test_a_stop_that_its_disk_does_not_take_is_kept_elsewhere_and_told(
-    robot: Robot, frozen: Callable[[Path], None]
-) -> None:
-    robot.lives()
-    folder = robot.files.tasks.parent
-    with robot.life() as (memory, latch):
-        frozen(folder)
-        with pytest.raises(StoreError, match=r"only in .*run\.stopped"):
-            stop(memory, latch)
-        robot.spares[0].unlink()
-        robot.spares[0].mkdir()
-        with pytest.raises(StoreError, match=r"only in .*tmp\.stopped"):
-            stop(memory, latch)
-        thawed(folder)
-    with robot.life() as (memory, latch):
-        assert memory.stopped
-        latch.write(Latched(Permit.FREE, memory.latched.memory))
-    assert not robot.starts().stopped
-    assert not robot.spares[1].exists()
-
-
-def test_a_start_whose_disk_takes_nothing_is_stopped(robot: Robot, frozen: Callable[[Path], None]) -> None:
-    robot.lives(ends=True)
-    folder = robot.files.tasks.parent
-    frozen(folder)
-    memory = robot.starts()
-    assert memory.stopped
-    assert memory.loss is not None
-    thawed(folder)
-    assert robot.starts().stopped, "it may have been stopped again meanwhile"
-
-
-def test_what_others_have_put_in_the_spare_places_stops_nobody(robot: Robot) -> None:
-    robot.lives()
-    robot.spares[0].symlink_to(robot.files.tasks)
-    robot.spares[1].mkdir()
-    assert not robot.starts().stopped

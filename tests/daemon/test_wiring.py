@@ -8,6 +8,7 @@ import pytest
 from hvcpd.assembly.make import make_robot
 from hvcpd.config.settings import Settings, WaitSettings, WheelSettings
 from hvcpd.coordination.actions import Timing
+from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
 
@@ -57,3 +58,8 @@ def test_only_a_name_that_the_others_were_told_is_not_spelled(tmp_path: Path) ->
 def test_names_that_were_heard_are_known_again(tmp_path: Path) -> None:
     wiring = wire_up(Settings(name="Rob", state_dir=tmp_path))
     assert wiring.plan(heard=("Zorg", "rob", "all")).team.names == ("Rob", "Bot", "Zorg")
+
+
+def test_no_wheels_by_the_settings() -> None:
+    assert make_wheels(WheelSettings(driver="none")) is None
+    assert make_wheels(WheelSettings()) is not None

@@ -15,7 +15,7 @@ from typing import Any
 
 from hil_fakes.sound_server import wait_until
 from tests.e2e.ros_robot import END_WITH_PARENT
-from tests.ros.test_bridge import STATUS
+from tests.ros.talk import STATUS
 
 END_S = 30.0
 BRIDGE = (sys.executable, "-m", "hvcpd.control.cli", "ros")

@@ -13,7 +13,7 @@ from hvcpd.ros.bridge import Bridge
 from hvcpd.ros.nav2 import Nav2
 from hvcpd.ros.parameters import Parameters
 from tests.e2e import ros_robot
-from tests.ros.test_bridge import moving
+from tests.ros.talk import moving
 from tests.ros.test_ros1 import dialect
 
 MISSING = ros_robot.missing()  # any ROS's geometry_msgs will do

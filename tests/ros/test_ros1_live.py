@@ -19,7 +19,7 @@ from hvcpd.errors import EX_FAILURE
 from tests.e2e import ros_robot
 from tests.e2e.ros_robot import MOVES, Roscore, read_record
 from tests.ros.live import BRIDGE, SocketDaemon, bridge_to, daemon_at, running
-from tests.ros.test_bridge import HEARD
+from tests.ros.talk import HEARD
 
 MISSING = ros_robot.missing()
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(MISSING), reason=MISSING)]

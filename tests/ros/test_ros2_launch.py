@@ -21,7 +21,7 @@ import yaml
 from hil_fakes.sound_server import wait_until
 from tests.e2e.ros_robot import read_record
 from tests.ros.live import bridge_to, daemon_at, running
-from tests.ros.test_bridge import HEARD
+from tests.ros.talk import HEARD
 from tests.ros.test_ros1_live import PACKAGES
 from tests.ros.test_ros2_live import ENVIRONMENT, OURS, PYTHON, WAIT_S
 

@@ -22,7 +22,7 @@ from hil_fakes.sound_server import wait_until
 from hvcpd.errors import EX_FAILURE, EX_USER
 from tests.e2e.ros_robot import read_record
 from tests.ros.live import SocketDaemon, bridge_to, daemon_at, running
-from tests.ros.test_bridge import HEARD, moving
+from tests.ros.talk import HEARD, moving
 
 VARIABLE = "ROS2_PYTHON"
 ROOT = Path(__file__).parents[2]

@@ -1,0 +1,188 @@
+"""The latch and what must not be lost, on a full disk, in files that cannot be used, and with two daemons."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import sqlite3
+import sys
+from collections.abc import Coroutine
+from pathlib import Path
+from typing import Any
+
+import pytest
+from structlog.testing import capture_logs
+
+from hvcpd.config.settings import Settings
+from hvcpd.coordination.actions import SaveStopped, SaveTask
+from hvcpd.daemon.journal_service import CHECK_S, JournalService
+from hvcpd.daemon.wiring import Wiring, wire_up
+from hvcpd.errors import RunningError, StoreError
+from hvcpd.memory.latch import Permit, StopLatch
+from hvcpd.robot.records import GarbledRecord
+
+
+@pytest.fixture
+def wiring(tmp_path: Path) -> Wiring:
+    return wire_up(Settings(name="Rob", state_dir=tmp_path / "state"))
+
+
+def run(scene: Coroutine[Any, Any, None]) -> None:
+    asyncio.run(asyncio.wait_for(scene, 20.0))
+
+
+async def starts_stopped(wiring: Wiring) -> None:
+    """The next start of the same robot, which is stopped."""
+    again = JournalService(wiring)
+    await again.open()
+    assert again.stopped
+    await again.close()
+
+
+def test_a_memory_that_cannot_be_opened(wiring: Wiring) -> None:
+    wiring.settings.state_dir.write_text("in the way")
+
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        with pytest.raises(StoreError, match="state_dir"):
+            await journal.open()
+        await journal.close()
+
+    run(scene())
+
+
+def permit(wiring: Wiring) -> Permit | None:
+    """The latch's decision about the next start."""
+    found = StopLatch(wiring.latch_path).read()
+    return found.permit if found is not None else None
+
+
+def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        assert permit(wiring) is Permit.FREE
+        other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
+        other.execute("BEGIN EXCLUSIVE")
+        journal.write((SaveTask(1, "claimed", "Rob"), SaveTask(2, "done", "Bot")), 1.0)
+        await journal.settled()
+        assert journal.fault is not None
+        assert permit(wiring) is Permit.UNSURE, "killed now, the robot would start stopped"
+        journal.write((SaveTask(1, "done", "Rob"),), 1.5)
+        await journal.settled()
+        other.execute("ROLLBACK")
+        other.close()
+        journal.write((), 10.0)
+        await journal.settled()
+        assert (journal.fault, journal.lost) == (None, 0)
+        assert permit(wiring) is Permit.FREE
+        await journal.close()
+        again = JournalService(wiring)
+        assert (await again.open()).tasks == {1: ("done", "Rob"), 2: ("done", "Bot")}
+        assert again.stopped is False
+        await again.close()
+
+    run(scene())
+
+
+def test_a_stop_is_kept_before_it_is_answered_and_whatever_waits_for_the_disk(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        journal.stop()  # before the memory is open
+        opening = asyncio.ensure_future(journal.open())
+        assert await journal.stop_kept() is None
+        await opening
+        assert permit(wiring) is Permit.STOPPED
+        journal.stop(False)
+        assert await journal.stop_kept() is None
+        assert permit(wiring) is Permit.FREE
+        other = sqlite3.connect(wiring.settings.memory_path, isolation_level=None)
+        other.execute("BEGIN EXCLUSIVE")
+        journal.write((GarbledRecord(1.0, 1.0, 2.0), SaveStopped(True)), 1.0)
+        assert await journal.stop_kept() is None
+        assert permit(wiring) is Permit.STOPPED, "though nothing else can be written"
+        other.execute("ROLLBACK")
+        other.close()
+        await journal.close()
+        await starts_stopped(wiring)
+
+    run(scene())
+
+
+def test_resume_and_stop_in_one_breath_leave_the_latch_stopped_all_the_while(wiring: Wiring) -> None:
+    written: list[str] = []
+
+    def note(event: str, arguments: tuple[object, ...]) -> None:  # an audit hook stays for good, and then notes nothing
+        if noting and event == "os.rename" and arguments[1] == str(wiring.latch_path):
+            written.append(Path(str(arguments[0])).read_text().split()[0])
+
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        journal.stop()
+        assert await journal.stop_kept() is None
+        journal.write((SaveStopped(False), SaveStopped(True)), 1.0)
+        await journal.settled()
+        await journal.close()
+
+    sys.addaudithook(note)
+    noting = True
+    try:
+        run(scene())
+    finally:
+        noting = False
+    assert written
+    assert "free" not in written[written.index("stopped") :]
+
+
+def test_a_memory_has_one_daemon_whichever_sockets_they_have(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal, other = JournalService(wiring), JournalService(wiring)
+        await journal.open()
+        journal.stop()
+        assert await journal.stop_kept() is None
+        with pytest.raises(RunningError, match=re.escape(str(wiring.settings.memory_path))):
+            await other.open()
+        await other.close()
+        assert permit(wiring) is Permit.STOPPED
+        await journal.close()
+        await starts_stopped(wiring)
+
+    run(scene())
+
+
+def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stopped(wiring: Wiring) -> None:
+    wiring.settings.state_dir.mkdir()
+    wiring.settings.memory_path.mkdir()
+
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        assert (await journal.open()).tasks == {}
+        assert journal.stopped
+        assert journal.fault is not None
+        assert journal.fault in (journal.loss or "")
+        journal.write((SaveStopped(False), SaveTask(1, "done", "Rob"), GarbledRecord(1.0, 1.0, 2.0)), 1.0)
+        journal.write((), 5.0)
+        await journal.close()
+        assert permit(wiring) is Permit.UNSURE, "it was told to resume, and nobody knows what it has done since"
+
+    with capture_logs() as logs:
+        run(scene())
+    (lost,) = [line for line in logs if line["event"] == "memory lost"]
+    assert "set `state_dir` to another" in lost["reason"]
+
+
+def test_a_file_that_was_cut_is_noticed_though_nothing_is_written(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        os.truncate(wiring.settings.memory_path, 0)
+        journal.write((), CHECK_S)
+        await journal.settled()
+        assert journal.fault is not None
+        assert "cut short" in journal.fault
+        await journal.close()
+        await starts_stopped(wiring)
+
+    run(scene())
