@@ -31,9 +31,9 @@ def plant(number: int, colour: str, x_m: float, y_m: float) -> TaskDefinition:
     return TaskDefinition(number, f"water the {colour} rose", place, (GoTo(place), Tend(2.0)))
 
 
-THREE = TaskRepository((plant(1, "green", -4.0, -3.5), plant(2, "orange", -2.5, -4.5), plant(3, "white", -5.0, -2.5)))
-TWO, ONE = TaskRepository(THREE.tasks[:2]), TaskRepository(THREE.tasks[:1])
-"""As many as what a test is about needs: each takes its time."""
+TWO = TaskRepository((plant(1, "green", -4.0, -3.5), plant(2, "orange", -2.5, -4.5)))
+ONE = TaskRepository(TWO.tasks[:1])
+"""As many as what a test is about needs: each takes its time. `tests/release/test_readme.py` has five shared out."""
 
 
 @cache
@@ -41,11 +41,15 @@ def sound() -> Sound:
     return make_sound(None, user_cache_folder())
 
 
+def ordered(seed: int, limit_s: float) -> Bench:
+    """Two plants, which the coordinator orders one after the other."""
+    return Bench(BenchPlan(NAMES, TWO, seed, coordinator="Bot", limit_s=limit_s), sound())
+
+
 @cache
-def flown(coordinator: str | None = None) -> tuple[MissionRecord, Bench]:
-    """Three plants, which the robots share out; or two, which the coordinator orders one after the other."""
-    tasks = THREE if coordinator is None else TWO
-    bench = Bench(BenchPlan(NAMES, tasks, 3, coordinator, limit_s=200.0), sound())
+def flown() -> tuple[MissionRecord, Bench]:
+    """The whole of it."""
+    bench = ordered(3, 200.0)
     return bench.run(), bench
 
 
@@ -54,10 +58,9 @@ def summary(record: MissionRecord) -> Summary:
     return found
 
 
-@pytest.mark.parametrize(("coordinator", "plants"), [(None, 3), ("Bot", 2)])
-def test_every_plant_is_watered_exactly_once(coordinator: str | None, plants: int) -> None:
-    score = summary(flown(coordinator)[0])
-    assert (len(score.done), score.duplicates, score.lost) == (plants, 0, 0)
+def test_every_plant_is_watered_exactly_once() -> None:
+    score = summary(flown()[0])
+    assert (len(score.done), score.duplicates, score.lost) == (2, 0, 0)
     assert score.utterances_understood > 6
 
 
@@ -124,13 +127,13 @@ def test_robots_that_encrypt_do_every_task_once_and_say_no_word_of_it() -> None:
 
 
 def test_a_robot_alone_is_understood_by_nobody() -> None:
-    record = Bench(BenchPlan(("Rob",), THREE, 3, limit_s=20.0), sound()).run()
+    record = Bench(BenchPlan(("Rob",), TWO, 3, limit_s=20.0), sound()).run()
     assert summary(record).utterances_sent > 0
     assert summary(record).utterances_understood == 0
 
 
 def test_who_is_ordered_reads_back_and_reports() -> None:
-    said = [(e.speaker, e.text) for e in flown("Bot")[0].events if isinstance(e, Said)]
+    said = [(e.speaker, e.text) for e in flown()[0].events if isinstance(e, Said)]
     order = next(i for i, (who, text) in enumerate(said) if who == "Bot" and text.startswith("Hi Rob, I am Bot, water"))
     task = said[order][1].removeprefix("Hi Rob, I am Bot, ")
     assert ("Rob", f"Hi Bot, I am Rob, I will {task}") in said[order:]
@@ -149,13 +152,12 @@ def test_with_the_air_muted_nothing_is_coordinated() -> None:
 
 
 def test_a_seed_tells_the_whole_mission() -> None:
-    """Until both have talked, driven and worked."""
+    """Until both have talked, and one has driven and worked."""
     seen_s = 44.0
-    again, first = Bench(BenchPlan(NAMES, THREE, 3, limit_s=seen_s), sound()).run(), flown()[0]
+    again, first = ordered(3, seen_s).run(), flown()[0]
     assert np.array_equal(again.sound, first.sound[: len(again.sound)])
     events = [e for e in again.events if not isinstance(e, Summary | Said)]  # at the end somebody may be talking
     assert {Heard, TaskChanged, Performed} <= {type(e) for e in events}
-    assert {e.robot for e in events if isinstance(e, Performed)} == set(NAMES)
     assert events == [e for e in first.events if not isinstance(e, Summary | Said)][: len(events)]
     assert [e.text for e in again.events if isinstance(e, Said)] == [
         e.text for e in first.events if isinstance(e, Said) and e.at_s < seen_s
@@ -163,13 +165,12 @@ def test_a_seed_tells_the_whole_mission() -> None:
 
 
 def test_another_seed_is_another_mission() -> None:
-    plan = BenchPlan(NAMES, THREE, 4, limit_s=8.0)
-    assert not np.array_equal(Bench(plan, sound()).run().sound[:112_000], flown()[0].sound[:112_000])
+    assert not np.array_equal(ordered(4, 8.0).run().sound[:112_000], flown()[0].sound[:112_000])
 
 
 def reheard(recording: Samples) -> Iterator[str]:
     """The sentences in a recording, heard without knowing when the robot itself spoke."""
-    book = make_phrasebook(NAMES, DEFAULT_TEAMS, THREE)
+    book = make_phrasebook(NAMES, DEFAULT_TEAMS, TWO)
     recogniser = make_recogniser(book, NAMES, sound())
     for event in recogniser.push(recording) + recogniser.flush():
         if isinstance(event, Recognised):
@@ -178,6 +179,6 @@ def reheard(recording: Samples) -> Iterator[str]:
 
 def test_a_robots_recording_gives_the_missions_transcript() -> None:
     record, bench = flown()
-    own = [(e.at_s, e.text) for e in record.events if isinstance(e, Said) and e.speaker == "Rob"]
-    others = [(e.at_s, e.text) for e in record.events if isinstance(e, Heard) and e.listener == "Rob"]
-    assert list(reheard(bench.recordings["Rob"])) == [text for _at_s, text in sorted(own + others)]
+    own = [(e.at_s, e.text) for e in record.events if isinstance(e, Said) and e.speaker == "Bot"]
+    others = [(e.at_s, e.text) for e in record.events if isinstance(e, Heard) and e.listener == "Bot"]
+    assert list(reheard(bench.recordings["Bot"])) == [text for _at_s, text in sorted(own + others)]
