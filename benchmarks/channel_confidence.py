@@ -35,7 +35,6 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Evidence, SearchResult, Stretch, quiet_part
 from hvcpd.recognition.channel.path import Path as Sentence
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.stretches import EVERY
 from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
@@ -89,19 +88,18 @@ class Bench:
         self.listener = ChannelListener(team.book.robots_graph, books)
         self.search = ChannelSearch(team.book.robots_graph, books[: len({book.voice for book in books})])
 
-    def paths(self, sound: Samples, lead: int, noticed: Sequence[int]) -> tuple[WeightedSound, list[Sentence]]:
-        """Those in a sound, shape (n,), whose first `lead` samples are from before the speech, which was `noticed` at
-        samples from half a second before its beginning on."""
+    def paths(self, sound: Samples, lead: int) -> tuple[WeightedSound, list[Sentence]]:
+        """Those in a sound, shape (n,), whose first `lead` samples are from before the speech."""
         heard = sound[lead - SAMPLE_RATE_HZ // 2 :]
         weighted = WeightedSound(heard, quiet_part(sound[:lead], heard))
-        return weighted, self.search.paths(weighted, noticed)
+        return weighted, self.search.paths(weighted)
 
     def cases(self, trial: Trial) -> Iterator[Case]:
         """One or two of the first sentence of a trial; none if nothing was found."""
         said = trial.said[0]
         begin = max(said.start - BEFORE, 0)
         sound = trial.sound[begin : said.end + AFTER]
-        weighted, paths = self.paths(sound, said.start - begin, [SAMPLE_RATE_HZ // 2])
+        weighted, paths = self.paths(sound, said.start - begin)
         found = self.listener.evidence(weighted, paths)
         if found is not None:
             yield case(found, said.words, False)
@@ -121,9 +119,7 @@ class Bench:
             hear(ears, clip)
             found = []
             for job in searched.jobs:
-                before = min(job.lead, SAMPLE_RATE_HZ // 2)
-                noticed = [at - job.lead + before for at in job.noticed]
-                weighted, paths = self.paths(job.sound, job.lead, noticed)
+                weighted, paths = self.paths(job.sound, job.lead)
                 evidence = self.listener.evidence(weighted, paths)
                 found += [evidence] if evidence is not None else []
             if found:
@@ -137,8 +133,7 @@ class Bench:
         rng = np.random.default_rng(seed)
         noise = rng.standard_normal(BEFORE + len(talk)) * level * power_ratio(-snr_db) ** 0.5
         sound = np.asarray(np.pad(talk * (level / rms), (BEFORE, 0)) + noise, np.float32)
-        everywhere = range(SAMPLE_RATE_HZ // 2, len(talk), EVERY)
-        weighted, paths = self.paths(sound, BEFORE, everywhere)
+        weighted, paths = self.paths(sound, BEFORE)
         found = self.listener.evidence(weighted, paths)
         if found is not None:
             yield replace(case(found, (), False), talk=True)

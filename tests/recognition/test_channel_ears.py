@@ -223,7 +223,7 @@ def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: 
     """A person's sentences were reported up to 40 s late, all at once when everybody was silent."""
     whole = through_a_room(spoken("all, who is here"), 1)
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    going_on = LISTENER.search(Stretch(half, 0, AT, (AT,), cut=True)).in_progress
+    going_on = LISTENER.search(Stretch(half, 0, AT, cut=True)).in_progress
     assert going_on
     listening = ears(Script([(END + 800, GARBLED)]), Told(SearchResult(robot=robot, in_progress=going_on)))
     assert run(listening, 0, END + 10_000) == ([] if robot else [GARBLED])

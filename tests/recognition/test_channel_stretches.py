@@ -16,7 +16,7 @@ GREETING = Beginning(0, greeting=True)
 
 
 def stretch(after: OpenStretch | None = None) -> OpenStretch:
-    return OpenStretch(0, 0, [0], MORE, hidden=True, after=after)
+    return OpenStretch(0, 0, MORE, hidden=True, after=after)
 
 
 @pytest.mark.parametrize("since", [None, 9_000])
@@ -39,9 +39,9 @@ def test_signs_that_begin_with_a_greeting_show_the_end_and_others_do_not() -> No
 def test_a_voice_that_stands_out_shows_its_end_in_any_noise() -> None:
     loud, faint = stretch(), stretch()
     for at in range(0, 32_000, 400):
-        loud.note_sign(at, at + 400, rises=False, clatters=False)
+        loud.note_sign(at, at + 400, clatters=False)
         if at % 1_600 == 0:
-            faint.note_sign(at, at + 400, rises=False, clatters=False)
+            faint.note_sign(at, at + 400, clatters=False)
     assert loud.is_over(32_000 + QUIET)
     assert not faint.is_over(32_000 + QUIET)
 

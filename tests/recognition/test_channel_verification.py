@@ -27,7 +27,7 @@ def heard(text: str, voice: str = "oak") -> Samples:
 def found(sound: Samples, words: str) -> tuple[WeightedSound, Path]:
     """The path of these words that explains most."""
     weighted = WeightedSound(sound[8000:], sound[:8000])
-    paths = SEARCH.paths(weighted, [AT - 8000])
+    paths = SEARCH.paths(weighted)
     return weighted, next(path for path in paths if path.words == tuple(words.split()) and SEARCH.is_whole(path))
 
 
@@ -46,10 +46,10 @@ def test_the_end_of_a_longer_sentence_is_not_told() -> None:
     whole = heard("all, who is here")
     begins = len(heard("all,")) // 2  # half of the first word is lost
     sound = scene(AT + len(whole) + 9000, (AT, np.where(np.arange(len(whole)) < begins, 0.0, whole)), noise=0.3)
-    look = LISTENER.search(Stretch(sound, 0, AT, (AT + begins,)))
+    look = LISTENER.search(Stretch(sound, 0, AT))
     assert all(sentence.words[0] == "all" for sentence in look.sentences)
     alone = scene(AT + len(whole) + 9000, (AT, heard("who is here")), noise=0.3)
-    assert [each.words for each in LISTENER.search(Stretch(alone, 0, AT, (AT,))).sentences] == [("who", "is", "here")]
+    assert [each.words for each in LISTENER.search(Stretch(alone, 0, AT)).sentences] == [("who", "is", "here")]
 
 
 def test_what_goes_before_counts_only_in_the_same_voice() -> None:
@@ -60,7 +60,7 @@ def test_what_goes_before_counts_only_in_the_same_voice() -> None:
         said = np.concatenate([spoken("all,", voice), whole[n:]])
         sound = scene(AT + len(said) + 9000, (AT, through_a_room(said, 1)), noise=0.3)
         weighted = WeightedSound(sound[8000:], sound[:8000])
-        paths = search.paths(weighted, [AT - 8000 + n + 2240])
+        paths = search.paths(weighted)
         path = next(path for path in paths if path.words == ("who", "is", "here") and path.book.voice == "oak")
         assert is_preceded(weighted, path, GRAPH.words) == (voice == "oak")
 
@@ -69,7 +69,7 @@ def test_a_sentence_is_surer_than_what_is_left_where_it_is_not_known() -> None:
     whole = heard("hi rob, water rose")
     sound = scene(AT + len(whole) + 9000, (AT, whole), noise=0.3)
     weighted = WeightedSound(sound[8000:], sound[:8000])
-    paths = SEARCH.paths(weighted, [AT - 8000])
+    paths = SEARCH.paths(weighted)
     words = ("hi", "rob", "water", "rose")
     right = LISTENER.evidence(weighted, paths)
     wrong = LISTENER.evidence(weighted, [path for path in paths if path.words != words])

@@ -73,5 +73,5 @@ def test_a_sentence_is_found_among_plates_that_are_put_down(seed: int) -> None:
         hz = rng.choice([1700.0, 3100.0, 5200.0])
         ring = loud * np.exp(-time / 800.0) * np.sin(2 * np.pi * hz / SAMPLE_RATE_HZ * time)
         sound[begin : begin + 2400] += ring[: len(sound) - begin].astype(np.float32)
-    found = ChannelListener(GRAPH, (BOOKS["oak"],)).search(Stretch(sound, 0, AT, (AT,)))
+    found = ChannelListener(GRAPH, (BOOKS["oak"],)).search(Stretch(sound, 0, AT))
     assert [" ".join(each.words) for each in found.sentences] == ["hi rob water rose"]

@@ -59,7 +59,6 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         self._varied = varied
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
-        self._busy = False
         self._sought = 0
         """Greetings were sought up to this sample."""
         self._since: int | None = None
@@ -98,6 +97,8 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             for each in self._closed:
                 if each.job is job:
                     each.result = result
+                    if self._open is not None and self._open.after is each:
+                        self._open.due = min(self._open.due, result.sure_at)
                     out += self._believed(each, result)
                     if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
                         self._open_after(each)
@@ -142,12 +143,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     def _follow(self) -> None:
         """Track beginnings and signs of speech."""
-        at, busy = self._began, self._ears.busy
-        rises, self._busy = busy and not self._busy, busy
         if self._ears.signs:
-            self._since = at if self._since is None else self._since
+            self._since = self._began if self._since is None else self._since
             self._sign = self._now
-            self._note_sign(at, rises)
+            self._note_sign(self._began)
         elif self._now - self._sign >= QUIET:
             self._since = None
         self._note_beginning()
@@ -156,12 +155,12 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         else:
             self._close_if_due(self._open)
 
-    def _note_sign(self, at: int, rises: bool) -> None:
-        """Note a sign of speech in the block from sample `at` on; `rises`: somebody begins to speak."""
+    def _note_sign(self, at: int) -> None:
+        """Note a sign of speech in the block from sample `at` on."""
         if self._open is None:
             due = at + (CUT if self._clatters else LONGEST)
-            self._open = OpenStretch(max(at - EARLIER, self._whole_from), self._now, [at], due, self._clatters)
-        self._open.note_sign(at, self._now, rises, self._clatters)
+            self._open = OpenStretch(max(at - EARLIER, self._whole_from), self._now, due, self._clatters)
+        self._open.note_sign(at, self._now, self._clatters)
 
     def _note_beginning(self) -> None:
         """Seek a beginning in the newest sound."""
@@ -181,7 +180,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         begin = max(at - (EARLIER if found.greeting else RISEN_AFTER), self._whole_from)
         if self._open is None:
-            self._open = OpenStretch(begin, self._now, [at], at + LONGEST)
+            self._open = OpenStretch(begin, self._now, at + LONGEST)
         self._open.note_beginning(found, at, begin, self._since)
 
     def _close_if_due(self, stretch: OpenStretch) -> None:
@@ -227,15 +226,14 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         sound, lead = self._history.around(stretch.begin - LEAD, stretch.begin, self._now)
         origin = stretch.begin - lead
-        noticed = tuple(at - origin for at in stretch.places)
-        stretch.job = Stretch(sound, origin, lead, noticed, cut, stretch.earlier)
+        stretch.job = Stretch(sound, origin, lead, cut, stretch.earlier)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()
 
     def _open_after(self, stretch: OpenStretch) -> None:
         """Open a stretch for what goes on after another one, whose end no sign shows."""
-        self._open = OpenStretch(self._now, self._now, [self._now], self._now + MORE, hidden=True, after=stretch)
+        self._open = OpenStretch(self._now, self._now, self._now + MORE, hidden=True, after=stretch)
 
     def _is_dealt_with(self, stretch: OpenStretch) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
@@ -260,14 +258,11 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
             due = event.start_sample + LONGEST
-            there = self._open = self._open or OpenStretch(
-                event.start_sample, event.end_sample, [event.start_sample], due
-            )
+            there = self._open = self._open or OpenStretch(event.start_sample, event.end_sample, due)
         if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
             return self._released(event, there.result)
         there.held.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on
-            there.noticed.append(event.start_sample)
             self._close(cut=there.hidden)
         return []
 

@@ -5,6 +5,7 @@ Sentences are found, verified and removed from the sound one after the other, an
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
@@ -26,7 +27,7 @@ from hvcpd.recognition.second_pass import snr_of
 
 EXPECTED = 60.0
 """Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
-BEFORE, BEFORE_SHARE = 100.0, 0.05
+BEFORE, BEFORE_SHARE = 100.0, 0.02
 """Explained energy, and its share of what a sentence explains, from which on a word in the same voice was said right
 before it. Chance reaches 20."""
 MISSING = 0.2
@@ -120,8 +121,8 @@ LEAST_SCORE = 450.0
 """Least explained energy, in variances of the noise: chance and other talk reach 390."""
 BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
-GOES_ON = 3 * SAMPLE_RATE_HZ // 5
-"""A sentence this close (0.6 s) to a cut may have more words."""
+GOES_ON = SAMPLE_RATE_HZ
+"""A sentence this close (1 s) to a cut may have more words, of which the next one is not heard to its end."""
 REACH = SAMPLE_RATE_HZ
 """A sentence that ends earlier than this (1 s) before the end of the sound has ended."""
 MOST_IN_PROGRESS = 16
@@ -150,14 +151,12 @@ MOST_AT_ONCE = 2
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech, which was
-    noticed at the samples `noticed` of the sound. `cut`: sound went on after it. `earlier`: the `in_progress` of the
-    search before."""
+    """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech.
+    `cut`: sound went on after it. `earlier`: the `in_progress` of the search before."""
 
     sound: Samples
     origin: int
     lead: int
-    noticed: tuple[int, ...]
     cut: bool = False
     earlier: tuple[Path, ...] = ()
 
@@ -172,6 +171,8 @@ class SearchResult:
     in_progress: tuple[Path, ...] = ()
     likeliest: tuple[str, ...] = ()
     """The words of the whole sentence that is likeliest, however unsure it is; none if there is none."""
+    sure_at: int = sys.maxsize
+    """The sample by which it has ended, if it is sure but for the words that may follow."""
 
 
 class ChannelListener:
@@ -226,7 +227,7 @@ class ChannelListener:
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
-            goes_on = evidence is not None and stretch.cut and evidence.path.end + GOES_ON > len(heard)
+            goes_on = evidence is not None and stretch.cut and evidence.path.end + GOES_ON > sound.n
             if evidence is not None and not goes_on and self._is_unlike(evidence.path, heard, noise):
                 evidence = None
             if evidence is None or goes_on:
@@ -239,7 +240,8 @@ class ChannelListener:
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
                 going_on = tuple(path.moved(stretch.origin + begin) for path in last)
-                return SearchResult(tuple(sentences), robot, going_on, words)
+                sure_at = best.end + GOES_ON + stretch.origin + begin if goes_on else sys.maxsize
+                return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
             sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise, received))
@@ -253,13 +255,11 @@ class ChannelListener:
         most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
         rate finds nobody, or a sentence at another one is in progress."""
         earlier = [path.moved(-stretch.origin - begin) for path in stretch.earlier]
-        unknown = [path.starts[0] for path in earlier if path.book not in self._books]  # names were learned since
-        noticed = [*(at - begin for at in stretch.noticed), *unknown]
         others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         best = None
         for search in self._searches[:1] if reported else self._searches:
-            found = search.paths(sound, noticed, reported, earlier)
+            found = search.paths(sound, reported, earlier)
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)

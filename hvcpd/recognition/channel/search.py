@@ -1,7 +1,7 @@
 """Searches for the sentence that explains most of a segment of sound, whatever channel it came through.
 
-First words are sought where speech was noticed, and extended word by word; at each place where a sentence may begin the
-paths that explain most are kept (a beam). A response has few taps while little energy is explained, and up to TAPS
+First words are sought everywhere, and extended word by word; at each place where a sentence may begin the paths that
+explain most are kept (a beam). A response has few taps while little energy is explained, and up to TAPS
 later, because each tap explains one variance of noise by chance.
 """
 
@@ -16,7 +16,6 @@ from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.path import (
     FIRST_TAPS,
-    GREETING,
     I_AM,
     Next,
     Path,
@@ -52,8 +51,8 @@ WIDTH = 8
 """Maximum number of active paths that begin at one place, over all voices."""
 TRIED = 48
 """Maximum number of next words whose response is estimated again."""
-EARLIER, LATER = round(0.6 * SAMPLE_RATE_HZ), round(0.25 * SAMPLE_RATE_HZ)
-"""A sentence begins at most this much earlier or later than speech was noticed."""
+EARLIER = round(0.6 * SAMPLE_RATE_HZ)
+"""What begins this much (0.6 s) before a reported sentence in the same voice is an echo of it, too."""
 MOST_LAGS = 12_000
 """Number of beginnings that one transform covers."""
 
@@ -66,19 +65,12 @@ class ChannelSearch:
         self._graph = graph
         self._lengths = lengths_of(graph)
 
-    def paths(
-        self,
-        sound: WeightedSound,
-        noticed: Sequence[int],
-        reported: Sequence[Path] = (),
-        earlier: Sequence[Path] = (),
-    ) -> list[Path]:
-        """Return sentences and partial sentences, those that explain most first. They begin where `earlier` ones did,
-        found in less of this sound, or near a sample where speech was `noticed`, or anywhere if with a greeting. None
-        that begins within a sentence `reported` is in the same voice, of which late echoes remain: a robot does not say
-        two things at once."""
+    def paths(self, sound: WeightedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = ()) -> list[Path]:
+        """Return sentences and partial sentences, those that explain most first. They begin anywhere, and where
+        `earlier` ones did, found in less of this sound. None that begins within a sentence `reported` is in the same
+        voice, of which late echoes remain: a robot does not say two things at once."""
         found: list[Path] = []
-        begun = (self._begun_again(sound, earlier), self._begun(sound, noticed))
+        begun = (self._begun_again(sound, earlier), self._begun(sound))
         new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
         least = FAINT_BESIDE if reported else FAINT
         for level in chain.from_iterable(_by_place(paths, least) for paths in new):
@@ -95,20 +87,15 @@ class ChannelSearch:
     def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
         return (said for said in book.said(word, third) if not said.final or node in self._graph.rests)
 
-    def _begun(self, sound: WeightedSound, noticed: Sequence[int]) -> list[Path]:
+    def _begun(self, sound: WeightedSound) -> list[Path]:
         """Paths of one word, at the best places of each."""
         begun: list[Next] = []
-        near = _merged([(at - EARLIER, at + LATER) for at in noticed], sound.n)
-        anywhere = _merged([(-EARLIER, sound.n)], sound.n)
         for book in self._books:
             for word, node in self._graph.following[self._graph.start]:
                 empty = Path.before(book, self._graph.start)
                 said = list(self._said(book, word, 0, node))
-                best: dict[tuple[Said, int], None] = {}
-                for where in (near, anywhere) if word == GREETING else (near,):
-                    places = sorted(_places(sound, said, where), key=lambda place: -place[0])
-                    best |= dict.fromkeys((way, at) for _, way, at in places[:PLACES])
-                begun += [Next(empty, word, node, 0, way, at, SHIFT, 0.0) for way, at in best]
+                places = sorted(_places(sound, said), key=lambda place: -place[0])
+                begun += [Next(empty, word, node, 0, way, at, SHIFT, 0.0) for _, way, at in places[:PLACES]]
         return joined(sound, begun, FIRST_TAPS)
 
     def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path]) -> list[Path]:
@@ -161,26 +148,14 @@ class ChannelSearch:
                 yield Next(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
 
 
-def _places(
-    sound: WeightedSound, said: Sequence[Said], ranges: Sequence[tuple[int, int]]
-) -> Iterator[tuple[float, Said, int]]:
-    """The best places of a word in these ranges of samples: energy, rendering and first sample."""
+def _places(sound: WeightedSound, said: Sequence[Said]) -> Iterator[tuple[float, Said, int]]:
+    """The best places of a word where at least half of it was heard: energy, rendering and first sample."""
     for way in said:
-        for first, last in ranges:
-            at = first - way.lead
-            for energy, k in _peaks(sound.seek(way, at, last - first + FIRST_TAPS)):
+        until = sound.n - way.length // 2
+        for first in range(0, until, MOST_LAGS):
+            at, n = first - way.lead, min(MOST_LAGS, until - first)
+            for energy, k in _peaks(sound.seek(way, at, n + FIRST_TAPS)):
                 yield energy, way, at + k
-
-
-def _merged(ranges: Sequence[tuple[int, int]], n: int) -> list[tuple[int, int]]:
-    """Ranges of `n` samples, each once, in pieces of MOST_LAGS at most."""
-    merged: list[tuple[int, int]] = []
-    for first, last in sorted((first, min(last, n)) for first, last in ranges):
-        first = max(first, merged[-1][1]) if merged else first
-        while last > first:
-            merged.append((first, min(last, first + MOST_LAGS)))
-            first = merged[-1][1]
-    return merged
 
 
 def _is_within(path: Path, reported: Path) -> bool:

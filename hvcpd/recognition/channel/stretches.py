@@ -37,19 +37,14 @@ CUT = 5 * SAMPLE_RATE_HZ // 2
 until the clatter ends."""
 MORE = 5 * SAMPLE_RATE_HZ // 4
 """The same (1.25 s) while a sentence seemed to go on at the last cut."""
-EVERY = 17 * SAMPLE_RATE_HZ // 20
-"""Where there was no greeting, or in clatter, beginnings are searched for around points this far apart (0.85 s), so
-everywhere: see `search`."""
 
 
 @dataclass(eq=False)
 class OpenStretch:
-    """A stretch of sound: from its first sign of speech to the last; candidate onsets of speech, `noticed`; and its
-    held events."""
+    """A stretch of sound: from its first sign of speech to the last, and its held events."""
 
     begin: int
     end: int
-    noticed: list[int]
     due: int
     """The sample at which it is cut."""
     hidden: bool = False
@@ -71,13 +66,6 @@ class OpenStretch:
     result: SearchResult | None = None
 
     @property
-    def places(self) -> list[int]:
-        """The samples around which sentences may begin: where speech was noticed; in clatter, in which a greeting may
-        have been detected that was none, anywhere."""
-        noticed = {at for at in self.noticed if at >= self.begin}
-        return sorted(noticed.union(range(self.begin + EARLIER, self.end, EVERY)) if self.hidden else noticed)
-
-    @property
     def shows_end(self) -> bool:
         """Whether there were signs of speech for most of the time: then none are left once the speaker has ended."""
         if self.first_sign is None:
@@ -94,11 +82,9 @@ class OpenStretch:
         """The sample at which the first of the paths in progress began. Raises ValueError if there is none."""
         return min(path.starts[0] for path in self.in_progress)
 
-    def note_sign(self, at: int, now: int, rises: bool, clatters: bool) -> None:
-        """There were signs of speech from sample `at` up to `now`; `rises`: somebody began to speak; `clatters`: there
-        have been signs for so long that they show nothing."""
-        if at not in self.noticed and (rises or (not self.greeted and at - max(self.noticed) >= EVERY)):
-            self.noticed.append(at)
+    def note_sign(self, at: int, now: int, clatters: bool) -> None:
+        """There were signs of speech from sample `at` up to `now`; `clatters`: there have been signs for so long that
+        they show nothing."""
         self.end = now
         self.signed += now - at
         if self.first_sign is None:
@@ -109,8 +95,6 @@ class OpenStretch:
     def note_beginning(self, found: Beginning, at: int, begin: int, since: int | None) -> None:
         """A sentence may begin at sample `at`, and no earlier than `begin`; `since`: there have been signs of speech
         since this sample; None: there are none."""
-        if at not in self.noticed:
-            self.noticed.append(at)
         self.begin = min(self.begin, begin)
         self.greeted = self.greeted or found.greeting
         if self.after is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
