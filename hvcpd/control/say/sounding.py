@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.names import unsayable
+from hvcpd.config.written import unsayable
 from hvcpd.errors import DeviceError, PhraseError
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import spoken_words
