@@ -1,4 +1,4 @@
-"""Written quantities as they are read out: times, units, ranges and decimals; and signs that have no sound."""
+"""Written quantities as they are read out: dates, times, units, ranges and decimals; and signs that have no sound."""
 
 from __future__ import annotations
 
@@ -38,6 +38,20 @@ _NAMES = {symbol: (name, f"{name}s") for symbol, name in _UNITS.items()} | {
 }
 """Of one, and of more."""
 
+_CALENDAR = {
+    name[:letters]: name
+    for letters, names in (
+        (3, "January February March April May June July August September October November December"),
+        (3, "Monday Tuesday Wednesday Thursday Friday Saturday Sunday"),
+        (4, "September Tuesday Thursday"),
+        (5, "Thursday"),
+    )
+    for name in names.split()
+}
+_DATES = "|".join(sorted(_CALENDAR, key=len)[::-1])
+_DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] ))({_DATES})\b\.?")
+"""A month or a day of the week beside a number; "sun" and "Jan" alone are words."""
+
 _END = r"(\d{1,2})((?::\d\d)?(?: ?[ap]m)?)"
 _RANGE = re.compile(rf"(?<![\w.,:/–—-]){_END}[–—-]{_END}(?![\d.,:/–—-]*\d|[–—-])", re.IGNORECASE)
 _CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE)
@@ -52,12 +66,13 @@ _NUMBERED = re.compile(r"(?:#|\b[Nn]o\. ?)(?=\d)")
 
 
 def with_quantities(text: str) -> str:
-    """The text with ranges ("3-5"), times of day ("9:05") and units behind numbers ("20cm") in words.
+    """The text with dates ("5 Dec"), ranges ("3-5"), times of day ("9:05") and units ("20cm") in words.
 
     All other signs stay, the point and the minus sign of a number too.
     """
     if not any(sign.isdigit() for sign in text):
         return text
+    text = _DATE.sub(lambda found: _CALENDAR[found[1] or found[2]], text)
     text = _CLOCK.sub(_time, _RANGE.sub(_range, text))
     return _UNIT.sub(_quantity, _GLUED.sub(r"\1 ", text))
 
