@@ -30,10 +30,10 @@ MAX_ALTERNATIVE_WORDS = 3
 """Most words of a phrase that counts as another word: the number that the check for confusable phrases compares."""
 
 _UNDECOMPOSED = str.maketrans(
-    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’", "oOdDdDlLihHtTeE'", strict=True))
+    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’‘‐«»„", 'oOdDdDlLihHtTeE\'\'-"""', strict=True))
     | {"ß": "ss", "ẞ": "SS", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "þ": "th", "Þ": "Th", "ŋ": "ng", "Ŋ": "Ng"}
 )
-"""Latin letters that Unicode does not take apart into a plain letter and a mark, and the typographic apostrophe."""
+"""Latin letters that Unicode does not take apart into a plain letter and a mark, and typographic punctuation."""
 
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")

@@ -49,6 +49,10 @@ from hvcpd.language.words import spoken_words
         ("Jan sat in the sun", "jan sat in the sun"),
         ("#5 and No. 5", "number five and number five"),
         ("he said no.", "he said no"),
+        (
+            "\N{LEFT SINGLE QUOTATION MARK}Rob\N{RIGHT SINGLE QUOTATION MARK} said «re\N{NON-BREAKING HYPHEN}use it»",
+            "rob said re use it",
+        ),
         ("Rob & Bot", "rob and bot"),
         ("100, 1500, 20000", "one hundred fifteen hundred twenty thousand"),
         ("room 101 in 2024", "room 101 in 2024"),
