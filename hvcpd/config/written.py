@@ -7,7 +7,7 @@ import re
 from hvcpd.config.names import plain_letters
 
 _UNSAYABLE = re.compile(
-    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|[0-9]+(?:[.,][0-9]+|:0[0-9])|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
+    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|(?<![0-9])[0-9]+(?:[.,][0-9]+|:0[0-9])|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
 )
 """Numbers whose minus sign, point or comma would get lost, or whose zero (8:61:05); all but letters, digits, and the
 punctuation that a reader passes over."""
@@ -58,8 +58,8 @@ _CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?(
 _GLUED = re.compile(r"(?<![\w-])(\d+(?:\.\d+)?)(?!(?:st|nd|rd|th)\b|(?<=0)s\b)(?=[A-Za-z]+\b)")
 """Not the 90s."""
 _SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
-_UNIT = re.compile(rf"(?<![A-Za-z0-9])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
-_DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?![\d,]|\.\d)")
+_UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
+_DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,]\d)")
 """Not 1.000, which is a thousand in much of Europe, and no part of a date or a version."""
 _PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d)")
 _NUMBERED = re.compile(r"(?:#|\b[Nn]o\. ?)(?=\d)")

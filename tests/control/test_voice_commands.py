@@ -72,6 +72,14 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
     assert all(200.0 < float(row["F1"]) < float(row["F2"]) < float(row["F3"]) for row in rows)
 
 
+def test_quantities_are_explained_in_the_words_that_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    text = "Tue, 5 Dec, 10 am, 20cm, 3.5"
+    rows = [json.loads(line) for line in ran(capsys, "pronounce", text, "--json").splitlines()]
+    assert " ".join(row["word"] for row in rows) == (
+        "tuesday five december ten a m twenty centimetres three point five"
+    )
+
+
 def test_the_frames_can_be_piped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -34,6 +34,7 @@ from hvcpd.language.words import spoken_words
         ("20cm of 1 m", "twenty centimetres of one metre"),
         ("500 ml", "five hundred millilitres"),
         ("12V, 3.3 V", "twelve volts three point three volts"),
+        ("it was 3.5, now 4", "it was three point five now four"),
         ("0.05 kg", "zero point zero five kilograms"),
         ("20 °C, 90°", "twenty degrees celsius ninety degrees"),
         ("50% or 50 %", "fifty percent or fifty percent"),
@@ -83,3 +84,9 @@ def test_a_teams_sentence_is_typed_as_it_is_written(remark: str) -> None:
 def test_no_other_quantity_is_taken_for_a_tasks_number(number: str) -> None:
     with pytest.raises(PhraseError):
         Phrasebook(Vocabulary(("Rob",))).parse_text(f"Hi all, I am Rob, I will complete task {number}")
+
+
+@pytest.mark.parametrize("part", ["9", "1.", "1:", "1-", "1-2,", "$1."])
+def test_a_long_text_takes_a_time_in_proportion(part: str) -> None:
+    unsayable(part * 100_000)  # 44 s, where each digit began a search to the end of its number
+    assert spoken_words(part * 1000)
