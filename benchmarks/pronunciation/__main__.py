@@ -6,13 +6,16 @@
 CMUDICT is the dictionary's own file, `cmudict-0.7b` or a later `cmudict.dict` (github.com/cmusphinx/cmudict). `judge`
 keeps words back, learns from all others, and reads those kept back by letter to sound alone, as if no dictionary had
 them: words that robots commonly use, any words of the dictionary, names of people and places. A word is exact if all
-phones and all stresses are as in one of its pronunciations.
+phones and all stresses are as in one of its pronunciations. Possessives of the same words are read by the rule, as the
+word with an ending, and whole. British spellings of the dictionary's words in -ize and -yze are read whole: the rule
+takes the dictionary's pronunciation instead. Of these an unstressed "i" may be a schwa.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import re
 import zoneinfo
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -28,6 +31,7 @@ from hvcpd.evaluation.statistics import wilson
 from hvcpd.language.rewording import known_names
 from hvcpd.synthesis import letter_to_sound
 from hvcpd.synthesis.dictionary import Pronunciation, pack
+from hvcpd.synthesis.inflection import with_ending
 from hvcpd.synthesis.letter_to_sound import LEAST_NATS, NATS, JointModel
 from hvcpd.synthesis.lexicon import DICTIONARY_PATH, common_words
 
@@ -36,7 +40,12 @@ ORDER = 6
 THRESHOLD_NATS = 1e-6
 """Gain, a token of the training text, below which an n-gram is dropped: 3e-7 reads 1 % more, with twice as many."""
 
+_IZE = re.compile(r"([iy])z(?=(?:e|ed|es|er|ers|ing|ation|ations|able)$)")
+LEAST_LETTERS = 7
+"""Of a verb in -ize: "prize" and "seized" have no other spelling."""
+
 Words = Mapping[str, tuple[Pronunciation, ...]]
+Read = Callable[[str], Pronunciation]
 
 
 def learn(words: Words, path: Path) -> None:
@@ -89,7 +98,13 @@ def kept_back(words: Words, extra: Path | None, number: int, seed: int) -> dict[
     return found
 
 
-def judge(words: Words, read: Callable[[str], Pronunciation], kept: Mapping[str, Sequence[str]], wrong: bool) -> None:
+def british_spellings(words: Words) -> dict[str, str]:
+    """The words in -ize and -yze by their British spellings, as far as these are not listed themselves."""
+    spelt = {_IZE.sub(r"\1s", word): word for word in words if len(word) >= LEAST_LETTERS}
+    return {british: word for british, word in spelt.items() if british not in words}
+
+
+def judge(words: Words, read: Read, kept: Mapping[str, Sequence[str]], wrong: bool) -> None:
     """Print how each set is read."""
     for name, among in kept.items():
         exact = plain = far = 0
@@ -97,14 +112,47 @@ def judge(words: Words, read: Callable[[str], Pronunciation], kept: Mapping[str,
             said = read(word)
             exact += said in words[word]
             plain += bare(said) in map(bare, words[word])
-            far += min(edits(bare(said), bare(listed)) for listed in words[word]) > 1
+            far += is_far(said, words[word])
             if wrong and said not in words[word]:
                 print(f"    {word}: {' '.join(said)} for {' '.join(words[word][0])}")
         counts = {"exact with stress": exact, "exact without": plain, "two phones or more wrong": far}
-        print(f"{name}, n = {len(among)}:")
-        for what, count in counts.items():
-            low, high = wilson(count, len(among))
-            print(f"    {what:26}{count / len(among):6.3f} [{low:.3f}, {high:.3f}]")
+        show(name, len(among), counts)
+
+
+def judge_rules(words: Words, read: Read, kept: Mapping[str, Sequence[str]], british: Mapping[str, str]) -> None:
+    """Print how possessives of the words kept back are read, by the rule and whole, and British spellings, whole."""
+    owners = [word for among in kept.values() for word in among if not word.endswith("s")]
+    owned = {word: [with_ending(said, "s") for said in words[word]] for word in owners}
+    by_rule = sum(is_soft(with_ending(read(word), "s"), owned[word]) for word in owners)
+    whole = sum(is_soft(read(f"{word}s"), owned[word]) for word in owners)
+    show("possessives", len(owners), {"exact by the rule": by_rule, "exact, read whole": whole})
+    said = {spelt: read(spelt) for spelt in british}
+    right = sum(is_soft(said[spelt], words[word]) for spelt, word in british.items())
+    far = sum(is_far(said[spelt], words[word]) for spelt, word in british.items())
+    show("British spellings", len(british), {"exact, read whole": right, "two phones or more wrong": far})
+
+
+def is_far(said: Pronunciation, listed: Iterable[Pronunciation]) -> bool:
+    """Whether two phones or more are wrong, stress aside."""
+    return min(edits(bare(said), bare(each)) for each in listed) > 1
+
+
+def is_soft(said: Pronunciation, listed: Iterable[Pronunciation]) -> bool:
+    """Whether a word is exact, an unstressed "i" being as good as a schwa."""
+    return soft(said) in map(soft, listed)
+
+
+def soft(phones: Pronunciation) -> Pronunciation:
+    """Phones with a schwa for each unstressed "i"."""
+    return tuple("AH0" if phone == "IH0" else phone for phone in phones)
+
+
+def show(name: str, n: int, counts: Mapping[str, int]) -> None:
+    """Print shares of `n` words with their 95 % intervals."""
+    print(f"{name}, n = {n}:")
+    for what, count in counts.items():
+        low, high = wilson(count, n)
+        print(f"    {what:26}{count / n:6.3f} [{low:.3f}, {high:.3f}]")
 
 
 def main() -> None:
@@ -128,7 +176,11 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "model.npz"
         learn({word: said for word, said in words.items() if word not in away}, path)
-        judge(words, JointModel.load(path).read, kept, options.wrong)
+        read = JointModel.load(path).read
+        judge(words, read, kept, options.wrong)
+        british = british_spellings(words)
+        some = random.Random(options.seed).sample(sorted(british), min(options.number, len(british)))
+        judge_rules(words, read, kept, {spelt: british[spelt] for spelt in some})
 
 
 if __name__ == "__main__":

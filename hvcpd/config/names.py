@@ -30,31 +30,19 @@ MAX_ALTERNATIVE_WORDS = 3
 """Most words of a phrase that counts as another word: the number that the check for confusable phrases compares."""
 
 _UNDECOMPOSED = str.maketrans(
-    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’", "oOdDdDlLihHtTeE'", strict=True))
+    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’‘‐«»„", 'oOdDdDlLihHtTeE\'\'-"""', strict=True))
     | {"ß": "ss", "ẞ": "SS", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "þ": "th", "Þ": "Th", "ŋ": "ng", "Ŋ": "Ng"}
 )
-"""Latin letters that Unicode does not take apart into a plain letter and a mark, and the typographic apostrophe."""
+"""Latin letters that Unicode does not take apart into a plain letter and a mark, and typographic punctuation."""
 
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
-_UNSAYABLE = re.compile(
-    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|[0-9]+(?:[.,][0-9]+|:0[0-9])|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
-)
-"""Numbers whose minus sign, point or comma would get lost, or whose zero (3:05); all but letters, digits, and the
-punctuation that a reader passes over."""
 
 
 def plain_letters(text: str) -> str:
     """The text with Latin letters in their plain form: Łódź is Lodz, Straße Strasse, café cafe. Other scripts stay."""
     decomposed = unicodedata.normalize("NFKD", text).translate(_UNDECOMPOSED)
     return "".join(c for c in decomposed if not unicodedata.combining(c))
-
-
-def unsayable(text: str) -> str | None:
-    """A part of a sentence that would not be said as it is meant: a sign of another script, -5, 3.5, 1,000, m²."""
-    raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
-    found = _UNSAYABLE.search(plain_letters(text))
-    return raised or (found and found[0])
 
 
 def valid_robot_name(name: str) -> str | None:

@@ -23,7 +23,7 @@ from hvcpd.config.loading import (
     number_between,
     structure,
 )
-from hvcpd.config.names import unsayable, valid_task_name
+from hvcpd.config.names import valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.shared_places import MAX_DISTANCE_M, PlaceEntry, PointEntry, check_places, valid_places
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, check_keys
@@ -43,6 +43,7 @@ from hvcpd.config.tasks import (
     Use,
     Wait,
 )
+from hvcpd.config.written import unsayable
 from hvcpd.errors import ConfigError, did_you_mean
 
 MAX_TASKS = 99

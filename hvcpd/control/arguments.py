@@ -165,6 +165,11 @@ def sound_in(text: str) -> Path:
     return Path("/dev/stdin" if text == "-" else text)
 
 
+def table_out(text: str) -> Path:
+    """Where a table is written, or standard output."""
+    return Path("/dev/stdout" if text == "-" else text)
+
+
 _NOT_WRITTEN = frozenset({".aac", ".aif", ".aiff", ".flac", ".m4a", ".mp3", ".oga", ".ogg", ".opus"})
 """File name extensions of other sound formats, which would mislead a player."""
 

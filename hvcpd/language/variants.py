@@ -10,10 +10,11 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
+from hvcpd.config.written import unsayable
 from hvcpd.errors import VocabularyError
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.language.pattern import Words
-from hvcpd.language.words import NUMBER_MAX, number_words
+from hvcpd.language.words import number_words, spoken_words
 
 _WHOLE = {
     "can't": ("cannot",),
@@ -55,7 +56,6 @@ _SPELLINGS = (
 """British and American, both ways: a team spells its tasks as it likes."""
 _HALF = re.compile(r"([0-9]{1,2})[.]50?")
 _CLITIC = re.compile(r"(n't|'[a-z]+)$")
-_QUANTITY = re.compile(r"([0-9]+(?:[.]50?)?)([a-z]+)")
 
 
 def variants(word: str) -> Iterator[Words]:
@@ -65,10 +65,10 @@ def variants(word: str) -> Iterator[Words]:
         yield from ((each,) for each in _one_or_many(_WHOLE[word][0]))
     if (found := _CLITIC.search(word)) and found[0] in _ENDINGS:
         yield (word[: found.start()], *_ENDINGS[found[0]])
-    if (quantity := _QUANTITY.fullmatch(word)) is not None:
-        yield from (_number(quantity[1]) + unit for unit in ((quantity[2],), *variants(quantity[2])))
-    if _HALF.fullmatch(word):
-        yield _number(word)
+    if half := _HALF.fullmatch(word):
+        yield (*number_words(int(half[1])), "and", "a", "half") if int(half[1]) else ("half", "a")
+    if not word.isalpha() and unsayable(word) is None:
+        yield spoken_words(word)
     for pattern, other in _SPELLINGS:
         respelled = pattern.sub(other, word)
         if respelled != word:
@@ -79,14 +79,6 @@ def variants(word: str) -> Iterator[Words]:
 
 def _one_or_many(word: str) -> Iterator[str]:
     yield word[:-1] if word.endswith("s") else word + "s"
-
-
-def _number(text: str) -> Words:
-    whole, _, half = text.partition(".")
-    number = int(whole)
-    if not half:
-        return number_words(number) if number <= NUMBER_MAX else (text,)
-    return (*number_words(number), "and", "a", "half") if number else ("half", "a")
 
 
 def as_spoken(graph: WordGraph, words: Words) -> Words:

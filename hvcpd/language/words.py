@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 
 from hvcpd.config.names import plain_letters
+from hvcpd.config.written import read_out, with_quantities
 
 _UNITS = (
     "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen "
@@ -20,7 +21,11 @@ _IRREGULAR = {
 NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""
 
-_ORDINAL = re.compile("([0-9]{1,2})(?:st|nd|rd|th)")
+_ORDINAL = re.compile("([0-9]{1,4})(?:st|nd|rd|th)")
+_ROUND = re.compile("([1-9][0-9]??)(000|00)")
+"""Numbers that are said as such: 100, 1500, 20000. Others above NUMBER_MAX are rooms, years and the like."""
+_BEFORE_AM = frozenset((*_UNITS, *_TENS))
+"""Where "am" follows, it is a time of day and no verb."""
 _TOKEN = re.compile(r"[a-z0-9']+")
 _STRICT_TOKEN = re.compile(r"(?<!\S)-[0-9]\S*|[0-9]+[.][0-9]+[a-z]*|[^\s,.!?;:\"“”()\[\]…–—-]+")
 """A minus sign and a decimal point belong to their number; any other hyphen or point parts words."""
@@ -37,7 +42,10 @@ def number_words(number: int) -> tuple[str, ...]:
 
 
 def ordinal_words(number: int) -> tuple[str, ...]:
-    """An ordinal from 0 to 99 in words: 21 is ("twenty", "first"). Raises ValueError outside."""
+    """An ordinal from 0 to 9999 in words: 121 is ("one", "hundred", "twenty", "first"). Raises ValueError outside."""
+    hundreds, rest = divmod(number, 100)
+    if hundreds:
+        return (*number_words(hundreds), *(("hundred", *ordinal_words(rest)) if rest else ("hundredth",)))
     *tens, last = number_words(number)
     regular = f"{last[:-1]}ieth" if last.endswith("y") else f"{last}th"
     return (*tens, _IRREGULAR.get(last, regular))
@@ -50,11 +58,13 @@ def digit_words(number: int) -> tuple[str, str]:
 
 
 def spoken_words(text: str) -> tuple[str, ...]:
-    """Written text as the words that are spoken: lower case, no punctuation, numbers and ordinals up to 99 in words.
+    """Written text as the words that are spoken: lower case, no punctuation, quantities, ordinals, numbers up to 99
+    and round ones in words.
 
     Characters that no English word has end a word, so that arbitrary text gives some words and never an error.
     """
-    return _with_numbers(_TOKEN.findall(_plain(text)))
+    words = _with_numbers(_TOKEN.findall(read_out(plain_letters(text)).lower()))
+    return tuple(said for word in words for said in _round_words(word))
 
 
 def strict_words(text: str) -> tuple[str, ...]:
@@ -62,7 +72,7 @@ def strict_words(text: str) -> tuple[str, ...]:
 
     Omitting a sign could change the meaning: "task -1" is not task one.
     """
-    return _with_numbers(_STRICT_TOKEN.findall(_plain(text)))
+    return _with_numbers(_STRICT_TOKEN.findall(with_quantities(plain_letters(text)).lower()))
 
 
 def spoken_as(text: str | None, choices: Iterable[str]) -> str | None:
@@ -71,8 +81,9 @@ def spoken_as(text: str | None, choices: Iterable[str]) -> str | None:
     return next((choice for choice in choices if words and spoken_words(choice) == words), None)
 
 
-def _plain(text: str) -> str:
-    return plain_letters(text).lower()
+def _round_words(word: str) -> tuple[str, ...]:
+    found = _ROUND.fullmatch(word)
+    return (*number_words(int(found[1])), "hundred" if found[2] == "00" else "thousand") if found else (word,)
 
 
 def _with_numbers(tokens: list[str]) -> tuple[str, ...]:
@@ -83,6 +94,8 @@ def _with_numbers(tokens: list[str]) -> tuple[str, ...]:
             words += number_words(int(token))
         elif ordinal := _ORDINAL.fullmatch(token):
             words += ordinal_words(int(ordinal[1]))
+        elif token == "am" and words and words[-1] in _BEFORE_AM:
+            words += ("a", "m")
         elif token:
             words.append(token)
     return tuple(words)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.pronunciation.__main__ import learn
+from benchmarks.pronunciation.__main__ import british_spellings, judge_rules, learn
 from benchmarks.pronunciation.align import align
 from benchmarks.pronunciation.source import read_cmudict
 from hvcpd.synthesis.letter_to_sound import JointModel
@@ -48,6 +48,32 @@ def test_words_kept_back_are_read(words: dict[str, tuple[str, ...]], tmp_path: P
     model = JointModel.load(tmp_path / "model.npz")
     assert len(kept) > 100
     assert sum(model.read(word) == words[word] for word in kept) / len(kept) > 0.97
+
+
+def test_possessives_and_british_spellings_are_judged(capsys: pytest.CaptureFixture[str]) -> None:
+    words = {word: (tuple(said.split()),) for word, said in {
+        "organize": "AO1 R G AH0 N AY2 Z", "prize": "P R AY1 Z", "rob": "R AA1 B", "bot": "B AA1 T", "gus": "G AH1 S",
+    }.items()}  # fmt: skip
+    assert british_spellings(words) == {"organise": "organize"}
+    read = {
+        "rob": "R AA1 B",
+        "robs": "R AA1 B S",
+        "bot": "B OW1 T",
+        "bots": "B AA1 T S",
+        "organise": "AO1 R G IH0 N AY2 Z",
+    }
+    judge_rules(
+        words, lambda word: tuple(read[word].split()), {"names": ["rob", "bot", "gus"]}, {"organise": "organize"}
+    )
+    lines = [line.split("[")[0].split() for line in capsys.readouterr().out.splitlines()]
+    assert lines == [
+        ["possessives,", "n", "=", "2:"],
+        ["exact", "by", "the", "rule", "0.500"],
+        ["exact,", "read", "whole", "0.500"],
+        ["British", "spellings,", "n", "=", "1:"],
+        ["exact,", "read", "whole", "1.000"],
+        ["two", "phones", "or", "more", "wrong", "0.000"],
+    ]
 
 
 def test_cmudict_is_read_as_it_is_published(tmp_path: Path) -> None:

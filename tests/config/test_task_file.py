@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.config.icons import ICONS
-from hvcpd.config.names import unsayable, valid_task_name
+from hvcpd.config.names import valid_task_name
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import (
     Action,
@@ -27,6 +27,7 @@ from hvcpd.config.tasks import (
     Wait,
     default_tasks_path,
 )
+from hvcpd.config.written import unsayable
 from hvcpd.errors import ConfigError
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import sounds_alike
@@ -267,7 +268,7 @@ def test_alternatives_are_read_strictly(tmp_path: Path, text: str, expected: str
         ("{turn: x}", "turn: expected a number, found the text 'x'"),
         ("{say: ''}", "say: a sentence has 1 to 200 characters"),
         ("{say: Hi 日本}", "say: '日' cannot be said"),
-        ("{say: it is 3.5 m long}", "say: '3.5' cannot be said"),
+        ("{say: it is 1/2 m long}", "say: '/' cannot be said"),
         ("{go to: 3}", "go to: expected a group of keys"),
     ],
 )

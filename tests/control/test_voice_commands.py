@@ -71,6 +71,25 @@ def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixtu
     assert all(200.0 < float(row["F1"]) < float(row["F2"]) < float(row["F3"]) for row in rows)
 
 
+def test_quantities_are_explained_in_the_words_that_are_said(capsys: pytest.CaptureFixture[str]) -> None:
+    text = "Tue, 5 Dec, 10 am, 20cm, 3.5"
+    rows = [json.loads(line) for line in ran(capsys, "pronounce", text, "--json").splitlines()]
+    assert " ".join(row["word"] for row in rows) == (
+        "tuesday five december ten a m twenty centimetres three point five"
+    )
+
+
+def test_the_frames_can_be_piped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["pronounce", "water", "--track", "-"]) == 0
+    rows = list(csv.DictReader(capfd.readouterr().out.splitlines()))
+    assert len(rows) > 20
+    assert float(rows[1]["t"]) == pytest.approx(0.005)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_words_are_heard_in_the_voice_that_the_settings_choose(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -96,6 +115,7 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
         (("",), "nothing to say"),
         (("word " * 10_000,), "more than 1000 words"),
         (("two", "words", "--track", "x.csv"), "--track takes one word"),
+        (("rob", "-o", "/dev/stdout", "--track", "-"), "-o and --track cannot both go to standard output"),
         (("rob", "--lexicon", "/nowhere/x.txt"), "/nowhere/x.txt"),
     ],
     ids=[
@@ -109,6 +129,7 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
         "empty",
         "ten thousand words",
         "track",
+        "one pipe for two",
         "no file",
     ],
 )

@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.config.names import plain_letters, unsayable
+from hvcpd.config.names import plain_letters
+from hvcpd.config.written import unsayable
 from hvcpd.errors import PhraseError
 from hvcpd.language.messages import Utterance
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -27,6 +28,7 @@ BOOK = Phrasebook(
         ("Rob, move back 1 meter", "Rob, move back one metre"),
         ("Rob, move back 0.5 m", "Rob, move back half a metre"),
         ("Rob, move back 3m", "Rob, move back three metres"),
+        ("Rob, move back 3metres", "Rob, move back three metres"),
         ("Hi all, I\N{RIGHT SINGLE QUOTATION MARK}m Rob, report, I've stopped, battery 11.5V", None),
         ("Hi all, I am Rob, report, I have stopped, battery eleven and a half volts", None),
         ("Who's here?", "Who is here"),
@@ -98,13 +100,14 @@ def test_latin_letters_become_plain(text: str, plain: str) -> None:
 
 def test_signs_without_sound_are_found() -> None:
     assert unsayable("Hi all, it's Zoë: \N{EM DASH} done!") is None
-    assert unsayable("50 % done") == "%"
+    assert unsayable("2 + 3") == "+"
     assert unsayable("at 12:30") is None
-    assert unsayable("at 3:05") == "3:05"
+    assert unsayable("at 8:30:05") == "30:05"
     assert unsayable("20 m²") == "²"
     assert unsayable("½ a litre") == "½"
-    for number in ("-5", "\N{EN DASH}5", "-.5", ".5", "3.5", "1,000"):
+    for number in ("-5", "\N{EN DASH}5", "-.5", ".5", "3.500", "1,000"):
         assert unsayable(f"it is (now) {number} degrees") == unsayable(f"it is ({number}) degrees") == number
+    assert unsayable("version 1.2.3") == "1.2"
     for said in ("3-5 roses", "3\N{EN DASH}5 roses", "Rob - 5 roses", "Rob--5 roses", "well ...5 roses", "5.", "Rob,5"):
         assert unsayable(said) is None
     assert unsayable("Hi 日本") == "日"

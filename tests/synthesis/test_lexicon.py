@@ -14,7 +14,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
 from hvcpd.language.forms import FORMS
-from hvcpd.language.words import number_words
+from hvcpd.language.words import number_words, spoken_words
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.inflection import derive, with_ending
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
@@ -66,6 +66,17 @@ def test_our_lexicon_has_no_idle_line_and_every_common_word_is_listed() -> None:
     assert [word for word in common_words() if LEXICON.find(word).origin is Origin.LETTERS] == []
 
 
+@pytest.mark.parametrize("number", [1, 5])
+def test_units_are_said_from_the_lexicon(number: int) -> None:
+    symbols = (
+        "mm cm m km mg g kg ml l ms s min h mV V mA mAh Ah W kW Wh kWh dB kB MB GB lb oz ft Hz kHz MHz GHz % ° °C °F "
+        "m/s km/h $ € £"
+    ).split()
+    words = {word for symbol in symbols for word in spoken_words(f"{number} {symbol}")}
+    assert len(words) > 35
+    assert sorted(word for word in words if LEXICON.find(word).origin is Origin.LETTERS) == []
+
+
 def test_every_entry_has_one_main_stress_unless_it_is_a_function_word() -> None:
     bad = [
         word
@@ -98,6 +109,11 @@ def test_words_with_two_readings_have_both(word: str) -> None:
         ("Łukasz", "L UW1 K AH0 SH"),
         ("hydrangea", "HH AY0 D R EY1 N JH AH0"),
         ("costmaps", "K AO1 S T M AE2 P S"),
+        ("AI", "EY2 AY1"),
+        ("URDF", "Y UW2 AA2 R D IY2 EH1 F"),
+        ("SPI", "EH2 S P IY2 AY1"),
+        ("RViz", "AA1 R V IH2 Z"),
+        ("kilohertz", "K IH1 L AH0 HH ER2 T S"),
         ("gpio", "JH IY2 P IY2 AY2 OW1"),
         ("simulate", "S IH1 M Y AH0 L EY2 T"),
         ("simulating", "S IH1 M Y AH0 L EY2 T IH0 NG"),

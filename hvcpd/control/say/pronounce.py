@@ -27,7 +27,8 @@ from hvcpd.synthesis.speaker import Speaker
 
 def run(options: argparse.Namespace) -> int:
     """Explain words or phrases, or print the paper's table."""
-    writes = options.output is not None or options.track is not None
+    outputs = [file for file in (options.output, options.track) if file is not None]
+    writes = bool(outputs)
     if bool(options.words) == options.paper_table or (options.paper_table and writes):
         raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
     settings = load_settings(options.config, {}, name_needed=False)
@@ -40,7 +41,9 @@ def run(options: argparse.Namespace) -> int:
     require_few_words(phrases)
     if options.track is not None and sum(map(len, phrases)) != 1:
         raise PhraseError("--track takes one word")
-    for words in phrases if options.output != STANDARD_OUTPUT else ():
+    if outputs.count(STANDARD_OUTPUT) > 1:
+        raise PhraseError("-o and --track cannot both go to standard output; name a file for one of them")
+    for words in phrases if STANDARD_OUTPUT not in outputs else ():
         for number, word in enumerate(words):
             _print_word(word, explain(words, number, lexicon, builtin), options.json)
     if writes:

@@ -17,6 +17,7 @@ from hvcpd.control.arguments import (
     between,
     robot_name,
     robot_names,
+    table_out,
 )
 from hvcpd.errors import did_you_mean
 
@@ -105,7 +106,8 @@ def _add_pronounce(commands: Commands) -> None:
     whose = "whose voice, for -o and --track"
     c.add_argument("--as", dest="voice_of", type=robot_name, default="Rob", metavar="NAME", help=whose)
     add_sound_out(c, "write the words as sound; - for a pipe")
-    c.add_argument("--track", type=Path, metavar="FILE.csv", help="write the synthesizer's frames of one word")
+    text = "write the synthesizer's frames of one word; - for a pipe"
+    c.add_argument("--track", type=table_out, metavar="FILE.csv", help=text)
     add_json(c, "print one JSON object a word")
 
 

@@ -1,0 +1,92 @@
+"""Times, quantities, ranges and abbreviations as people write them, in the words that are said and heard."""
+
+from __future__ import annotations
+
+import pytest
+
+from hvcpd.config.written import unsayable
+from hvcpd.errors import PhraseError
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+from hvcpd.language.words import spoken_words
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("meet at 10 am", "meet at ten a m"),
+        ("at seven am", "at seven a m"),
+        ("7AM", "seven a m"),
+        ("10 a.m.", "ten a m"),
+        ("9:00 am", "nine a m"),
+        ("10:30 am", "ten thirty a m"),
+        ("I am here", "i am here"),
+        ("R2 am", "r2 am"),
+        ("at 9:00", "at nine o'clock"),
+        ("at 14:00", "at fourteen hundred"),
+        ("at 3:05 pm", "at three o five pm"),
+        ("from 9:00-10:30", "from nine o'clock to ten thirty"),
+        ("9 am-5 pm", "nine a m to five pm"),
+        ("pages 10-12", "pages ten to twelve"),
+        ("2\N{EN DASH}3kg", "two to three kilograms"),
+        ("it ended 5-3", "it ended five three"),
+        ("2026-05-12", "2026 five twelve"),
+        ("call 55-12-34", "call fifty five twelve thirty four"),
+        ("20cm of 1 m", "twenty centimetres of one metre"),
+        ("500 ml", "five hundred millilitres"),
+        ("12V, 3.3 V", "twelve volts three point three volts"),
+        ("it was 3.5, now 4", "it was three point five now four"),
+        ("0.05 kg", "zero point zero five kilograms"),
+        ("20 °C, 90°", "twenty degrees celsius ninety degrees"),
+        ("50% or 50 %", "fifty percent or fifty percent"),
+        ("2 m/s", "two metres per second"),
+        ("6 ft", "six feet"),
+        ("$5, £1.50, 3 €", "five dollars one pound fifty three euros"),
+        ("wait 5s, in the 90s", "wait five seconds in the 90s"),
+        ("room 12b", "room twelve b"),
+        ("room 5 A", "room five a"),
+        ("R2D2 and nova7 m", "r2d2 and nova7 m"),
+        ("Tue. 5 Dec, Thurs 9:00", "tuesday five december thursday nine o'clock"),
+        ("Jan. 3rd or 3rd Feb", "january third or third february"),
+        ("Jan sat in the sun", "jan sat in the sun"),
+        ("#5 and No. 5", "number five and number five"),
+        ("he said no.", "he said no"),
+        (
+            "\N{LEFT SINGLE QUOTATION MARK}Rob\N{RIGHT SINGLE QUOTATION MARK} said «re\N{NON-BREAKING HYPHEN}use it»",
+            "rob said re use it",
+        ),
+        ("Rob & Bot", "rob and bot"),
+        ("100, 1500, 20000", "one hundred fifteen hundred twenty thousand"),
+        ("room 101 in 2024", "room 101 in 2024"),
+        ("the 100th and 121st", "the one hundredth and one hundred twenty first"),
+    ],
+)
+def test_what_is_written_is_read_out(written: str, said: str) -> None:
+    assert " ".join(spoken_words(written)) == said
+    assert unsayable(written) is None
+
+
+@pytest.mark.parametrize("written", ["20 m²", "1.000 roses", "1,5 m", "-5 °C", "12.05.2026", "1/2 a litre", "5 m/s²"])
+def test_what_could_be_misread_is_refused(written: str) -> None:
+    assert unsayable(written) is not None
+
+
+REMARKS = ("Meet at 10 am", "it is 20.5 °C", "use 500ml", "done by 14:00", "pages 10-12", "half of it is 50%", "pay $5")
+
+
+@pytest.mark.parametrize("remark", REMARKS)
+def test_a_teams_sentence_is_typed_as_it_is_written(remark: str) -> None:
+    book = Phrasebook(Vocabulary(("Rob",), remarks=REMARKS))
+    (typed,) = {book.parse_text(f"Hi all, I am Rob, {each}") for each in (remark, remark.upper().replace("ML", "ml"))}
+    assert book.phrases(typed)[-1] == spoken_words(remark)
+
+
+@pytest.mark.parametrize("number", ["-1", "1.5", "1-3", "100", "5 m", "5%", "5 am"])
+def test_no_other_quantity_is_taken_for_a_tasks_number(number: str) -> None:
+    with pytest.raises(PhraseError):
+        Phrasebook(Vocabulary(("Rob",))).parse_text(f"Hi all, I am Rob, I will complete task {number}")
+
+
+@pytest.mark.parametrize("part", ["9", "1.", "1:", "1-", "1-2,", "$1."])
+def test_a_long_text_takes_a_time_in_proportion(part: str) -> None:
+    unsayable(part * 100_000)  # 44 s, where each digit began a search to the end of its number
+    assert spoken_words(part * 1000)
