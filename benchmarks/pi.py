@@ -1,6 +1,6 @@
 """The cost of a robot's work on a Raspberry Pi 3B+, estimated by counting instructions; the rows of `hvcpctl bench`.
 
-    python -m benchmarks.pi [--folder out/arm64] [--without-shipped] [--memory]
+    python -m benchmarks.pi [--folder out/arm64] [--without-shipped] [--memory [--emulator FILE]]
 
 hvcpd's arm64 package runs under qemu-user with a plugin that counts (benchmarks/counting.c, built with cc), and this
 working copy likewise on x86-64. An ESTIMATE, within a factor of two, until `hvcpctl bench` has run on a Pi:
@@ -12,21 +12,23 @@ llvm/lib/Target/AArch64/AArch64SchedA53.td). The others are chosen: its two inst
 make up for caches that miss and operands that are late. The intervals are that factor, not a spread of runs.
 
 `--memory` counts no instructions, but the resident pages of the whole daemon while it listens to a quiet room: at
-READY, and later, while it makes ready what noise may hide; and at READY of a later start. They are counted, not
-estimated; where the program has freed memory, too many, for qemu-user keeps the pages.
+READY of a first start; then of a later one, for which this computer has rendered all words, at READY, when all is
+prepared, and a minute later.
+They are counted, not estimated, with a qemu that gives freed pages back, which 7.2
+(Debian 12) does not, and 10.0 (Debian 13) does: `apt-get download qemu-user` there, `dpkg-deb -x`, and `--emulator`.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -43,8 +45,8 @@ FACTOR = 2.0
 X86 = "qemu-x86_64"
 PLUGIN = Path(__file__).with_name("counting.c")
 PATIENCE_S = 3_600.0
-SETTLED_S = (0.0, 60.0, 120.0)
-"""After READY, each after the one before."""
+SETTLED_S = 60.0
+"""In which the heap is trimmed."""
 
 Counts = NDArray[np.float64]
 """Instructions by kind, as `CYCLES` has them; of x86-64 all are of the first."""
@@ -77,36 +79,56 @@ class Counted:
             return np.array([float(count) for count in out.read().split()])
 
 
-def print_memory(root: Path) -> None:
-    """Start the daemon twice, and print its resident memory while it listens."""
+def print_memory(root: Path, emulator: str) -> None:
+    """Print the resident memory of a first and a later start."""
+    here = [sys.executable], {**os.environ, "PYTHONPATH": str(REPOSITORY), "OPENBLAS_NUM_THREADS": "1"}
+    there = arm64.command(root, (), ("-R", hex(arm64.RESERVED)), emulator), dict(arm64.environment(root))
+    there[1]["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
     with tempfile.TemporaryDirectory(prefix="hvcpd-pi-") as place:
-        folder = Path(place)
-        (folder / "state").mkdir()
-        config = folder / "hvcpd.yaml"
-        config.write_text(f"name: Rob\nstate_dir: {folder / 'state'}\nwheels: {{driver: none}}\n")
-        with closing(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)) as notified:
-            notified.bind(str(folder / "notify"))
-            notified.settimeout(PATIENCE_S)
-            print_start(root, config, notified, "first start", SETTLED_S)
-            print_start(root, config, notified, "later start", (0.0,))
+        config = Path(place) / "hvcpd.yaml"
+        (Path(place) / "state").mkdir()
+        config.write_text(f"name: Rob\nstate_dir: {place}/state\nwheels: {{driver: none}}\n")
+        with quiet_robot(*there, config) as robot:
+            tell("first start, READY", robot)
+        with quiet_robot(*here, config) as robot:
+            await_prepared(robot)
+        with quiet_robot(*there, config) as robot:
+            tell("later start, READY", robot)
+            await_prepared(robot)
+            tell("all prepared", robot)
+            time.sleep(SETTLED_S)
+            tell(f"{SETTLED_S:g} s later", robot)
 
 
-def print_start(root: Path, config: Path, notified: socket.socket, which: str, settled_s: Sequence[float]) -> None:
-    """Start the daemon, and print its resident memory at READY and later."""
-    environment = {**arm64.environment(root), "NOTIFY_SOCKET": str(config.with_name("notify"))}
-    environment["PYTHONPATH"] += f":{REPOSITORY}"  # for the quiet room; hvcpd is the package's
+def tell(when: str, robot: subprocess.Popen[str]) -> None:
+    """Print its resident memory."""
+    text = f"resident, listening, {when}"
+    print(f"{text:<48}{arm64.resident_mb(robot.pid):8.1f} MB", flush=True)
+
+
+@contextmanager
+def quiet_robot(python: Sequence[str], env: Mapping[str, str], config: Path) -> Iterator[subprocess.Popen[str]]:
+    """A daemon in a quiet room, once it listens."""
     program = ["-m", "tests.daemon.quiet_robot", "--mode", "follow", "--config", str(config)]
-    robot = subprocess.Popen(arm64.command(root, program), env=environment, cwd=root)
+    robot = subprocess.Popen([*python, *program], env=env, cwd=config.parent, stderr=subprocess.PIPE, text=True)
     try:
-        while b"READY=1" not in notified.recv(65_536):
-            pass
-        for after_s in settled_s:
-            time.sleep(after_s)
-            text = f"resident, listening, {which}, {after_s:g} s later"
-            print(f"{text:<48}{arm64.resident_mb(robot.pid):8.1f} MB", flush=True)
+        await_line(robot, "listening")
+        yield robot
     finally:
         robot.kill()
         robot.wait()
+
+
+def await_prepared(robot: subprocess.Popen[str]) -> None:
+    """Wait until it has made ready all that it can."""
+    await_line(robot, "waveforms of the others' voices ready")
+
+
+def await_line(robot: subprocess.Popen[str], text: str) -> None:
+    """Read its log up to a line with this text. Raises EOFError if it ends before."""
+    assert robot.stderr is not None
+    if not any(text in line for line in robot.stderr):
+        raise EOFError(f"it ended with status {robot.wait()} before {text!r}")
 
 
 def main() -> None:
@@ -114,6 +136,7 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("out/arm64"), help="for the root of arm64")
     parser.add_argument("--without-shipped", action="store_true", help="leave out the words that come with the package")
     parser.add_argument("--memory", action="store_true", help="count the daemon's pages instead of instructions")
+    parser.add_argument("--emulator", default=arm64.EMULATOR, help="for --memory; default: %(default)s")
     options = parser.parse_args()
     options.folder = options.folder.absolute()
     root = arm64.make_root(options.folder)
@@ -121,7 +144,7 @@ def main() -> None:
     if options.without_shipped:
         shutil.rmtree(root / arm64.LIBRARIES / SHIPPED)
     if options.memory:
-        print_memory(root)
+        print_memory(root, options.emulator)
         return
     plugin = options.folder / "counting.so"
     subprocess.run(["cc", "-O2", "-shared", "-fPIC", str(PLUGIN), "-o", str(plugin)], check=True)

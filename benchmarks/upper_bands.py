@@ -74,7 +74,7 @@ def main() -> None:
     upper = logs[:, UPPER:]
     weights, told = regression(logs[:, :UPPER], upper)
     explained = 1.0 - (upper - told).var(axis=0) / upper.var(axis=0)
-    np.savez_compressed(o.out, weights=weights.astype(np.float32))
+    np.savez(o.out, weights=weights.astype(np.float32))
     print(f"{len(logs)} frames, explained: {', '.join(f'{part:.0%}' for part in explained)}; wrote {o.out}")
 
 

@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -149,22 +150,31 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
 
     import structlog
 
-    from hvcpd.daemon.allocator import give_back_memory
+    from hvcpd.daemon.allocator import TRIMMED_EVERY_S, give_back_memory, trim_heap
     from hvcpd.daemon.library_output import LibraryOutput
     from hvcpd.daemon.logging import tell_held_back
+    from hvcpd.people import stored
 
     log = structlog.get_logger(__name__)
     output = LibraryOutput()
     output.begin()
 
+    seconds = count()
+
+    def look_after() -> None:
+        output.drain()
+        if next(seconds) % TRIMMED_EVERY_S == 0:
+            trim_heap()
+
     def clean_up() -> None:
         tell_held_back(limiter)
         output.report()
+        stored.rest()
         if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
             give_back_memory()
 
     try:
-        error = asyncio.run(_serve(daemon, output.drain, clean_up))
+        error = asyncio.run(_serve(daemon, look_after, clean_up))
     finally:
         output.end()
     if isinstance(error, HvcpdError):

@@ -7,6 +7,7 @@ computer's files and network, but Debian's arm64 libraries before the computer's
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -25,6 +26,8 @@ NEEDED = {EMULATOR: "qemu-user", STRIP[TARGET.architecture]: "binutils-aarch64-l
 PACKAGES = ("python3", "libportaudio2", "libsndfile1", "python3-cryptography", "tzdata")
 """What the package depends on and Debian has; their own dependencies come with them."""
 LIBRARIES = Path("usr/lib/hvcpd")
+RESERVED = 1 << 39
+"""The program's addresses are below it, with qemu's option -R, and the emulator's own beyond."""
 
 
 class UnavailableError(Exception):
@@ -59,9 +62,9 @@ def put_hvcpd(root: Path, folder: Path) -> None:
     compile_hvcpd(root)
 
 
-def command(root: Path, arguments: Sequence[str], emulator: Sequence[str] = ()) -> list[str]:
-    """Return the command that runs the root's Python with these arguments; `emulator`: more options of qemu's."""
-    return [EMULATOR, "-L", str(root), *emulator, str(root / "usr/bin/python3.11"), *arguments]
+def command(root: Path, arguments: Sequence[str], more: Sequence[str] = (), emulator: str = EMULATOR) -> list[str]:
+    """Return the command that runs the root's Python with these arguments; `more`: options of the emulator's."""
+    return [emulator, "-L", str(root), *more, str(root / "usr/bin/python3.11"), *arguments]
 
 
 def environment(root: Path) -> Mapping[str, str]:
@@ -76,18 +79,18 @@ def compile_hvcpd(root: Path) -> None:
 
 
 def resident_mb(pid: int) -> float:
-    """Resident memory of the program in an emulator's process, MB (1e6 bytes): what lies below the emulator itself.
+    """Resident memory of the program in an emulator's process, MB (1e6 bytes): what lies below `RESERVED`.
 
-    qemu-user gives a program of 64 bits the addresses up to 0x56..., and maps the libraries' files as Linux would; so
-    these are the pages that it would have on a Raspberry Pi, and those that it has freed. Raises OSError.
+    The emulator maps the libraries' files as Linux would; so these are the pages that the program would have on a
+    Raspberry Pi, and with a qemu before 8.1 those that it has freed. Raises OSError.
     """
-    resident_kib = 0
-    for line in Path(f"/proc/{pid}/smaps").read_text().splitlines():
-        if line.endswith(EMULATOR):
-            return resident_kib * 1024 / 1e6
-        if line.startswith("Rss:"):
+    resident_kib, below = 0, False
+    for line in Path(f"/proc/{pid}/smaps").read_text(encoding="utf-8").splitlines():
+        if place := re.match(r"([0-9a-f]+)-[0-9a-f]+ ", line):
+            below = int(place[1], 16) < RESERVED
+        elif below and line.startswith("Rss:"):
             resident_kib += int(line.split()[1])
-    raise ProcessLookupError(f"{pid} is no process of {EMULATOR}")
+    return resident_kib * 1024 / 1e6
 
 
 def _debian_packages(folder: Path) -> list[Path]:

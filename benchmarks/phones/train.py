@@ -241,7 +241,7 @@ def main() -> None:
         "steps": step,
         "loss and phone errors": errors,
     }
-    np.savez_compressed(o.out, about=np.array(json.dumps(about)), **weights_of(net))  # type: ignore[arg-type]
+    np.savez(o.out, about=np.array(json.dumps(about)), **weights_of(net))  # type: ignore[arg-type]
 
 
 if __name__ == "__main__":

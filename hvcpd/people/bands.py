@@ -6,13 +6,12 @@ The noise is estimated from the sound before the speech and subtracted. Where ev
 
 from __future__ import annotations
 
-import importlib.resources
 from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.people.stored import stored
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
@@ -162,9 +161,3 @@ def _regression() -> NDArray[np.float64]:
 def _extrapolated(lower: NDArray[np.float64]) -> NDArray[np.float64]:
     weights = _regression()
     return np.asarray(weights[0] + lower @ weights[1:])
-
-
-def stored(name: str) -> dict[str, NDArray[Any]]:
-    """The arrays in a file of this folder, by name, as they were written."""
-    with (importlib.resources.files("hvcpd.people") / name).open("rb") as file:
-        return dict(np.load(file, allow_pickle=False))

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
-from hvcpd.people.bands import Bands, stored
+from hvcpd.people.bands import Bands
+from hvcpd.people.stored import stored
 from hvcpd.recognition.arrays import first_of_each
 
 Logs = NDArray[np.float32]

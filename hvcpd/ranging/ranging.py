@@ -10,12 +10,11 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.ranging.arrival import LATE, REACH, Arrival, arrival
 from hvcpd.ranging.distance import Distance, distance, interval_ticks, is_sure
+from hvcpd.recognition.stream import Kept, cleaned, joined, kept
 
 KEPT_S = 12.0
 """Sound that is remembered: a sentence of 4 s, slowly and with a seal 8 s, and 3 s until it was recognised."""
@@ -44,7 +43,7 @@ class Ranging:
 
     def lost(self) -> None:
         """Sound was lost: nothing before it can be compared with anything after it."""
-        self._blocks: deque[Samples] = deque()
+        self._blocks: deque[Kept] = deque()
         self._n_kept = 0
         self._end = 0
         self._saying: tuple[m.Utterance, Samples, int] | None = None
@@ -55,11 +54,8 @@ class Ranging:
         """The own question and the answer, by the name of the robot that answered."""
 
     def hear(self, samples: Samples, start: int) -> None:
-        """Take the next samples, shape (n,), float32, the first of which has the number `start`.
-
-        They are kept, not copied, and must not change.
-        """
-        self._blocks.append(samples)
+        """Take the next samples, shape (n,), float32, the first of which has the number `start`."""
+        self._blocks.append(kept(cleaned(samples)))
         self._n_kept += len(samples)
         self._end = start + len(samples)
         while self._n_kept - len(self._blocks[0]) >= KEPT_S * SAMPLE_RATE_HZ:
@@ -113,10 +109,10 @@ class Ranging:
 
     def _arrival(self, sound: Samples, near: int) -> Arrival | None:
         """By the microphone's count; None if it was not heard."""
-        kept = np.concatenate([np.zeros(0, np.float32), *self._blocks])
+        heard = joined(self._blocks)
         first = near - REACH
-        begin = first - (self._end - len(kept))
+        begin = first - (self._end - len(heard))
         if begin < 0 or near + len(sound) + LATE > self._end + REACH:
             return None
-        found = arrival(kept[begin : begin + len(sound) + 2 * REACH], sound, REACH)
+        found = arrival(heard[begin : begin + len(sound) + 2 * REACH], sound, REACH)
         return found.later(first) if found is not None else None

@@ -4,10 +4,11 @@ seconds of it."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, Energies, energies_of
@@ -41,6 +42,21 @@ def cleaned(samples: Samples) -> Samples:
     if np.abs(flat).max(initial=0.0) <= 1.0:  # never so with a NaN
         return flat
     return np.clip(np.nan_to_num(flat, nan=0.0, posinf=1.0, neginf=-1.0), -1.0, 1.0)
+
+
+Kept = NDArray[np.int16]
+"""Sound, shape (n,), to be remembered for some seconds, in the steps of a 16-bit converter: half the memory."""
+STEPS = np.float32(32_768.0)
+
+
+def kept(samples: Samples) -> Kept:
+    """Return `cleaned` sound in steps; nothing is lost of what such a converter gave at our rate."""
+    return np.asarray(np.minimum(np.rint(samples * STEPS), STEPS - 1), np.int16)
+
+
+def joined(blocks: Iterable[Kept]) -> Samples:
+    """Return the sound of these blocks, one after the other, shape (n,), float32."""
+    return np.concatenate([np.zeros(0, np.int16), *blocks]).astype(np.float32) / STEPS
 
 
 class FrameStream:
@@ -106,7 +122,7 @@ class History:
     def __init__(self, n: int) -> None:
         """Keep at least the last `n` samples."""
         self._most = n
-        self._blocks: deque[tuple[int, Samples]] = deque()
+        self._blocks: deque[tuple[int, Kept]] = deque()
         self._kept = 0
 
     def keep(self, n: int) -> None:
@@ -114,8 +130,8 @@ class History:
         self._most = max(self._most, n)
 
     def push(self, at: int, block: Samples) -> None:
-        """Append a block, shape (m,), that begins at sample `at`, after all others."""
-        self._blocks.append((at, block))
+        """Append a `cleaned` block, shape (m,), that begins at sample `at`, after all others."""
+        self._blocks.append((at, kept(block)))
         self._kept += len(block)
         while self._kept - len(self._blocks[0][1]) > self._most:
             self._kept -= len(self._blocks.popleft()[1])
@@ -124,5 +140,4 @@ class History:
         """Return the kept sound from sample `begin` up to `end`, in whole blocks; and the number of its samples before
         `middle`."""
         parts = [(at, block) for at, block in self._blocks if at + len(block) > begin and at < end]
-        sound = np.concatenate([block for _, block in parts]) if parts else np.zeros(0, np.float32)
-        return sound, sum(min(len(block), max(middle - at, 0)) for at, block in parts)
+        return joined(block for _, block in parts), sum(min(len(block), max(middle - at, 0)) for at, block in parts)

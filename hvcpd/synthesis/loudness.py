@@ -31,6 +31,8 @@ _SHELF_HZ, _SHELF_Q, _SHELF_DB = 1681.974450955533, 0.7071752369554196, 3.999843
 _HIGH_PASS_HZ, _HIGH_PASS_Q = 38.13547087602444, 0.5003270373238773
 _RING_SAMPLES = SAMPLE_RATE_HZ // 4
 """The high-pass has died away by more than 100 dB after a quarter of a second."""
+_LARGEST_FFT = 1 << 14
+"""Longer sounds are filtered part by part: the weights of each size are kept, and those of a sentence took 0.5 MB."""
 
 
 def k_weighting(hz: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -62,6 +64,22 @@ def _weights(size: int) -> NDArray[np.complex128]:
     return k_weighting(np.arange(size // 2 + 1, dtype=np.float64) * (SAMPLE_RATE_HZ / size))
 
 
+def _weighted(sound: Samples) -> NDArray[np.float64]:
+    """The sound through both filters, shape (n,); a long one part by part, by overlap-save (A. Oppenheim & R. Schafer,
+    "Discrete-Time Signal Processing", ch. 8)."""
+    size = _fft_size(len(sound) + _RING_SAMPLES)
+    if size <= _LARGEST_FFT:
+        return _filtered(sound, size)[: len(sound)]
+    padded = np.concatenate((np.zeros(_RING_SAMPLES, np.float32), sound))
+    begins = range(0, len(sound), _LARGEST_FFT - _RING_SAMPLES)
+    parts = [_filtered(padded[at : at + _LARGEST_FFT], _LARGEST_FFT)[_RING_SAMPLES:] for at in begins]
+    return np.concatenate(parts)[: len(sound)]
+
+
+def _filtered(sound: Samples, size: int) -> NDArray[np.float64]:
+    return np.fft.irfft(np.fft.rfft(sound.astype(np.float64), size) * _weights(size), size)
+
+
 def loudness_lufs(sound: Samples) -> float:
     """Integrated loudness of a sound, shape (n,); `SILENCE_LUFS` for silence.
 
@@ -69,10 +87,7 @@ def loudness_lufs(sound: Samples) -> float:
     """
     if not len(sound):
         return SILENCE_LUFS
-    size = _fft_size(len(sound) + _RING_SAMPLES)
-    spectrum: NDArray[np.complex128] = np.fft.rfft(sound.astype(np.float64), size)
-    weighted = np.fft.irfft(spectrum * _weights(size), size)[: len(sound)]
-    sums = np.concatenate(([0.0], np.cumsum(weighted**2)))
+    sums = np.concatenate(([0.0], np.cumsum(_weighted(sound) ** 2)))
     length = min(BLOCK_SAMPLES, len(sound))
     starts = np.arange(0, len(sound) - length + 1, STEP_SAMPLES)
     power = (sums[starts + length] - sums[starts]) / length

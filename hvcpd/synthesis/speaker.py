@@ -37,8 +37,8 @@ units can be cached, and small, so that a word sounds like its template wherever
 about 10 to 20 % over a sentence."""
 
 
-UNITS_KEPT = 64
-"""Maximum number of units kept in memory, 2 MB, where a cache on the disk has the others. A sentence has 25 at most, to
+UNITS_KEPT = 32
+"""Maximum number of units kept in memory, 1 MB, where a cache on the disk has the others. A sentence has 25 at most, to
 read one takes 0.06 ms, and all 708 that a robot may come to say in a day are 22 MB."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
+from hvcpd.people import stored as stored_files
 from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
 from hvcpd.people.phones import PHONES, Logs, PhoneNet, _beside, _shifted, centred, far_net, nets
+from hvcpd.people.stored import rest, stored
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -34,6 +37,23 @@ def by_phones(found: Logs) -> list[str]:
     best = far_net().output(found).log_posteriors.argmax(axis=1)
     kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
     return [PHONES[k] for k in kept]
+
+
+def resident_kb(name: str) -> int:
+    """Of a file that this process has mapped."""
+    maps = Path("/proc/self/smaps").read_text(encoding="utf-8")
+    return sum(int(kb) for kb in re.findall(rf"/{re.escape(name)}\n(?:\w+: .*\n)*?Rss: +(\d+) kB", maps))
+
+
+def test_nets_take_memory_only_while_they_are_used() -> None:
+    name = "phones_near.npz"
+    arrays = stored(name)
+    with np.load(Path(stored_files.__file__).with_name(name)) as file:
+        assert all(np.array_equal(arrays[key], file[key]) for key in file.files)
+        assert resident_kb(name) > 1_000
+        rest()
+        assert resident_kb(name) == 0
+        assert np.array_equal(arrays["weights0"], file["weights0"])
 
 
 @pytest.mark.parametrize("net", nets())

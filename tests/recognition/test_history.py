@@ -7,14 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.recognition.stream import History
+from hvcpd.ports import Samples
+from hvcpd.recognition.stream import STEPS, History, joined, kept
+
+
+def block(begin: int, end: int) -> Samples:
+    """Each sample its own place, in a converter's steps."""
+    return np.arange(begin, end, dtype=np.float32) / STEPS
 
 
 def filled(sizes: list[int], keep: int) -> History:
-    """Blocks of these sizes, each sample its own place."""
+    """Blocks of these sizes."""
     history, at = History(keep), 0
     for size in sizes:
-        history.push(at, np.arange(at, at + size, dtype=np.float32))
+        history.push(at, block(at, at + size))
         at += size
     return history
 
@@ -24,7 +30,7 @@ def test_so_much_is_kept_and_little_more(sizes: list[int], keep: int) -> None:
     now = sum(sizes)
     sound, _ = filled(sizes, keep).around(0, 0, now)
     assert min(keep, now) <= len(sound) <= keep + max(sizes)
-    assert np.array_equal(sound, np.arange(now - len(sound), now))
+    assert np.array_equal(sound, block(now - len(sound), now))
 
 
 @given(
@@ -35,8 +41,8 @@ def test_what_is_asked_for_is_there_at_its_place(sizes: list[int], cuts: tuple[i
     begin, middle, end = sorted(cuts)
     sound, lead = filled(sizes, 10_000).around(begin, middle, end)
     wanted = np.arange(max(begin, 0), min(end, sum(sizes)))
-    assert set(wanted) <= set(sound)
-    assert lead == int(np.sum(sound < middle))
+    assert set(wanted) <= set(sound * STEPS)
+    assert lead == int(np.sum(sound * STEPS < middle))
     assert len(sound) <= len(wanted) + 2 * max(sizes)
 
 
@@ -44,12 +50,20 @@ def test_what_is_asked_for_is_there_at_its_place(sizes: list[int], cuts: tuple[i
 def test_a_gap_is_left_out(begin: int, middle: int, end: int) -> None:
     history = History(100)
     for at in (0, 10, 30):
-        history.push(at, np.arange(at, at + 10, dtype=np.float32))
+        history.push(at, block(at, at + 10))
     sound, lead = history.around(begin, middle, end)
-    assert not any(20 <= each < 30 for each in sound)
-    assert lead == int(np.sum(sound < middle))
+    assert not any(20 <= each < 30 for each in sound * STEPS)
+    assert lead == int(np.sum(sound * STEPS < middle))
 
 
 def test_nothing_was_heard_yet() -> None:
     sound, lead = History(100).around(-50, 0, 50)
     assert (len(sound), sound.dtype, lead) == (0, np.float32, 0)
+
+
+def test_a_converters_steps_are_kept_and_others_to_half_a_step() -> None:
+    steps = np.array([-32_768, -1, 0, 1, 32_767], np.int16)
+    assert np.array_equal(joined([kept(steps / STEPS)]), steps / STEPS)
+    sound = np.linspace(-1.0, 1.0 - 1.0 / STEPS, 999, dtype=np.float32)
+    assert np.abs(joined([kept(sound)]) - sound).max() <= 0.5 / STEPS
+    assert joined([kept(np.ones(1, np.float32))]) == 1.0 - 1.0 / STEPS

@@ -34,6 +34,15 @@ def sine(hz: float, seconds: float = 2.0, level: float = 1.0) -> Samples:
     return (level * np.sin(2.0 * np.pi * hz * t)).astype(np.float32)
 
 
+def test_a_long_sound_is_filtered_as_in_one_piece() -> None:
+    sound = np.random.default_rng(1).normal(0.0, 0.1, 4 * SAMPLE_RATE_HZ).astype(np.float32)
+    size = 2 * len(sound)
+    weights = k_weighting(np.fft.rfftfreq(size, 1.0 / SAMPLE_RATE_HZ))
+    whole = np.fft.irfft(np.fft.rfft(sound, size) * weights)[: len(sound)]
+    power = float(np.mean(whole**2))  # noise is as loud in all blocks
+    assert loudness_lufs(sound) == pytest.approx(-0.691 + 10.0 * np.log10(power), abs=0.01)
+
+
 def test_the_standards_reference_tone() -> None:
     """A 997 Hz sine at full scale in one channel reads -3.01 LUFS."""
     assert loudness_lufs(sine(997.0)) == pytest.approx(-3.01, abs=0.1)

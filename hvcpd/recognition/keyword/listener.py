@@ -14,7 +14,7 @@ from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Verdict
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
-from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, Kept, joined, kept
 
 CALL = "stop"
 LAST_WORD = 4 * SAMPLE_RATE_HZ // 5
@@ -26,7 +26,7 @@ AFTER_CALL = 3 * SAMPLE_RATE_HZ // 4
 SPANS_KEPT = 32
 """Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
 KEPT_CHUNKS = 300
-"""12 s of sound are kept, 0.8 MB: a long sentence, the rest after it, and the sound before it."""
+"""12 s of sound are kept, 0.4 MB: a long sentence, the rest after it, and the sound before it."""
 BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
 NOISE_POWER = 0.1
@@ -49,7 +49,7 @@ class RecentSound:
     def __init__(self, net: KeywordNet) -> None:
         """`net`: its own instance, because it starts again each time."""
         self._net = net
-        self._kept = deque[Samples](maxlen=KEPT_CHUNKS)
+        self._kept = deque[Kept](maxlen=KEPT_CHUNKS)
         self._end = 0
 
     def hear(self, chunk: Chunk) -> None:
@@ -57,13 +57,13 @@ class RecentSound:
         first = chunk.first_frame * HOP_SAMPLES
         if first != self._end:
             self._kept.clear()
-        self._kept.append(chunk.samples)
+        self._kept.append(kept(chunk.samples))
         self._end = first + len(chunk.samples)
 
     def since(self, start: int) -> Samples | None:
         """The sound from sample `start` on; None if that is not kept."""
         first = start - self._oldest
-        return np.concatenate(self._kept)[first:] if first >= 0 else None
+        return joined(self._kept)[first:] if first >= 0 else None
 
     def without(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
         """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
