@@ -236,7 +236,5 @@ def test_the_phones_are_checked_of_what_would_be_told_alone(rest_s: float, n_che
 
     sound = heard("hi rob, water rose")
     stretch = scene(AT + len(sound) + round(rest_s * SAMPLE_RATE_HZ), (AT, sound), noise=0.03)
-    found = ChannelListener(GRAPH, tuple(BOOKS.values()), check=check).search(
-        Stretch(stretch, ORIGIN, AT, cut=True)
-    )
+    found = ChannelListener(GRAPH, tuple(BOOKS.values()), check=check).search(Stretch(stretch, ORIGIN, AT, cut=True))
     assert (len(found.sentences), len(asked)) == (n_checks, n_checks)
