@@ -12,7 +12,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.ears import MOST_WAIT, REMEMBERED, ChannelEars
 from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.channel.stretches import CLATTER, CUT
+from hvcpd.recognition.channel.stretches import CLATTER, CUT, MORE
 from hvcpd.recognition.channel.weighting import _blocks_of
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_ears import SecondEars
@@ -325,6 +325,14 @@ def test_in_clatter_that_never_ends_a_sentence_is_told_whole_and_soon(at: int) -
     sound = scene(200_000, (at, HEARD))
     told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT + GOES_ON, sound)
     assert [(event.words, event.source) for event in told if isinstance(event, Recognised)] == [(RIGHT, Source.CHANNEL)]
+
+
+@pytest.mark.parametrize("at", range(CLATTER + 8_000, CLATTER + CUT, 8_000))
+def test_in_clatter_a_sentence_is_told_a_second_after_its_end_or_at_the_next_cut(at: int) -> None:
+    """It was told at the next cut after that second, up to 2.25 s after its end."""
+    sound = scene(CLATTER + 3 * CUT, (at, HEARD))
+    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + MORE + BLOCK, sound)
+    assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
 
 
 def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
