@@ -18,7 +18,7 @@ from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
-from tests.recognition import test_channel_ears as channel_ears
+from tests.recognition import scripted as channel_ears
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
 WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPLES

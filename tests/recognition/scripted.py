@@ -1,0 +1,102 @@
+"""First ears that follow a script, a slow worker, and the channel ears around them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from hvcpd.ports import Samples
+from hvcpd.recognition.channel.ears import ChannelEars
+from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source
+from hvcpd.recognition.second_pass import AtOnce, SegmentListener, Worker
+from hvcpd.recognition.stream import Chunk
+from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
+
+LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
+AT, BLOCK = 40_000, 1600
+HEARD = through_a_room(spoken("hi rob, water rose"), 1)
+END = AT + len(HEARD)
+SOUND = scene(160_000, (AT, HEARD))
+RIGHT = ("hi", "rob", "water", "rose")
+GARBLED = Garbled(AT, END)
+Times = Sequence[tuple[int, int]]
+
+
+class Script:
+    """First ears that have signs of speech at some samples, and tell an event each once some sample was heard."""
+
+    def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
+        self.events, self.speech = list(events), speech
+        self.now = 0
+        self.signs = self.speaking = self.busy = self.prepared = self.ends = False
+        self.learned: object = None
+        self.chunks: Sequence[Chunk] = ()
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        before, self.now = self.now, self.now + len(samples)
+        self.signs = self.speaking = self.busy = any(begin < self.now and before < end for begin, end in self.speech)
+        return [event for at, event in self.events if before < at <= self.now]
+
+    def lost(self, n_samples: int) -> list[Event]:
+        self.now += n_samples
+        return []
+
+    def flush(self) -> list[Event]:
+        return []
+
+    def adopt(self, others: object) -> None:
+        self.learned = others
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        self.prepared = go_on()
+
+
+class Slow:
+    """A worker that has not ended until it is told to."""
+
+    def __init__(self, room: int = 9) -> None:
+        self.waiting: list[tuple[Stretch, SegmentListener[Stretch, SearchResult]]] = []
+        self.room = room
+        self.done: list[tuple[Stretch, SearchResult]] = []
+
+    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
+        if len(self.waiting) >= self.room:
+            return False
+        self.waiting.append((job, listener))
+        return True
+
+    def end(self) -> None:
+        self.done += [(job, listener.search(job)) for job, listener in self.waiting]
+        self.waiting.clear()
+
+    def findings(self) -> Sequence[tuple[Stretch, SearchResult]]:
+        done, self.done = self.done, []
+        return done
+
+
+def ears(script: Script, worker: Worker[Stretch, SearchResult] | None = None) -> ChannelEars:
+    return ChannelEars(script, LISTENER, worker or AtOnce())
+
+
+def run(
+    to: ChannelEars, first: int = 0, last: int = len(SOUND), sound: Samples = SOUND, own: Times = (), block: int = BLOCK
+) -> list[Event]:
+    """Samples `first` up to `last`, the own voice's masked."""
+    told: list[Event] = []
+    for at in range(first, last, block):
+        told += to.push(sound[at : min(at + block, last)], any(begin <= at < end for begin, end in own))
+    return told
+
+
+def guess(
+    text: str = "hi rob water lily", sure: float = 0.9, source: Source = Source.TEMPLATES, end: int = END
+) -> Recognised:
+    return Recognised(tuple(text.split()), "oak", AT, end, sure, 10.0, (), source)
+
+
+def the_sentence(told: Sequence[Event]) -> Recognised:
+    [event] = told
+    assert isinstance(event, Recognised)
+    assert (event.words, event.source) == (RIGHT, Source.CHANNEL)
+    assert abs(event.start_sample - AT) <= 32
+    return event
