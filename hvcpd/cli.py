@@ -7,7 +7,6 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -150,7 +149,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
 
     import structlog
 
-    from hvcpd.daemon.allocator import TRIMMED_EVERY_S, give_back_memory, trim_heap
+    from hvcpd.daemon.allocator import give_back_memory
     from hvcpd.daemon.library_output import LibraryOutput
     from hvcpd.daemon.logging import tell_held_back
     from hvcpd.people import stored
@@ -158,13 +157,6 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     log = structlog.get_logger(__name__)
     output = LibraryOutput()
     output.begin()
-
-    seconds = count()
-
-    def look_after() -> None:
-        output.drain()
-        if next(seconds) % TRIMMED_EVERY_S == 0:
-            trim_heap()
 
     def clean_up() -> None:
         tell_held_back(limiter)
@@ -174,7 +166,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
             give_back_memory()
 
     try:
-        error = asyncio.run(_serve(daemon, look_after, clean_up))
+        error = asyncio.run(_serve(daemon, output.drain, clean_up))
     finally:
         output.end()
     if isinstance(error, HvcpdError):

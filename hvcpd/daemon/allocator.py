@@ -34,9 +34,6 @@ FREE_TOP_BYTES = 1 << 24
 FREE_TOP_LATER_BYTES = 1 << 18
 """Kept at the heap's end after `give_back_memory`."""
 
-TRIMMED_EVERY_S = 10
-"""Between two calls of `trim_heap`: what words, sentences and searches have left in the heap would stay until then."""
-
 
 def tune_allocator() -> None:
     """One heap for all threads, and pages of their own for what is large; 3 MB less when idle.
@@ -58,22 +55,12 @@ def exempt_modules() -> None:
 
 
 def give_back_memory() -> None:
-    """Return to the system what building templates needed for a while, 5 to 25 MB; glibc only.
+    """Return to the system what building templates needed for a while, 5 to 25 MB; malloc_trim(3), glibc only.
 
     A speaker that is not needed any more, whose cache refers to it, keeps its units until the collection.
     """
     gc.collect()
     library = ctypes.CDLL(None)
-    if hasattr(library, "mallopt"):
+    if hasattr(library, "malloc_trim") and hasattr(library, "mallopt"):
         library.mallopt(M_TRIM_THRESHOLD, FREE_TOP_LATER_BYTES)
-    trim_heap()
-
-
-def trim_heap() -> None:
-    """Return to the system what is free in the heap, up to 5 MB after a search; malloc_trim(3), glibc only.
-
-    It takes 0.2 ms (on x86-64), and quiet needs hardly any of it again.
-    """
-    library = ctypes.CDLL(None)
-    if hasattr(library, "malloc_trim"):
         library.malloc_trim(0)
