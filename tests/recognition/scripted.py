@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Generic
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import AtOnce, SegmentListener, Worker
+from hvcpd.recognition.second_pass import AtOnce, Found, Job, SegmentListener, Worker
 from hvcpd.recognition.stream import Chunk
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
@@ -51,15 +52,15 @@ class Script:
         self.prepared = go_on()
 
 
-class Slow:
+class Slow(Generic[Job, Found]):
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Stretch, SegmentListener[Stretch, SearchResult]]] = []
+        self.waiting: list[tuple[Job, SegmentListener[Job, Found]]] = []
         self.room = room
-        self.done: list[tuple[Stretch, SearchResult]] = []
+        self.done: list[tuple[Job, Found]] = []
 
-    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
+    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
         if len(self.waiting) >= self.room:
             return False
         self.waiting.append((job, listener))
@@ -69,7 +70,7 @@ class Slow:
         self.done += [(job, listener.search(job)) for job, listener in self.waiting]
         self.waiting.clear()
 
-    def findings(self) -> Sequence[tuple[Stretch, SearchResult]]:
+    def findings(self) -> Sequence[tuple[Job, Found]]:
         done, self.done = self.done, []
         return done
 

@@ -11,15 +11,12 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.second_ears import SecondEars
-from hvcpd.recognition.second_pass import AtOnce, Segment, SegmentListener
+from hvcpd.recognition.second_pass import AtOnce, Segment
 from hvcpd.recognition.stream import Chunk, FrameStream
+from tests.recognition.scripted import Slow
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
-
-
-Listener = SegmentListener[Segment, Recognised | None]
-Finding = tuple[Segment, Recognised | None]
 
 
 class Script:
@@ -66,29 +63,6 @@ class Looker:
 
     def may_go_on(self, words: Sequence[str]) -> bool:
         return self.goes_on
-
-
-class Slow:
-    """A worker that has not ended until it is told to."""
-
-    def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Segment, Listener]] = []
-        self.room = room
-        self.done: list[Finding] = []
-
-    def submit(self, segment: Segment, listener: Listener) -> bool:
-        if len(self.waiting) >= self.room:
-            return False
-        self.waiting.append((segment, listener))
-        return True
-
-    def end(self) -> None:
-        self.done += [(segment, listener.search(segment)) for segment, listener in self.waiting]
-        self.waiting.clear()
-
-    def findings(self) -> list[Finding]:
-        done, self.done = self.done, []
-        return done
 
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
