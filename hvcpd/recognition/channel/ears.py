@@ -146,7 +146,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if self._ears.signs:
             self._since = self._began if self._since is None else self._since
             self._sign = self._now
-            self._note_sign(self._began)
+            self._note_sign()
         elif self._now - self._sign >= QUIET:
             self._since = None
         self._note_beginning()
@@ -155,8 +155,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         else:
             self._close_if_due(self._open)
 
-    def _note_sign(self, at: int) -> None:
-        """Note a sign of speech in the block from sample `at` on."""
+    def _note_sign(self) -> None:
+        """Note a sign of speech in the newest block."""
+        at = self._began
         if self._open is None:
             due = at + (CUT if self._clatters else LONGEST)
             self._open = OpenStretch(max(at - EARLIER, self._whole_from), self._now, due, self._clatters)
