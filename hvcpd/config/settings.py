@@ -116,6 +116,8 @@ class ControlSettings:
 
     enabled: bool = True
     socket: Path | None = None
+    sound: bool = False
+    """Whether they may also have what the microphone hears."""
 
 
 @dataclass(frozen=True)

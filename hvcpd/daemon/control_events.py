@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -26,9 +27,11 @@ from hvcpd.reporting.events import (
     Performed,
     Said,
     Skill,
+    Sound,
     StateChanged,
     TaskChanged,
 )
+from hvcpd.reporting.pcm import pcm_16
 from hvcpd.robot.records import (
     DoubtRecord,
     GarbledRecord,
@@ -50,7 +53,7 @@ FLOOR_PERIODS = 12
 """3 s, as the recogniser's own tracking of noise."""
 KINDS: dict[str, type] = {each.__name__.lower(): each for each in get_args(LiveEvent)}
 """The kinds of events by the names that they have as JSON."""
-FREQUENT = frozenset({"moved", "level", "odom", "drive"})
+FREQUENT = frozenset({"moved", "level", "odom", "drive", "sound"})
 """Sent only to clients that ask for them by name."""
 
 
@@ -77,6 +80,27 @@ class Meter:
         self._recent.append(self.level_dbfs)
         self._power, self._count = 0.0, 0
         return True
+
+
+class SoundTap:
+    """Collects what the microphone hears into events."""
+
+    def __init__(self) -> None:
+        self._blocks: list[Samples] = []
+
+    def take(self, heard: Samples, now: float) -> Sound | None:
+        """Take a block of shape (n,), float32, that ends at `now`; return an event for each PERIOD_S."""
+        self._blocks.append(heard)
+        n = sum(block.size for block in self._blocks)
+        if n < PERIOD_S * SAMPLE_RATE_HZ:
+            return None
+        pcm = base64.b64encode(pcm_16(np.concatenate(self._blocks))).decode()
+        self._blocks.clear()
+        return Sound(now - n / SAMPLE_RATE_HZ, pcm)
+
+    def rest(self) -> None:
+        """Nobody listens any more."""
+        self._blocks.clear()
 
 
 @dataclass

@@ -8,7 +8,7 @@ from typing import Any
 
 import structlog
 
-from hvcpd.daemon.control_events import FREQUENT, EventSource, odom_of
+from hvcpd.daemon.control_events import FREQUENT, EventSource, SoundTap, odom_of
 from hvcpd.daemon.control_server import ControlServer
 from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
@@ -33,6 +33,7 @@ class ControlService:
         self._handler.server = self._server
         self._server.on_gone = body.skills.gone
         self._events = EventSource(body.wiring.settings.name, body.meter)
+        self._tap = SoundTap()
         self._file: SocketFile | None = None
         self._memory = Memory(0.0, body.wiring.settings.name, None, None, None)
 
@@ -89,12 +90,21 @@ class ControlService:
             self.publish(as_json(event))
         if reading is not None and self._server.followed("odom"):
             self.publish(as_json(odom_of(robot, reading)))
+        self._pass_sound(heard, robot.now)
         self._note_memory(robot.now)
         self._move_base(robot)
 
     def publish(self, event: Mapping[str, Any]) -> None:
         """Send an event to all clients that follow its kind."""
         self._server.publish(event)
+
+    def _pass_sound(self, heard: Samples, now: float) -> None:
+        if not (self._server.followed("sound") and self.body.wiring.settings.control.sound):
+            self._tap.rest()
+            return
+        sound = self._tap.take(heard, now)
+        if sound is not None:
+            self.publish(as_json(sound))
 
     def _note_memory(self, now: float) -> None:
         journal = self.body.journal

@@ -189,6 +189,10 @@ class RequestHandler:
         for kind in kinds:
             if not isinstance(kind, str) or kind not in KINDS:
                 raise RefusalError("bad_argument", f"events: {did_you_mean(str(kind)[:40], KINDS)}")
+        if "sound" in kinds and not self._body.wiring.settings.control.sound:
+            raise RefusalError(
+                "bad_argument", "its settings do not let others have what it hears; set `control: {sound: true}`"
+            )
         if self.server is not None:
             self.server.follow(client, frozenset(kinds) | (client.wanted & {PERFORM}))
         return {"events": sorted(set(kinds))}

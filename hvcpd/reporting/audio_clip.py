@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.reporting.pcm import pcm_16
 
 BUDGET_BYTES = 4_200_000
 """For the packed sound: 5.6 MB in base64, so that a page of a mission of three minutes stays under 6 MB."""
@@ -106,7 +107,7 @@ def halve_rate(sound: Samples) -> Samples:
 
 def _pack(sound: Samples, bits: int) -> bytes:
     if bits == 16:
-        return bytes(np.clip(np.rint(sound * 32767.0), -32768, 32767).astype("<i2").tobytes())
+        return pcm_16(sound)
     # Triangular dither of one step each way makes the error of 8 bits a steady hiss below the room's own noise
     # (Lipshitz, Wannamaker & Vanderkooy 1992); its seed is fixed, so that the same mission gives the same page.
     rng = np.random.default_rng(_DITHER_SEED)

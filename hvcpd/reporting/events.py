@@ -201,6 +201,15 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class Sound:
+    """What the microphone heard from `at_s` on, the robot's own voice included."""
+
+    at_s: float
+    pcm: str
+    """Mono, `SAMPLE_RATE_HZ`, 16-bit little-endian, in base64."""
+
+
+@dataclass(frozen=True)
 class StateChanged:
     """A robot is at something else now: the state's name in docs/protocol.md, the same in words, and its task."""
 
@@ -260,6 +269,7 @@ LiveEvent = (
     | Odom
     | Drive
     | Level
+    | Sound
     | StateChanged
     | Memory
 )

@@ -13,11 +13,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.events import Trail
+from hvcpd.reporting.pcm import pcm_16
 
 FRAME = "room"
 """The frame of all poses: metres, x and y in the floor's plane (docs/worlds.md)."""
@@ -91,8 +90,12 @@ def write_mcap(messages: Iterable[Message]) -> bytes:
 
 
 def of_event(event: Mapping[str, Any], at_s: float) -> Iterable[Message]:
-    """Yield an event as JSON lines have it: what is said as a line of the log, a pose as such, and each by itself."""
+    """Yield an event as JSON lines have it: what is said as a line of the log, a pose and sound as such, and each but
+    sound by itself."""
     kind = str(event.get("event"))
+    if kind == "sound":
+        yield _sound(at_s, base64.b64encode(base64.b64decode(event["pcm"], validate=True)).decode())
+        return
     if kind in ("said", "heard") and "text" in event:
         listener = event.get("listener")
         topic = "/said" if kind == "said" else f"/{listener}/heard"
@@ -115,17 +118,15 @@ def of_trail(trail: Trail) -> Iterable[Message]:
 def of_sound(sound: Samples) -> Iterable[Message]:
     """Yield sound of shape (n,), 1.0 = full scale, `SAMPLE_RATE_HZ`, as 16-bit PCM."""
     n = round(SOUND_S * SAMPLE_RATE_HZ)
-    pcm = (np.clip(sound, -1.0, 1.0) * 32_767.0).astype("<i2")
-    for start in range(0, len(pcm), n):
-        at_s = start / SAMPLE_RATE_HZ
-        body = {
-            "timestamp": _time(at_s),
-            "data": base64.b64encode(pcm[start : start + n].tobytes()).decode(),
-            "format": "pcm-s16",
-            "sample_rate": SAMPLE_RATE_HZ,
-            "number_of_channels": 1,
-        }
-        yield Message(at_s, "/sound", "foxglove.RawAudio", body)
+    for start in range(0, len(sound), n):
+        pcm = base64.b64encode(pcm_16(sound[start : start + n])).decode()
+        yield _sound(start / SAMPLE_RATE_HZ, pcm)
+
+
+def _sound(at_s: float, pcm: str) -> Message:
+    """`pcm`: 16-bit, in base64."""
+    format_ = {"format": "pcm-s16", "sample_rate": SAMPLE_RATE_HZ, "number_of_channels": 1}
+    return Message(at_s, "/sound", "foxglove.RawAudio", {"timestamp": _time(at_s), "data": pcm, **format_})
 
 
 def _log(at_s: float, topic: str, name: str, text: str) -> Message:

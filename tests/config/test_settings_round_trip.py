@@ -134,7 +134,7 @@ def all_settings(draw: st.DrawFn) -> Settings:
             audio=audios,
             wheels=wheels,
             stop_button=_of(StopButtonSettings, pin=st.none() | st.integers(0, 27), normally_closed=st.booleans()),
-            control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths),
+            control=_of(ControlSettings, enabled=st.booleans(), socket=st.none() | paths, sound=st.booleans()),
             security=_of(SecuritySettings, key=st.none() | paths, encrypted=st.booleans()),
             clips=_of(ClipSettings, folder=st.none() | paths, keep=st.integers(1, 99), keep_mb=st.floats(1, 99)),
             seed=st.none() | st.integers(0, 2**32 - 1),

@@ -13,7 +13,7 @@ import pytest
 from hvcpd.control.cli import main
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose
-from hvcpd.reporting.events import Heard, Moved, Said, Trail
+from hvcpd.reporting.events import Heard, Moved, Said, Sound, Trail
 from hvcpd.reporting.jsonlines import line
 from hvcpd.reporting.transcript import write_trails, write_transcript
 
@@ -62,6 +62,16 @@ def test_a_shift_has_the_time_of_the_clock_on_the_wall(tmp_path: Path) -> None:
     assert {(topic, at_s) for topic, _, at_s, _ in found} >= {("/said", 1.7e9 + 1.5), ("/pose/0", 1.7e9 + 2.0)}
 
 
+def test_a_shift_has_its_sound(tmp_path: Path) -> None:
+    lines, file = tmp_path / "shift.jsonl", tmp_path / "shift.mcap"
+    event = json.loads(line(Sound(2.0, base64.b64encode(b"\x01\x02" * 4000).decode())))
+    lines.write_text(json.dumps({**event, "wall_s": 1.7e9}) + "\n")
+    assert main(["mcap", str(lines), str(file)]) == 0
+    [(topic, schema, at_s, body)] = read(file)
+    assert (topic, schema, at_s) == ("/sound", "foxglove.RawAudio", 1.7e9)
+    assert base64.b64decode(body["data"]) == b"\x01\x02" * 4000
+
+
 @pytest.mark.parametrize(
     "text",
     [
@@ -69,6 +79,8 @@ def test_a_shift_has_the_time_of_the_clock_on_the_wall(tmp_path: Path) -> None:
         "no JSON\n",
         "[1]\n",
         '{"event": "moved", "at_s": 1, "poses": [1]}\n',
+        '{"event": "sound", "at_s": 1, "pcm": "no base64"}\n',
+        '{"event": "sound", "at_s": 1, "pcm": 7}\n',
         '{"event": "said", "at_s": -1}\n',
         '{"event": "said", "at_s": NaN}\n',
         '{"event": "said", "at_s": 1e999}\n',

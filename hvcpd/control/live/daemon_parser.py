@@ -58,6 +58,9 @@ def _add_views(commands: Commands) -> None:
     text = "show what a robot says, hears and does, as it happens"
     follow = _add(commands, "follow", text, "live.follow", *examples)
     follow.add_argument("--poses", action="store_true", help="with --json: also where it is, four times a second")
+    follow.add_argument(
+        "--sound", action="store_true", help="with --json: also what it hears, if `control.sound` is true"
+    )
 
 
 def _add_orders(commands: Commands) -> None:
@@ -149,7 +152,7 @@ def _add_mcap(commands: Commands) -> None:
         "live.mcap",
         "hvcpctl mcap out/demo mission.mcap",
         "hvcpctl mcap shift.jsonl shift.mcap",
-        description="Write a recorded mission or shift as MCAP, for Foxglove: sentences, poses, a mission's sound.",
+        description="Write a recorded mission or shift as MCAP, for Foxglove: sentences, poses, sound.",
         epilog="RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed.",
     )
     command.add_argument("recording", type=Path, metavar="RECORDING", help="a folder, or a file of JSON lines")

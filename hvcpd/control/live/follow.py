@@ -85,9 +85,10 @@ class JsonShow:
 
 def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep, n_events: int | None = None) -> int:
     """Follow until interrupted; wait for a daemon that has ended."""
+    more = {"moved": options.poses, "sound": options.sound}
     with ExitStack() as stack:
         show: Show = JsonShow() if options.json else stack.enter_context(_terminal())
-        watch(options, show, wait, n_events, ("moved",) if options.poses else ())
+        watch(options, show, wait, n_events, [kind for kind, wanted in more.items() if wanted])
     return EX_OK
 
 
