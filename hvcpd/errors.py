@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import errno
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 EX_OK = 0
@@ -176,6 +177,17 @@ def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file
         case _:
             remedy = otherwise
     return f"{path}: cannot be written: {reason}; {remedy}"
+
+
+@contextmanager
+def writing(
+    path: Path, kind: type[HvcpdError], option: str = "", otherwise: str = "name a file that you may write"
+) -> Iterator[None]:
+    """Raise an error of that kind where `path` cannot be written; `option` stands before the text of `unwritable`."""
+    try:
+        yield
+    except OSError as error:
+        raise kind(f"{option}{unwritable(path, error, otherwise)}") from None
 
 
 def unreadable(error: Exception) -> str:

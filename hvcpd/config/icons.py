@@ -32,12 +32,9 @@ def is_one_character(text: str) -> bool:
         return True
     if text[-1] == _JOINER:
         return False
-    return all(_extends(this) or (before == _JOINER and _joinable(this)) for before, this in pairwise(text))
+    kinds = ((before, this, unicodedata.category(this)) for before, this in pairwise(text))
+    return all(_extends(this) or (before == _JOINER and kind == "So") for before, this, kind in kinds)
 
 
 def _extends(letter: str) -> bool:
     return letter == _JOINER or letter in _EXTENDING or unicodedata.category(letter)[0] == "M"
-
-
-def _joinable(letter: str) -> bool:
-    return unicodedata.category(letter) == "So"

@@ -15,15 +15,10 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
 from cattrs import Converter
-from cattrs.errors import (
-    AttributeValidationNote,
-    BaseValidationError,
-    ForbiddenExtraKeysError,
-    IterableValidationNote,
-)
+from cattrs.errors import AttributeValidationNote, BaseValidationError, ForbiddenExtraKeysError, IterableValidationNote
 from cattrs.gen import make_dict_structure_fn, make_mapping_structure_fn, override
 
-from hvcpd.config.document import Document, KeyPath, parse, read_bytes
+from hvcpd.config.document import Document, KeyPath
 from hvcpd.errors import ConfigError, did_you_mean
 
 T = TypeVar("T")
@@ -80,10 +75,6 @@ class Parts:
         value = self.get(path, cast(type[Any], Any))
         return len(value) if isinstance(value, list) else 0
 
-    def line(self, path: KeyPath) -> int:
-        """The line (from 1) in which the key or value at `path` stands."""
-        return self._document.place(path).line
-
     def where(self, path: KeyPath, beside: KeyPath) -> str:
         """The line in which the key or value at `path` stands, with its file if `beside` stands in another one."""
         place, other = self._document.place(path), self._document.place(beside)
@@ -96,27 +87,17 @@ class Parts:
         self._document.fault(path, text)
 
 
-def load(
-    path: Path,
-    type_: type[T],
-    check: Callable[[Parts], None] | None = None,
-    hooks: Mapping[Any, Hook] | None = None,
-) -> T:
-    """Read the YAML file `path` as a `type_`, a dataclass.
-
-    `check` looks at what concerns several fields; `hooks` read types that are not plain dataclasses. Raises
-    ConfigError with every fault of the file, a line each: `FILE:LINE: what is wrong; what to do`.
-    """
-    return structure(parse(read_bytes(path), str(path)), type_, check, hooks)
-
-
 def structure(
     document: Document,
     type_: type[T],
     check: Callable[[Parts], None] | None = None,
     hooks: Mapping[Any, Hook] | None = None,
 ) -> T:
-    """As `load`, from a document that has been read already."""
+    """The document as a `type_`, a dataclass.
+
+    `check` looks at what concerns several fields; `hooks` read types that are not plain dataclasses. Raises
+    ConfigError with every fault of the document, a line each: `FILE:LINE: what is wrong; what to do`.
+    """
     converter = _make_converter(hooks or {})
     if document.value is None and not document.is_faulty(()):
         document.value = {}
@@ -153,9 +134,14 @@ def number_between(least: float, most: float) -> Check:
     return check
 
 
-def checked(check: Check) -> dict[str, Check]:
-    """Field metadata: `check` says what is wrong with the value and what to do."""
-    return {_CHECK: check}
+def checked(*checks: Check) -> dict[str, Check]:
+    """Field metadata: the first of the checks that finds a fault says what is wrong with the value and what to do."""
+    return {_CHECK: lambda value: next((text for check in checks if (text := check(value)) is not None), None)}
+
+
+def at_most(most: int, what: str) -> Check:
+    """The check that there are no more than so many; `what` is, for example, "names can be given"."""
+    return lambda given: None if len(given) <= most else f"at most {most} {what}, found {len(given)}; remove some"
 
 
 def synonyms(*words: str) -> dict[str, tuple[str, ...]]:
@@ -194,20 +180,14 @@ def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
     converter = Converter(forbid_extra_keys=True, detailed_validation=True)
 
     def dataclass_hook(cls: Any) -> Callable[[Any, Any], Any]:
+        fields = dataclasses.fields(cls)
         checks: dict[str, Any] = {
             field.name: override(struct_hook=_checked_hook(converter, field.metadata[_CHECK]))
-            for field in dataclasses.fields(cls)
+            for field in fields
             if _CHECK in field.metadata
         }
-        inner = make_dict_structure_fn(cls, converter, **checks)
-
-        def hook(value: Any, _: Any) -> Any:
-            if not isinstance(value, dict):
-                known = ", ".join(field.name for field in dataclasses.fields(cls))
-                raise FaultError(f"expected a group of keys ({known}), found {describe(value)}; write `key: value`")
-            return inner(value, cls)
-
-        return hook
+        inner, known = make_dict_structure_fn(cls, converter, **checks), ", ".join(field.name for field in fields)
+        return _of_group(lambda value: inner(value, cls), f" ({known})", "key: value")
 
     def tuple_hook(value: Any, type_: Any) -> Any:
         if not isinstance(value, list):
@@ -217,13 +197,7 @@ def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
 
     def mapping_hook(cls: Any) -> Callable[[Any, Any], Any]:
         inner = make_mapping_structure_fn(cls, converter, dict)
-
-        def hook(value: Any, _: Any) -> Any:
-            if not isinstance(value, dict):
-                raise FaultError(f"expected a group of keys, found {describe(value)}; write `name: ...`")
-            return inner(value, cls)
-
-        return hook
+        return _of_group(lambda value: inner(value, cls), "", "name: ...")
 
     converter.register_structure_hook_factory(dataclasses.is_dataclass, dataclass_hook)
     converter.register_structure_hook_factory(_has_origin(abc.Mapping), mapping_hook)
@@ -234,6 +208,15 @@ def _make_converter(hooks: Mapping[Any, Hook]) -> Converter:
     for special, read_special in hooks.items():
         converter.register_structure_hook(special, _special_hook(converter, read_special))
     return converter
+
+
+def _of_group(read: Callable[[Any], Any], keys: str, example: str) -> Callable[[Any, Any], Any]:
+    def hook(value: Any, _: Any) -> Any:
+        if not isinstance(value, dict):
+            raise FaultError(f"expected a group of keys{keys}, found {describe(value)}; write `{example}`")
+        return read(value)
+
+    return hook
 
 
 def _has_origin(origin: Any) -> Callable[[Any], bool]:

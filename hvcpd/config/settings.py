@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from hvcpd.config.loading import between, checked, synonyms
+from hvcpd.config.loading import at_most, between, checked, synonyms
 from hvcpd.config.names import Accent, VoiceName, repeated_names, valid_robot_name, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.shared_places import WITHIN_ROOM
@@ -150,14 +150,10 @@ class SecuritySettings:
 
 
 def _valid_names(names: tuple[str, ...]) -> str | None:
-    if len(names) > MAX_KNOWN_NAMES:
-        return f"at most {MAX_KNOWN_NAMES} names can be given, found {len(names)}; remove some"
     return next((text for name in names if (text := valid_robot_name(name))), None) or repeated_names(names)
 
 
 def _valid_teams(teams: tuple[str, ...]) -> str | None:
-    if len(teams) > MAX_TEAMS:
-        return f"at most {MAX_TEAMS} teams can be given, found {len(teams)}; remove some"
     wrong = next((text for team in teams if (text := valid_team_name(team))), None)
     twice = next((team for index, team in enumerate(teams) if team in teams[:index]), None)
     return wrong or (f"the team {twice!r} is given twice; keep one" if twice is not None else None)
@@ -172,7 +168,9 @@ class Settings:
 
     name: str = field(metadata=checked(valid_robot_name))
     team: str = field(default="plant", metadata=checked(valid_team_name))
-    teams: tuple[str, ...] = field(default=DEFAULT_TEAMS, metadata=checked(_valid_teams))
+    teams: tuple[str, ...] = field(
+        default=DEFAULT_TEAMS, metadata=checked(at_most(MAX_TEAMS, "teams can be given"), _valid_teams)
+    )
     voice: VoiceName | None = None
     voice_folder: Path | None = None
     pitch: float = field(default=1.0, metadata=between(*VOICE_FACTORS))
@@ -184,7 +182,9 @@ class Settings:
     peers: Mapping[str, PeerSettings] = field(default_factory=dict)
     lexicon: Path | None = None
     tasks: Path = field(default_factory=default_tasks_path)
-    names: tuple[str, ...] = field(default=DEFAULT_NAMES, metadata=checked(_valid_names))
+    names: tuple[str, ...] = field(
+        default=DEFAULT_NAMES, metadata=checked(at_most(MAX_KNOWN_NAMES, "names can be given"), _valid_names)
+    )
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"
     pick: Literal["nearest", "random"] = "nearest"

@@ -12,8 +12,8 @@ from typing import Any, cast
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
 from hvcpd.config.names import NameCheck, repeated_names
-from hvcpd.config.settings import DEFAULT_NAMES, PeerSettings, Settings
-from hvcpd.config.skill_settings import runnable
+from hvcpd.config.settings import DEFAULT_NAMES, Settings
+from hvcpd.config.skill_settings import SkillSettings, runnable
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
 from hvcpd.errors import did_you_mean
 
@@ -33,6 +33,12 @@ class Loaded:
     file: Path | None = None
     skill_places: Mapping[str, str] = field(default_factory=dict)
     """Where each skill is written, as "FILE:LINE"."""
+
+    @property
+    def name(self) -> str | None:
+        """The robot's name, or None where STAND_IN_NAME takes its place."""
+        source = next(each.source for each in self.sources if each.key == "name")
+        return None if source == "default" else self.settings.name
 
 
 def load_with_sources(
@@ -69,8 +75,8 @@ def load_with_sources(
             document.overlay(("name",), STAND_IN_NAME, "default")
 
     def check(parts: Parts) -> None:
-        check_reserved(parts, reserved)
-        check_peers(parts, DEFAULT_NAMES)
+        _check_reserved(parts, reserved)
+        _check_peers(parts)
         _check_wheels(parts)
 
     settings = _with_whole_paths(structure(document, Settings, check), document, path)
@@ -99,31 +105,25 @@ def _check_wheels(parts: Parts) -> None:
 
 
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
-    """Return the settings with absolute file names, and with their own team among the teams."""
+    """The settings with absolute file names, and with their own team among the teams."""
 
-    def whole(name: Path, *key: str) -> Path:
-        return _absolute(name, document, key, path)
+    def whole(value: Any, key: KeyPath) -> Any:
+        match value:
+            case Path():
+                return _absolute(value, document, key, path)
+            case SkillSettings():
+                return runnable(value, path)
+            case Mapping():
+                return {name: whole(each, (*key, name)) for name, each in value.items()}
+            case _ if dataclasses.is_dataclass(value) and not isinstance(value, type):
+                parts = {name: whole(each, (*key, name)) for name, each in vars(value).items()}
+                return dataclasses.replace(value, **parts)
+            case _:
+                return value
 
-    control, clips, security = settings.control, settings.clips, settings.security
-    return dataclasses.replace(
-        settings,
-        teams=settings.teams if settings.team in settings.teams else (*settings.teams, settings.team),
-        tasks=whole(settings.tasks, "tasks"),
-        voice_folder=settings.voice_folder and whole(settings.voice_folder, "voice_folder"),
-        peers={name: _found(peer, document, name, path) for name, peer in settings.peers.items()},
-        lexicon=settings.lexicon and whole(settings.lexicon, "lexicon"),
-        state_dir=whole(settings.state_dir, "state_dir"),
-        control=dataclasses.replace(control, socket=control.socket and whole(control.socket, "control", "socket")),
-        skills={name: runnable(skill, path) for name, skill in settings.skills.items()},
-        clips=dataclasses.replace(clips, folder=clips.folder and whole(clips.folder, "clips", "folder")),
-        security=dataclasses.replace(security, key=security.key and whole(security.key, "security", "key")),
-    )
-
-
-def _found(peer: PeerSettings, document: Document, name: str, path: Path | None) -> PeerSettings:
-    folder = peer.voice_folder
-    key = ("peers", name, "voice_folder")
-    return dataclasses.replace(peer, voice_folder=folder and _absolute(folder, document, key, path))
+    teams = settings.teams if settings.team in settings.teams else (*settings.teams, settings.team)
+    found: Settings = whole(settings, ())
+    return dataclasses.replace(found, teams=teams)
 
 
 def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:
@@ -134,21 +134,20 @@ def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -
     return path.parent / name if path is not None and from_file else name
 
 
-def check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
+def _check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
     """No name is, or sounds like, a word of the phrasebook."""
     if reserved is None:
         return
     paths: list[KeyPath] = [("name",), *(("names", index) for index in range(parts.length(("names",))))]
     for path in paths:
         name = parts.get(path, str)
-        text = reserved(name) if name is not None else None
-        if text is not None:
+        if name is not None and (text := reserved(name)) is not None:
             parts.fault(path, text)
 
 
-def check_peers(parts: Parts, default_names: tuple[str, ...]) -> None:
+def _check_peers(parts: Parts) -> None:
     """Each peer is another robot among those that are known."""
-    names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else default_names
+    names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else DEFAULT_NAMES
     own = parts.get(("name",), str) or ""
     peers = parts.get(("peers",), cast(type[Any], Any))
     if names is None or not isinstance(peers, dict):

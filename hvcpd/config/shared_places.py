@@ -121,13 +121,6 @@ class PlaceEntry:
         return SharedPlace(self.name, min(xs), min(ys), max(xs), max(ys), self.radius_m)
 
 
-def valid_places(places: tuple[PlaceEntry, ...]) -> str | None:
-    """What is wrong with the number of places, or None."""
-    if len(places) > MAX_PLACES:
-        return f"at most {MAX_PLACES} places may be listed, found {len(places)}; remove some"
-    return None
-
-
 def check_places(parts: Parts, sounds_alike: Callable[[str, str], bool] | None) -> None:
     """Each has one area and a name of its own by ear, is far enough from all others for a robot to wait between, and
     has no task for several robots in it."""

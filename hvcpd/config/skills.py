@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from hvcpd.config.loading import FaultError, as_number, between, checked, describe
+from hvcpd.config.loading import FaultError, as_number, at_most, between, checked, describe
 from hvcpd.config.names import valid_task_name
 from hvcpd.errors import did_you_mean
 
@@ -79,8 +79,6 @@ class Parameter:
 
 
 def _valid_parameters(parameters: Mapping[str, Parameter]) -> str | None:
-    if len(parameters) > MAX_PARAMETERS:
-        return f"at most {MAX_PARAMETERS} parameters, found {len(parameters)}; remove some"
     check_keys(parameters)
     for name, parameter in parameters.items():
         if (wrong := _parameter_fault(parameter)) is not None:
@@ -104,8 +102,6 @@ def _parameter_fault(parameter: Parameter) -> str | None:
 
 
 def _valid_failures(failures: tuple[str, ...]) -> str | None:
-    if len(failures) > MAX_FAILURES:
-        return f"at most {MAX_FAILURES} reasons, found {len(failures)}; remove some"
     wrong = next((text for reason in failures if (text := valid_task_name(reason)) is not None), None)
     return wrong.replace("task name", "reason", 1) if wrong is not None else None
 
@@ -114,9 +110,11 @@ def _valid_failures(failures: tuple[str, ...]) -> str | None:
 class SkillEntry:
     """A skill as the task file declares it. It fails at `limit_s`; `failures` are the reasons that can be spoken."""
 
-    parameters: Mapping[str, Parameter] = field(default_factory=dict, metadata=checked(_valid_parameters))
+    parameters: Mapping[str, Parameter] = field(
+        default_factory=dict, metadata=checked(at_most(MAX_PARAMETERS, "parameters"), _valid_parameters)
+    )
     limit_s: float = field(default=USUAL_LIMIT_S, metadata=between(0.1, MAX_LIMIT_S))
-    failures: tuple[str, ...] = field(default=(), metadata=checked(_valid_failures))
+    failures: tuple[str, ...] = field(default=(), metadata=checked(at_most(MAX_FAILURES, "reasons"), _valid_failures))
 
     def read(self, argument: Any) -> tuple[tuple[str, Value], ...]:
         """The arguments of a use, in the order of the parameters. Raises FaultError.

@@ -36,7 +36,7 @@ def check_alternatives(parts: Parts) -> None:
     given = parts.get(("alternatives",), cast(type[Any], Any))
     if not isinstance(given, dict):
         return
-    taken: dict[str, tuple[str, int]] = {}
+    taken: dict[str, tuple[str, KeyPath]] = {}
     for word, phrases in given.items():
         at: KeyPath = ("alternatives", word)
         if (wrong := valid_word(word)) is not None:
@@ -48,12 +48,12 @@ def check_alternatives(parts: Parts) -> None:
             path: KeyPath = (*at, index)
             wrong = valid_alternative(phrase) if isinstance(phrase, str) else f"{describe(phrase)} is not a phrase"
             if wrong is None and phrase in taken:
-                other, line = taken[phrase]
-                wrong = f"{phrase!r} already counts as {other!r} (line {line}); leave one of them out"
+                other, first = taken[phrase]
+                wrong = f"{phrase!r} already counts as {other!r} ({parts.where(first, path)}); leave one of them out"
             if wrong is not None:
                 parts.fault(path, wrong)
             else:
-                taken[phrase] = (word, parts.line(path))
+                taken[phrase] = (word, path)
 
 
 def check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: SoundsAlike | None) -> None:

@@ -17,6 +17,7 @@ from hvcpd.config.loading import (
     Check,
     FaultError,
     Parts,
+    at_most,
     between,
     checked,
     describe,
@@ -25,7 +26,7 @@ from hvcpd.config.loading import (
 )
 from hvcpd.config.names import valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
-from hvcpd.config.shared_places import MAX_DISTANCE_M, PlaceEntry, PointEntry, check_places, valid_places
+from hvcpd.config.shared_places import MAX_DISTANCE_M, MAX_PLACES, PlaceEntry, PointEntry, check_places
 from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, check_keys
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
@@ -121,12 +122,6 @@ def _valid_count(tasks: tuple[Any, ...]) -> str | None:
     return f"a task file has 1 to {MAX_TASKS} tasks, found {len(tasks)}; {'remove some' if tasks else 'add one'}"
 
 
-def _valid_others(names: tuple[str, ...]) -> str | None:
-    if len(names) > MAX_TASKS:
-        return f"at most {MAX_TASKS} other tasks may be named, found {len(names)}; remove some"
-    return None
-
-
 @dataclass(frozen=True)
 class _Alternatives:
     """Pairs of a word and a phrase that counts as it."""
@@ -143,8 +138,6 @@ def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
 
 
 def _valid_skills(skills: Mapping[str, Any]) -> str | None:
-    if len(skills) > MAX_SKILLS:
-        return f"at most {MAX_SKILLS} skills may be declared, found {len(skills)}; remove some"
     for name in skills:
         if name in _BUILT_IN:
             raise FaultError("every robot can do this; choose another name", name)
@@ -155,9 +148,11 @@ def _valid_skills(skills: Mapping[str, Any]) -> str | None:
 @dataclass(frozen=True)
 class _TaskFile:
     tasks: tuple[_TaskEntry, ...] = field(metadata=checked(_valid_count))
-    skills: Mapping[str, SkillEntry] = field(default_factory=dict, metadata=checked(_valid_skills))
-    places: tuple[PlaceEntry, ...] = field(default=(), metadata=checked(valid_places))
-    other_tasks: tuple[str, ...] = field(default=(), metadata=checked(_valid_others))
+    skills: Mapping[str, SkillEntry] = field(
+        default_factory=dict, metadata=checked(at_most(MAX_SKILLS, "skills may be declared"), _valid_skills)
+    )
+    places: tuple[PlaceEntry, ...] = field(default=(), metadata=checked(at_most(MAX_PLACES, "places may be listed")))
+    other_tasks: tuple[str, ...] = field(default=(), metadata=checked(at_most(MAX_TASKS, "other tasks may be named")))
     alternatives: _Alternatives = field(default_factory=_Alternatives)
 
 
@@ -259,10 +254,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
 
 
 def load_tasks(
-    path: Path,
-    sounds_alike: SoundsAlike | None = None,
-    changes: TaskChanges | None = None,
-    robots: int = MAX_ROBOTS,
+    path: Path, sounds_alike: SoundsAlike | None = None, changes: TaskChanges | None = None, robots: int = MAX_ROBOTS
 ) -> TaskRepository:
     """Read the task file `path`, with what `changes` add and leave out.
 
@@ -318,7 +310,7 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
 
 
 def _check_place(parts: Parts, at: KeyPath) -> None:
-    if parts.get((*at, "place"), PointEntry) is not None or parts.has((*at, "place")):
+    if parts.has((*at, "place")):
         return
     for index in range(parts.length((*at, "actions"))):
         if parts.get((*at, "actions", index), str) == TO_PLACE:

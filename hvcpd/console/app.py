@@ -46,20 +46,20 @@ def live_app(scene: Scene, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]
 
     async def lines(request: Request) -> Response:
         before, after = (_number(request.query_params.get(key)) for key in ("before", "after"))
-        return _json({"lines": scene.lines.page(before, after), "first": scene.lines.first})
+        return JSONResponse({"lines": scene.lines.page(before, after), "first": scene.lines.first})
 
     async def act(request: Request) -> Response:
         wanted = await _body(request)
         if wanted is None or wanted.get("do") not in list(_ACTS):
-            return _json({"error": f"give what to do: {', '.join(_ACTS)}"}, HTTPStatus.BAD_REQUEST)
+            return JSONResponse({"error": f"give what to do: {', '.join(_ACTS)}"}, HTTPStatus.BAD_REQUEST)
         if wanted["do"] == "resume" and wanted.get("confirmed") is not True:
-            return _json({"error": "resuming must be confirmed"}, HTTPStatus.BAD_REQUEST)
+            return JSONResponse({"error": "resuming must be confirmed"}, HTTPStatus.BAD_REQUEST)
         try:
-            return _json(await _act(wanted, ask, scene.name))
+            return JSONResponse(await _act(wanted, ask, scene.name))
         except NotRunningError as error:
-            return _json({"error": f"{error}. Stop it by voice: “stop”!"}, HTTPStatus.SERVICE_UNAVAILABLE)
+            return JSONResponse({"error": f"{error}. Stop it by voice: “stop”!"}, HTTPStatus.SERVICE_UNAVAILABLE)
         except HvcpdError as error:
-            return _json({"error": str(error)}, HTTPStatus.CONFLICT)
+            return JSONResponse({"error": str(error)}, HTTPStatus.CONFLICT)
 
     @asynccontextmanager
     async def following(_: Starlette) -> AsyncIterator[None]:
@@ -198,10 +198,6 @@ async def _body(request: Request) -> dict[str, Any] | None:
     except (ValueError, RecursionError):
         return None
     return value if isinstance(value, dict) else None
-
-
-def _json(value: dict[str, Any], status: HTTPStatus = HTTPStatus.OK) -> Response:
-    return JSONResponse(value, status)
 
 
 def _number(text: str | None) -> int | None:

@@ -74,10 +74,10 @@ def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str])
     `at_s` is when it was, as the page counts. Text is as it was heard, cleaned of what steers a terminal; the page
     shows it as text and never as markup.
     """
-    make = _MAKERS.get(str(event.get("event")))
-    if make is None or is_passing(event):
+    told = _told(event, task) if not is_passing(event) else None
+    if told is None:
         return None
-    sort, who, text, marks = make(event, task)
+    sort, who, text, marks = told
     slot = slots.of(who) if who is not None else None
     return {"at_s": round(at_s, 3), "sort": sort, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}
 
@@ -97,44 +97,27 @@ def surely(confidence: float | None, snr_db: float | None = None) -> dict[str, s
     return mark("good" if (confidence or 0.0) >= SURE else "unsure", how_sure(confidence, snr_db))
 
 
-def _said(event: Event, _task: Callable[[int], str]) -> Sort:
-    return "said", event["speaker"], clean(event["text"]), sealed(event.get("seal"))
-
-
-def _heard(event: Event, _task: Callable[[int], str]) -> Sort:
-    marks = [surely(event["confidence"], event["snr_db"]), *sealed(event.get("seal"))]
-    return "heard", event["speaker"], clean(event["text"]), marks
-
-
-def _garbled(_event: Event, _task: Callable[[int], str]) -> Sort:
-    return "garbled", None, "Somebody spoke and was not understood", []
-
-
-def _held(event: Event, _task: Callable[[int], str]) -> Sort:
-    return "act", None, f"Stood still for {event['until_s'] - event['at_s']:.1f} s for what sounded like “stop”", []
-
-
-def _noted(event: Event, _task: Callable[[int], str]) -> Sort:
-    return "note", None, clean(event["text"]), []
-
-
-def _performed(event: Event, task: Callable[[int], str]) -> Sort:
-    return "act", event["robot"], f"has carried out {task(event['task'])}", []
-
-
-def _skill(event: Event, _task: Callable[[int], str]) -> Sort:
-    return "note" if event["state"] == "failed" else "act", event["robot"], clean(skill_words(event)), []
-
-
-_MAKERS: dict[str, Callable[[Event, Callable[[int], str]], Sort]] = {
-    "said": _said,
-    "heard": _heard,
-    "garbled": _garbled,
-    "held": _held,
-    "noted": _noted,
-    "performed": _performed,
-    "skill": _skill,
-}
+def _told(event: Event, task: Callable[[int], str]) -> Sort | None:
+    match event.get("event"):
+        case "said":
+            return "said", event["speaker"], clean(event["text"]), sealed(event.get("seal"))
+        case "heard":
+            marks = [surely(event["confidence"], event["snr_db"]), *sealed(event.get("seal"))]
+            return "heard", event["speaker"], clean(event["text"]), marks
+        case "garbled":
+            return "garbled", None, "Somebody spoke and was not understood", []
+        case "held":
+            length_s = event["until_s"] - event["at_s"]
+            return "act", None, f"Stood still for {length_s:.1f} s for what sounded like “stop”", []
+        case "noted":
+            return "note", None, clean(event["text"]), []
+        case "performed":
+            return "act", event["robot"], f"has carried out {task(event['task'])}", []
+        case "skill":
+            sort = "note" if event["state"] == "failed" else "act"
+            return sort, event["robot"], clean(skill_words(event)), []
+        case _:
+            return None
 
 
 def line_of_row(row: Event, slots: Slots) -> Line:

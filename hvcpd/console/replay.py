@@ -43,9 +43,7 @@ def read_recording(folder: Path) -> Recording:
     if not transcript.is_file():
         raise ConfigError(f"{folder} has no transcript.jsonl: name the folder that `hvcpctl simulate --report` made")
     record = MissionRecord(
-        read_transcript(transcript),
-        read_trails(trails) if trails.is_file() else (),
-        np.zeros(0, np.float32),
+        read_transcript(transcript), read_trails(trails) if trails.is_file() else (), np.zeros(0, np.float32)
     )
     story = tell(record)
     if not story.robots:
@@ -76,7 +74,8 @@ def _begin(story: Story, record: MissionRecord) -> Message:
 
 def _steps(story: Story, record: MissionRecord) -> list[Step]:
     """All changes in order of time; lines are numbered in this order."""
-    steps = [*_spoken(story), *_boards(story, record), *_activities(story)]
+    turns_s = sorted({at_s for span in story.spans for at_s in (span.from_s, span.to_s)})
+    steps = [*_spoken(story), *_boards(story, record), *((at_s, _robots(story, at_s)) for at_s in turns_s)]
     for trail in record.trails:
         steps += _moves(trail, story.slots.get(trail.robot, 0))
     steps.sort(key=lambda step: step[0])
@@ -146,28 +145,15 @@ def _board(watch: Watch, story: Story) -> Message:
     return {"kind": "board", "tasks": rows}
 
 
-def _activities(story: Story) -> Iterator[Step]:
-    for at_s in sorted({at_s for span in story.spans for at_s in (span.from_s, span.to_s)}):
-        yield at_s, _robots(story, at_s)
-
-
 def _robots(story: Story, at_s: float) -> Message:
     """The robots and their tasks at that time."""
     names = {task.number: task.name for task in story.tasks}
     robots = []
     for k, robot in enumerate(story.robots):
         span = next((s for s in story.spans if s.robot == robot and s.from_s <= at_s < s.to_s), None)
-        doing = f"has {task_words(span.task, names.get(span.task))}" if span else ""
-        robots.append(
-            {
-                "name": clean(robot),
-                "slot": robot_slot(k),
-                "team": "",
-                "doing": clean(doing),
-                "present": True,
-                "note": "",
-            }
-        )
+        doing = clean(f"has {task_words(span.task, names.get(span.task))}" if span else "")
+        own = {"name": clean(robot), "slot": robot_slot(k), "team": "", "doing": doing, "present": True, "note": ""}
+        robots.append(own)
     return {"kind": "robots", "robots": robots, "stopped": False, "speaking": False}
 
 

@@ -53,11 +53,13 @@ class Scene:
     def snapshot(self) -> Message:
         """All that a page needs to begin with."""
         parts = [self._robots(), self._board(), self._alarms(), self._link, *([self._level] if self._level else [])]
-        return {"kind": "snapshot", "parts": parts, "plan": self._plan_message(), **self.newest_lines()}
-
-    def newest_lines(self) -> dict[str, Any]:
-        """The last page of the conversation, and the number of the oldest line that there is."""
-        return {"lines": self.lines.page(), "first": self.lines.first}
+        return {
+            "kind": "snapshot",
+            "parts": parts,
+            "plan": self._plan_message(),
+            "lines": self.lines.page(),
+            "first": self.lines.first,
+        }
 
     def link(self, up: bool, text: str) -> None:
         """Note whether the daemon answers, with a message; on a change the viewers get a new snapshot."""
@@ -158,20 +160,17 @@ class Scene:
         status = self._status
         if status is None:
             return {"kind": "robots", "robots": [], "stopped": False}
+        doing, task = clean(status["doing"]), status["task"]
         own = {
             "name": self.name,
             "slot": self._slots.of(self.name),
             "team": clean(status["team"] or ""),
-            "doing": self._doing(status),
+            "doing": doing + (f": {task_words(task['number'], task['name'])}" if task else ""),
             "present": True,
             "note": f"{status['battery_v']:.1f} V" if status["battery_v"] is not None else "",
         }
         peers = [self._peer(peer) for peer in sorted(status["peers"], key=lambda p: float(p["heard_ago_s"]))]
         return {"kind": "robots", "robots": [own, *peers], "stopped": status["stopped"], "speaking": status["speaking"]}
-
-    def _doing(self, status: Reply) -> str:
-        task = status["task"]
-        return clean(status["doing"]) + (f": {task_words(task['number'], task['name'])}" if task else "")
 
     def _peer(self, peer: Reply) -> dict[str, Any]:
         own = next((t for t in self._tasks if t["owner"] == peer["name"] and t["state"] == "claimed"), None)
@@ -188,19 +187,19 @@ class Scene:
         }
 
     def _board(self) -> Message:
-        kept = ("number", "hearsay")
         rows = [
             {
-                **{key: task[key] for key in kept},
+                "number": task["number"],
+                "hearsay": task["hearsay"],
                 "state": "failed" if was_given_up(task) else task["state"],
                 "name": clean(task["name"]),
-                "owner": clean(task["owner"] or ""),
+                "owner": owner,
                 "mark": badge(task.get("icon", ""), task["name"]),
+                "slot": self._slots.of(owner) if owner else None,
             }
             for task in self._tasks
+            for owner in [clean(task["owner"] or "")]
         ]
-        for row in rows:
-            row["slot"] = self._slots.of(row["owner"]) if row["owner"] else None
         return {"kind": "board", "tasks": rows}
 
     def _alarms(self) -> Message:

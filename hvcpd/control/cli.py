@@ -10,14 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from hvcpd import __version__
-from hvcpd.config.command_line import (
-    Parser,
-    Skipped,
-    complain,
-    let_go,
-    output_fault,
-    replace_closed_streams,
-)
+from hvcpd.config.command_line import Parser, Skipped, complain, let_go, output_fault, replace_closed_streams
 from hvcpd.control.arguments import Commands, add_command
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_doctor_commands

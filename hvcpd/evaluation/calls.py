@@ -21,10 +21,14 @@ WAKE = f"Hi {listeners.CALLED}, I am {listeners.CALLER}"
 """One robot's call to another: the counterpart of the paper's wake word."""
 
 
-def blocks(experiment: str, seed: int, trials: int, settings: dict[str, Any]) -> list[Trial]:
-    """`trials` calls in blocks of BLOCK_CALLS."""
+def blocks(experiment: str, seed: int, trials: int, at_m: Sequence[float], **settings: Any) -> list[Trial]:
+    """`trials` calls at each distance, in blocks of BLOCK_CALLS."""
     sizes = [min(BLOCK_CALLS, trials - first) for first in range(0, trials, BLOCK_CALLS)]
-    return [Trial(experiment, seed, {**settings, "calls": n, "block": k}) for k, n in enumerate(sizes)]
+    return [
+        Trial(experiment, seed, {**settings, "distance_m": distance_m, "calls": n, "block": k})
+        for distance_m in at_m
+        for k, n in enumerate(sizes)
+    ]
 
 
 def call(trial: Trial) -> Row:

@@ -127,28 +127,24 @@ def _paper_paragraph() -> str:
 
 
 def _paragraph(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> str:
-    wrong, total = _wrong(counts, variant, name)
+    wrong, missed, total = _outcome(counts, variant, name)
     low, high = (100 * end for end in wilson(wrong, total))
     return (
         f"{name}, {variant}: of {total} orders {wrong} were taken for something else ({low:.1f} to {high:.1f} %), "
-        f"{_missed(counts, variant, name)} were not understood at all."
+        f"{missed} were not understood at all."
     )
 
 
-def _wrong(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> tuple[int, int]:
-    """Number of orders that were misunderstood, and number of all orders."""
+def _outcome(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> tuple[int, int, int]:
+    """Numbers of orders: those that were misunderstood, those that were not understood at all, and all."""
     mine = {(said, got): n for (v, who_, said, got), n in counts.items() if (v, who_) == (variant, name)}
-    return sum(n for (said, got), n in mine.items() if got not in (said, NOTHING)), sum(mine.values())
-
-
-def _missed(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> int:
-    """Number of orders that were not understood at all."""
-    return sum(n for (v, who_, _, got), n in counts.items() if (v, who_, got) == (variant, name, NOTHING))
+    wrong = sum(n for (said, got), n in mine.items() if got not in (said, NOTHING))
+    return wrong, sum(n for (_, got), n in mine.items() if got == NOTHING), sum(mine.values())
 
 
 def _beside(counts: Counter[tuple[str, str, str, str]], variant: str, name: str) -> str:
-    wrong, total = _wrong(counts, variant, name)
-    return f"{variant} {name}: {wrong} of {total}, {_missed(counts, variant, name)} not understood"
+    wrong, missed, total = _outcome(counts, variant, name)
+    return f"{variant} {name}: {wrong} of {total}, {missed} not understood"
 
 
 def _vocabulary_paragraph() -> str:

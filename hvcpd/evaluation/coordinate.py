@@ -20,22 +20,8 @@ ORDER = f"Hi {CALLED}, I am {CALLER}, water the yellow rose"
 
 def _trials(scale: Scale) -> Sequence[Trial]:
     noise = FITTED_ROBOT_NOISE_DB_SPL
-    orders = [
-        trial
-        for distance_m in distances(scale.quick)
-        for trial in blocks(
-            "coordinate",
-            scale.seed,
-            calls_each(scale),
-            {
-                "variant": SAID_ONCE,
-                "text": ORDER,
-                "distance_m": distance_m,
-                "robot_noise_db_spl": noise,
-                "listeners": who(),
-            },
-        )
-    ]
+    said = {"variant": SAID_ONCE, "text": ORDER, "robot_noise_db_spl": noise, "listeners": who()}
+    orders = blocks("coordinate", scale.seed, calls_each(scale), distances(scale.quick), **said)
     return [*orders, *missions("coordinate", scale, WHOLE, noise, mission_distances(scale.quick))]
 
 

@@ -16,15 +16,11 @@ LEVELS_DB_SPL = (50.0, 54.0, 56.0, 58.0, 60.0, 62.0, 66.0)
 
 
 def _trials(scale: Scale) -> Sequence[Trial]:
+    common = {"text": WAKE, "listeners": [PEER]}
     return [
         trial
         for level in LEVELS_DB_SPL
-        for trial in blocks(
-            "fit",
-            scale.seed,
-            scale.trials,
-            {"text": WAKE, "distance_m": PAPER_PIVOT_M, "robot_noise_db_spl": level, "listeners": [PEER]},
-        )
+        for trial in blocks("fit", scale.seed, scale.trials, [PAPER_PIVOT_M], robot_noise_db_spl=level, **common)
     ]
 
 

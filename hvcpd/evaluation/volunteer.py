@@ -39,11 +39,10 @@ def _trials(scale: Scale) -> Sequence[Trial]:
     found: list[Trial] = []
     for drives in (True, False):
         how = DRIVING if drives else STANDING
-        for distance_m in QUICK_SAID_M if scale.quick else SAID_M:
-            if listeners.peer_available():
-                common = {"variant": f"{SAID_ONCE}, {how}", "drives": drives, "listeners": [PEER]}
-                at = {"distance_m": distance_m, "robot_noise_db_spl": noise}
-                found += blocks("volunteer", scale.seed, calls_each(scale), {**common, **at})
+        if listeners.peer_available():
+            said_m = QUICK_SAID_M if scale.quick else SAID_M
+            more = {"variant": f"{SAID_ONCE}, {how}", "drives": drives, "listeners": [PEER]}
+            found += blocks("volunteer", scale.seed, calls_each(scale), said_m, robot_noise_db_spl=noise, **more)
         found += missions("volunteer", scale, f"{WHOLE}, {how}", noise, at_m, drives=drives)
     return found
 

@@ -18,16 +18,11 @@ AS_STATED, AS_FITTED = "20 dB as stated", "with the robot's own noise"
 
 def _trials(scale: Scale) -> Sequence[Trial]:
     noises = (FITTED_ROBOT_NOISE_DB_SPL,) if scale.quick else (FITTED_ROBOT_NOISE_DB_SPL, None)
+    at_m, common = distances(scale.quick), {"text": WAKE, "listeners": who()}
     return [
         trial
         for noise in noises
-        for distance_m in distances(scale.quick)
-        for trial in blocks(
-            "wake",
-            scale.seed,
-            scale.trials,
-            {"text": WAKE, "distance_m": distance_m, "robot_noise_db_spl": noise, "listeners": who()},
-        )
+        for trial in blocks("wake", scale.seed, scale.trials, at_m, robot_noise_db_spl=noise, **common)
     ]
 
 

@@ -56,6 +56,7 @@ def _wall(card: Card, tasks: Sequence[TaskDefinition]) -> Markup:
         tag("p", _slots(card.opening), " …", class_="opening"),
         tag("p", "For example: ", tag("q", card.example), class_="example"),
     )
+    letters = sum(map(len, (*dict(card.words).get("NAME", ()), card.example)))
     return tag(
         "article",
         tag("header", tag("h1", "Talk to the robots"), tag("p", _who(card)), class_="head"),
@@ -72,7 +73,7 @@ def _wall(card: Card, tasks: Sequence[TaskDefinition]) -> Markup:
             class_="columns",
         ),
         _section(Topic.TELL, card.statements),
-        class_="sheet tight" if _is_long(card) else "sheet",
+        class_="sheet tight" if letters > _MANY_LETTERS else "sheet",
     )
 
 
@@ -92,10 +93,7 @@ def _halt(card: Card) -> Markup:
     return tag(
         "section",
         tag("b", "“Stop”"),
-        tag(
-            "p",
-            f"or {calls}: anybody, at any time, without a greeting. Robots that hear it stay halted.",
-        ),
+        tag("p", f"or {calls}: anybody, at any time, without a greeting. Robots that hear it stay halted."),
         tag("b"),
         tag("p", "“Resume”: halted robots may take on tasks again. This starts no old motion."),
         class_="halt",
@@ -114,14 +112,8 @@ def _section(topic: Topic, lines: Iterable[Line], *before: Markup) -> Markup | N
 def _tasks(tasks: Sequence[TaskDefinition]) -> Markup | None:
     if not tasks:
         return None
-    if not _fit_on_wall_card(tasks):
-        listed_there = tag("p", f"{len(tasks)} tasks, on the next sheet.", class_="example")
-        return tag("section", _tasks_heading(), listed_there)
-    return tag("section", _tasks_heading(), _task_list(tasks))
-
-
-def _is_long(card: Card) -> bool:
-    return sum(map(len, (*dict(card.words).get("NAME", ()), card.example))) > _MANY_LETTERS
+    there = tag("p", f"{len(tasks)} tasks, on the next sheet.", class_="example")
+    return tag("section", _tasks_heading(), _task_list(tasks) if _fit_on_wall_card(tasks) else there)
 
 
 def _fit_on_wall_card(tasks: Sequence[TaskDefinition]) -> bool:
@@ -129,9 +121,8 @@ def _fit_on_wall_card(tasks: Sequence[TaskDefinition]) -> bool:
 
 
 def _tasks_heading() -> Markup:
-    slots = ("TASK", ", by ", "NUMBER")
-    parts = [tag("span", slot, class_="slot") if slot.isupper() else escaped(slot) for slot in slots]
-    return tag("h2", joined(["The tasks (", *parts, ")"]))
+    by_name, by_number = (tag("span", slot, class_="slot") for slot in ("TASK", "NUMBER"))
+    return tag("h2", "The tasks (", by_name, ", by ", by_number, ")")
 
 
 def _task_list(tasks: Sequence[TaskDefinition]) -> Markup:
@@ -236,9 +227,4 @@ def _of(card: Card, topic: Topic) -> list[Line]:
 
 def _slots(text: str) -> Markup:
     """The text with the words to be filled in marked."""
-    parts: list[str] = []
-    end = 0
-    for found in _SLOT.finditer(text):
-        parts += [escaped(text[end : found.start()]), tag("i", found[0])]
-        end = found.end()
-    return joined([*parts, text[end:]])
+    return Markup(_SLOT.sub(r"<i>\g<0></i>", str(escaped(text))))

@@ -125,14 +125,13 @@ def _spectrograms(story: Story, sound: Samples) -> Markup:
         return tag("p", "No utterance was recorded.")
     pictures = []
     for k, line in enumerate(lines):
-        caption = tag("figcaption", f"{line.said.speaker}: {line.said.text}", class_=None)
+        caption = tag("figcaption", f"{line.said.speaker}: {line.said.text}")
         drawn = tag("div", figure(line, sound), class_="scroll", tabindex="0", role="group", aria_label="Spectrogram")
         pictures.append(tag("figure", drawn, caption, hidden=k > 0, data_spectrogram=str(k)))
-    chooser = None
     if len(lines) > 1:
         select = tag("select", *utterance_options(lines), id="which")
-        chooser = tag("label", "Utterance ", select, class_="chooser")
-    return joined([part for part in (chooser, *pictures) if part is not None])
+        pictures.insert(0, tag("label", "Utterance ", select, class_="chooser"))
+    return joined(pictures)
 
 
 def _task_table(story: Story) -> Markup:

@@ -63,6 +63,16 @@ class Artist:
             text.append(self.plain(string), style)
         return text
 
+    def deed(self, at_s: float, robot: str, *parts: str | tuple[str, str]) -> Text:
+        """A line of a robot's: the time, its name, and what it did."""
+        return self.text((f"{clock(at_s):>5}  ", "dim"), (robot, self.style(robot)), *parts)
+
+    def utterance(self, line: Line, final: bool) -> list[Text]:
+        """What was said, with the time when it was over, and below it its hearers."""
+        who = (line.said.speaker, f"bold {self.style(line.said.speaker)}")
+        first = self.text((f"{clock(line.said.end_s):>5}  ", "dim"), who, ": ", line.said.text)
+        return [first, self.text("       ", *_joined(self.hearers(line, final)))]
+
     def task(self, watch: Watch, number: int) -> str:
         """A task in words: its name and number."""
         return task_words(number, watch.names.get(number))
@@ -106,29 +116,23 @@ def _joined(parts: list[tuple[str, str]]) -> list[str | tuple[str, str]]:
 
 
 def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
-    """A note as one line and, for an utterance, a second with its hearers. Its time is when it was over."""
+    """A note as one line and, for an utterance, a second with its hearers."""
     match note:
-        case Line(said=said):
-            who = (said.speaker, f"bold {artist.style(said.speaker)}")
-            first = artist.text((f"{clock(said.end_s):>5}  ", "dim"), who, ": ", said.text)
-            return [first, artist.text("       ", *_joined(artist.hearers(note, final=True)))]
+        case Line():
+            return artist.utterance(note, final=True)
         case Heard():
-            text = (f"{clock(note.at_s):>5}  ", "dim")
-            said_by = f" heard a voice that is no robot's ({percent(note.confidence)}): "
-            return [artist.text(text, (note.listener, artist.style(note.listener)), said_by, note.text)]
+            heard = f" heard a voice that is no robot's ({percent(note.confidence)}): "
+            return [artist.deed(note.at_s, note.listener, heard, note.text)]
         case Garbled():
             heard = " heard speech, from no robot, that it could not understand"
-            return [
-                artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.listener, artist.style(note.listener)), heard)
-            ]
+            return [artist.deed(note.at_s, note.listener, heard)]
         case Performed():
             return [_performed(artist, watch, note)]
         case Skill():
             used = (f": {skill_words(vars(note))}", "" if note.state == "finished" else "bold red")
-            return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), used)]
+            return [artist.deed(note.at_s, note.robot, used)]
         case GaveUp():
-            gave_up = f" gives up {artist.task(watch, note.task)}"
-            return [artist.text((f"{clock(note.at_s):>5}  ", "dim"), (note.robot, artist.style(note.robot)), gave_up)]
+            return [artist.deed(note.at_s, note.robot, f" gives up {artist.task(watch, note.task)}")]
 
 
 def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
@@ -149,13 +153,8 @@ def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
 
 def under_way(artist: Artist, watch: Watch, at_most: int) -> list[Text]:
     """The last utterances that not everybody has accounted for yet."""
-    lines = []
-    for said in watch.pending[-at_most:]:
-        line = watch.line(said)
-        who = (said.speaker, f"bold {artist.style(said.speaker)}")
-        lines.append(artist.text((f"{clock(said.end_s):>5}  ", "dim"), who, ": ", said.text))
-        lines.append(artist.text("       ", *_joined(artist.hearers(line, final=False))))
-    return lines
+    pending = (watch.line(said) for said in watch.pending[-at_most:])
+    return [text for line in pending for text in artist.utterance(line, final=False)]
 
 
 _STATES = {"open": "dim", "claimed": "yellow", "done": "green", "failed": "red"}

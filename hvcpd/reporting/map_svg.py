@@ -92,13 +92,11 @@ def draw_plan(
     labels = _Labels(frame)
     for plant in plants:
         labels.block(*frame.at(plant.x_m, plant.y_m), 16.0)
-    return tag(
-        "svg",
-        tag("title", f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m"),
-        _grid(frame),
-        tag("g", joined(_area(frame, area, labels) for area in areas)),
-        tag("g", joined(_marks(frame, plants, icons or {}, {}, labels))),
-        **_canvas(frame),
+    return _picture(
+        frame,
+        "",
+        [_area(frame, area, labels) for area in areas],
+        _marks(frame, plants, icons or {}, {}, labels),
         data_left=frame.left_m,
         data_bottom=frame.bottom_m,
         data_high=frame.high_m,
@@ -108,9 +106,12 @@ def draw_plan(
     )
 
 
-def _canvas(frame: Frame) -> dict[str, str]:
+def _picture(frame: Frame, more: str, *layers: Iterable[Markup], **data: float | str) -> Markup:
+    """The layers over the grid; `more` is the rest of the title."""
     width, height = (side + 2 * _PAD for side in frame.size)
-    return {"class_": "map", "viewBox": f"0 0 {width:.0f} {height:.0f}", "role": "img"}
+    title = tag("title", f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m{more}")
+    canvas = {"class_": "map", "viewBox": f"0 0 {width:.0f} {height:.0f}", "role": "img"}
+    return tag("svg", title, _grid(frame), *(tag("g", *layer) for layer in layers), **canvas, **data)
 
 
 def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
@@ -130,17 +131,14 @@ def draw_map(story: Story, trails: Sequence[Trail]) -> Markup:
         labels.block(*frame.at(trail.x_m[0], trail.y_m[0]), 9.0)
         labels.block(*frame.at(trail.x_m[-1], trail.y_m[-1]), 16.0)
         labels.avoid([frame.at(x, y) for x, y in zip(trail.x_m.tolist(), trail.y_m.tolist(), strict=True)])
-    title = f"The room from above, {number(frame.wide_m)} m by {number(frame.high_m)} m, with the robots' trails"
-    return tag(
-        "svg",
-        tag("title", title),
-        _grid(frame),
-        tag("g", joined(_area(frame, area, labels) for area in areas)),
-        tag("g", joined(_trail(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
-        tag("g", joined(_marks(frame, plants, dict(story.started.icons), _acts(story), labels))),
-        tag("g", joined(_ends(frame, trail, order.get(trail.robot, 0), labels) for trail in drawn)),
-        tag("g", joined(_puck(frame, trail, order.get(trail.robot, 0)) for trail in drawn)),
-        **_canvas(frame),
+    return _picture(
+        frame,
+        ", with the robots' trails",
+        [_area(frame, area, labels) for area in areas],
+        [_trail(frame, trail, order.get(trail.robot, 0)) for trail in drawn],
+        _marks(frame, plants, dict(story.started.icons), _acts(story), labels),
+        [_ends(frame, trail, order.get(trail.robot, 0), labels) for trail in drawn],
+        [_puck(frame, trail, order.get(trail.robot, 0)) for trail in drawn],
     )
 
 
@@ -255,10 +253,10 @@ def _ends(frame: Frame, trail: Trail, slot: int, labels: _Labels) -> Markup:
         "rect",
         tag("title", f"{trail.robot} ends here"),
         class_=f"end r{slot}",
-        x=xb - 15,
-        y=yb - 15,
-        width=30,
-        height=30,
+        x=xb - _END,
+        y=yb - _END,
+        width=2 * _END,
+        height=2 * _END,
         rx=4,
     )
     written = [labels.place(trail.robot, xa, ya, 9.0, f"label r{slot}")]

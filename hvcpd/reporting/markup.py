@@ -34,7 +34,8 @@ def tag(name: str, *children: Child, **attributes: str | float | bool | None) ->
         if value is None or value is False:
             continue
         key = key.rstrip("_").replace("_", "-")
-        written.append(key if value is True else f'{key}="{_attribute(value)}"')
+        text = number(value) if isinstance(value, int | float) else escape(clean(value))
+        written.append(key if value is True else f'{key}="{text}"')
     opening = f"<{' '.join(written)}>"
     if name in VOID:
         return Markup(opening)
@@ -58,7 +59,3 @@ def security_policy(script: str, more: str = "") -> str:
     """A content security policy: a page loads nothing but what `more` allows, and runs no script but this one."""
     fingerprint = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     return f"default-src 'none'; style-src 'unsafe-inline'; {more}script-src 'sha256-{fingerprint}'"
-
-
-def _attribute(value: str | float) -> str:
-    return number(value) if isinstance(value, int | float) else escape(clean(str(value)))

@@ -53,49 +53,46 @@ def make_scenes(phrasebook: Phrasebook, robots: Sequence[str], tasks: Sequence[i
     """
     a, b = robots[:2]
     task, *others = tasks
-    claim = f"Hi all, I am {a}, I will complete task {task}"
-    scenes = (
+
+    def says(robot: int, text: str) -> Says:
+        return Says(robot, phrasebook.write(phrasebook.parse_text(text)))
+
+    claim = says(0, f"Hi all, I am {a}, I will complete task {task}")
+    return (
         Scene(
             "Claim",
-            f"{a} says which task it will do, before it moves. Every robot that hears it leaves "
-            "that task alone. If two robots "
-            "claim the same task, the one at work keeps it, or else the first name in the alphabet. A robot "
+            f"{a} says which task it will do, before it moves. Every robot that hears it leaves that task alone. If "
+            "two robots claim the same task, the one at work keeps it, or else the first name in the alphabet. A robot "
             "that has not yet said its name introduces itself by its claim.",
-            (Says(0, claim),),
+            (claim,),
         ),
         Scene(
             "Confirmation",
             f"{b} repeats the number. Now {a} knows that it was understood. Without a confirmation {a} says the "
             "claim again, and finally goes alone.",
-            (Says(0, claim), Says(1, f"Hi {a}, I am {b}, confirmed {task}")),
+            (claim, says(1, f"Hi {a}, I am {b}, confirmed {task}")),
         ),
-        *(_both_at_once(a, b, claim, task, other) for other in others[:1]),
+        *(
+            Scene(
+                "Both at once",
+                f"Often {b} has something to say too: its own next claim. It puts both into one sentence. The "
+                f"confirmation is for {a}, the claim for everybody.",
+                (
+                    claim,
+                    says(1, f"Hi {a}, I am {b}, confirmed {task}, I will complete task {other}"),
+                    says(0, f"Hi {b}, I am {a}, confirmed {other}"),
+                ),
+            )
+            for other in others[:1]
+        ),
         Scene(
             "Stop",
             f"Anybody may say “stop”, at any time, without a greeting. Every robot that hears it halts at once, and "
             f"stays halted until somebody says “resume”. With a name before it, “stop” is meant for {b} alone; "
             "in doubt, all halt.",
-            (Says(0, f"{b} stop"), Says(1, f"Hi all, I am {b}, I have stopped"), Says(0, f"{b} resume")),
+            (says(0, f"{b} stop"), says(1, f"Hi all, I am {b}, I have stopped"), says(0, f"{b} resume")),
         ),
     )
-    return tuple(
-        Scene(s.title, s.explained, tuple(Says(line.robot, _written(phrasebook, line.text)) for line in s.lines))
-        for s in scenes
-    )
-
-
-def _both_at_once(a: str, b: str, claim: str, task: int, other: int) -> Scene:
-    answer = f"Hi {a}, I am {b}, confirmed {task}, I will complete task {other}"
-    return Scene(
-        "Both at once",
-        f"Often {b} has something to say too: its own next claim. It puts both into one sentence. The confirmation is "
-        f"for {a}, the claim for everybody.",
-        (Says(0, claim), Says(1, answer), Says(0, f"Hi {b}, I am {a}, confirmed {other}")),
-    )
-
-
-def _written(phrasebook: Phrasebook, text: str) -> str:
-    return phrasebook.write(phrasebook.parse_text(text))
 
 
 def page(robots: Sequence[str], speakers: Sequence[Speaker], graph: WordGraph, scenes: Sequence[Scene]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from hvcpd.reporting.markup import document, escaped, joined, tag
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
-from hvcpd.reporting.text import clean, percent, plural, task_words
+from hvcpd.reporting.text import clean, columns, percent, plural, task_words
 from hvcpd.reporting.timeline_svg import draw_timeline
 
 SHORT_S = 1800.0
@@ -55,37 +55,25 @@ def title(shift: Shift) -> str:
 
 def as_text(shift: Shift) -> str:
     """The shift for the terminal."""
-    lines = [clean(title(shift)), "", *_columns(_figures(shift), right=(0,)), ""]
+    lines = [clean(title(shift)), "", *columns(_figures(shift), right=(0,)), ""]
     heads = ("Name", "Team", "Sentences", "Sure", "Last report")
-    lines += _columns([heads, *(_member_cells(member) for member in shift.members)], right=(2, 3))
+    lines += columns([heads, *(_member_cells(member) for member in shift.members)], right=(2, 3))
     if shift.due:
         rows = [DUE_HEADS, *(_due_cells(shift, each) for each in shift.due)]
-        lines += ["", f"What was due: {_due_sum(shift)}", *(f"  {line}" for line in _columns(rows))]
+        lines += ["", f"What was due: {_due_sum(shift)}", *(f"  {line}" for line in columns(rows))]
     elif shift.story.performed:
         done = [
             (wall_clock(shift.begin_s + act.at_s, shift), act.robot, _task(shift, act.task))
             for act in shift.story.performed
         ]
-        lines += ["", "Tasks done:", *(f"  {line}" for line in _columns(done))]
+        lines += ["", "Tasks done:", *(f"  {line}" for line in columns(done))]
     if shift.troubles:
         troubles = [(wall_clock(trouble.wall_s, shift), trouble.text) for trouble in shift.troubles]
-        lines += ["", "What went wrong:", *(f"  {line}" for line in _columns(troubles))]
+        lines += ["", "What went wrong:", *(f"  {line}" for line in columns(troubles))]
     if shift.unknown:
         text = plural(shift.unknown, "sentence")
         lines += ["", f"{text} not in today's phrasebook; give the names of that time with --config"]
     return "\n".join(lines) + "\n"
-
-
-def _columns(rows: Sequence[tuple[str, ...]], right: Collection[int] = ()) -> list[str]:
-    """Rows of cells as lines, each column as wide as its widest cell."""
-    rows = [tuple(map(clean, row)) for row in rows]
-    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(
-            cell.rjust(n) if k in right else cell.ljust(n) for k, (cell, n) in enumerate(zip(row, wide, strict=True))
-        ).rstrip()
-        for row in rows
-    ]
 
 
 def as_json(shift: Shift) -> dict[str, object]:

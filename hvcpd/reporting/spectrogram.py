@@ -165,8 +165,7 @@ def _words(line: Line, begin_s: float, length_s: float) -> Markup:
     parts = []
     for word, from_s, to_s in best.words:
         x1, x2 = (_LEFT + _WIDTH * min(max((at_s - begin_s) / length_s, 0.0), 1.0) for at_s in (from_s, to_s))
-        parts.append(tag("line", class_="word", x1=x1, x2=x1, y1=_TOP - 4, y2=_TOP + _HEIGHT))
-        parts.append(tag("line", class_="word", x1=x2, x2=x2, y1=_TOP - 4, y2=_TOP + _HEIGHT))
+        parts += [tag("line", class_="word", x1=x, x2=x, y1=_TOP - 4, y2=_TOP + _HEIGHT) for x in (x1, x2)]
         parts.append(tag("text", word, class_="word", x=(x1 + x2) / 2, y=_TOP - 9, text_anchor="middle"))
     return joined(parts)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 _HARMFUL = {"Cc", "Cs", "Zl", "Zp"}
@@ -113,3 +113,15 @@ def shown_away(peer: Mapping[str, Any]) -> str:
     if away is None:
         return ""
     return f"{away['distance_m']:.2f} ± {away['deviation_m']:.2f} m{'' if away['sure'] else ', unsure'}"
+
+
+def columns(rows: Sequence[tuple[str, ...]], right: Collection[int] = ()) -> list[str]:
+    """Rows of cells as lines, each column as wide as its widest cell."""
+    rows = [tuple(map(clean, row)) for row in rows]
+    wide = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            cell.rjust(n) if k in right else cell.ljust(n) for k, (cell, n) in enumerate(zip(row, wide, strict=True))
+        ).rstrip()
+        for row in rows
+    ]

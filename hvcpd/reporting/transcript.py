@@ -6,41 +6,25 @@ import json
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import cattrs
 import numpy as np
 
 from hvcpd.errors import ConfigError, unreadable
 from hvcpd.hardware.files import write_whole
-from hvcpd.reporting.events import (
-    Event,
-    Garbled,
-    Heard,
-    Held,
-    Moved,
-    Performed,
-    Said,
-    Skill,
-    Started,
-    Summary,
-    Switched,
-    TaskChanged,
-    Trail,
-)
+from hvcpd.reporting.events import Event, Moved, Summary, Trail
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified
 
-_TOLD = (Started, Said, Heard, Garbled, Held, TaskChanged, Performed, Skill, Switched, Summary)
-_KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in _TOLD}
+_KINDS: dict[str, type[Event]] = {each.__name__.lower(): each for each in get_args(Event) if each is not Moved}
 
 
 def write_transcript(events: Iterable[Event], path: Path) -> None:
     """Write the events but for the robots' moves, by their time, the summary last. Raises OSError."""
     kept = [event for event in events if not isinstance(event, Moved)]
-    in_order = sorted((event for event in kept if not isinstance(event, Summary)), key=lambda event: event.at_s)
-    last = [event for event in kept if isinstance(event, Summary)]
-    write_whole(path, "".join(map(line, [*in_order, *last])).encode("utf-8"))
+    kept.sort(key=lambda event: (True, 0.0) if isinstance(event, Summary) else (False, event.at_s))
+    write_whole(path, "".join(map(line, kept)).encode("utf-8"))
 
 
 def write_trails(trails: Iterable[Trail], path: Path) -> None:

@@ -78,9 +78,9 @@ def test_an_enrolled_voice_is_understood_from_single_words(book: Phrasebook, sou
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     takes = {}
     for word in book.people_graph.words:
-        check = check_take(np.pad(speaker.render([[word]]), 4000))
-        if check.energies is not None:
-            takes[word] = [check.energies]
+        take, _ = check_take(np.pad(speaker.render([[word]]), 4000))
+        if take is not None:
+            takes[word] = [take]
     assert len(takes) > 0.9 * len(book.people_graph.words)
     room = in_room([speaker.render(phrases(text)) for text in SENTENCES], 0.5)
     events = heard(book, sound, [Person("Anna", takes)], False, room)
@@ -153,8 +153,8 @@ def test_what_is_farther_from_the_takes_is_less_sure() -> None:
 
 
 def takes_of(speaker: Speaker, *words: str) -> dict[str, list[Energies]]:
-    checks = {word: check_take(np.pad(speaker.render([[word]]), 4000)).energies for word in words}
-    return {word: [energies] for word, energies in checks.items() if energies is not None}
+    checks = {word: check_take(np.pad(speaker.render([[word]]), 4000)) for word in words}
+    return {word: [take] for word, (take, _) in checks.items() if take is not None}
 
 
 def alone(speaker: Speaker, text: str) -> Segment:

@@ -17,7 +17,7 @@ from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
-from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, unwritable
+from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, writing
 from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_range_m
 from hvcpd.hardware.audio import find_device
 from hvcpd.hardware.files import write_whole
@@ -140,11 +140,9 @@ def _about_loudspeaker(response: Response) -> str:
 
 def _keep(path: Path, result: dict[str, object]) -> None:
     """Raises StoreError."""
-    try:
+    with writing(path, StoreError, otherwise="run this as the daemon's user, or with --dry-run"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, (json.dumps(result, indent=2) + "\n").encode())
-    except OSError as error:
-        raise StoreError(unwritable(path, error, "run this as the daemon's user, or with --dry-run")) from error
 
 
 def _db(amplitude: float) -> float:

@@ -6,7 +6,6 @@ import json
 import math
 import sys
 from collections.abc import Sequence
-from types import TracebackType
 
 from rich.console import Console
 from rich.live import Live
@@ -37,9 +36,7 @@ class DriveShow:
     def __enter__(self) -> DriveShow:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.end_live()
 
     def moment(self, moment: Snapshot) -> None:
@@ -47,9 +44,8 @@ class DriveShow:
         if self._json:
             if not 0.0 <= moment.at_s - self._shown_s < SHOWN_EVERY_S:
                 self._shown_s = moment.at_s
-                self._print(
-                    {"event": "moving", "at_s": round(moment.at_s, 2), **_pose(moment.pose), **_details(moment)}
-                )
+                at_s = round(moment.at_s, 2)
+                self._tell({"event": "moving", "at_s": at_s, **_pose(moment.pose), **_details(moment)})
         elif self._console.is_terminal and not self._warm_up:
             if self._live is None:
                 self._live = Live(console=self._console, refresh_per_second=8)
@@ -58,55 +54,38 @@ class DriveShow:
 
     def status(self, reading: WheelReading, pose: Pose, motors: Sequence[MotorHealth], port: str) -> None:
         """Show the wheels' state."""
-        if self._json:
-            self._print(
-                {"event": "status", "port": port, **_pose(pose), **_reading(reading), "motors": _motors(motors)}
-            )
-            return
-        self._line(f"port      {port or 'none (dry run)'}")
         voltage = "unknown" if reading.voltage_v is None else f"{reading.voltage_v:.1f} V"
-        self._line(f"battery   {voltage}")
-        self._line(f"odometry  left {reading.left_rad:.3f} rad, right {reading.right_rad:.3f} rad since the start")
-        for motor in motors:
-            torque = "on" if motor.torque_on else "off"
-            heat = "" if motor.temperature_c is None else f", {motor.temperature_c} °C"
-            error = f", {hardware_error_text(motor.hardware_error)}" if motor.hardware_error else ""
-            self._line(
-                f"motor {motor.motor_id}   torque {torque}, {motor.voltage_v:.1f} V{heat}, load {motor.load:.0%}{error}"
-            )
+        self._tell(
+            {"event": "status", "port": port, **_pose(pose), **_reading(reading), "motors": list(map(_motor, motors))},
+            f"port      {port or 'none (dry run)'}",
+            f"battery   {voltage}",
+            f"odometry  left {reading.left_rad:.3f} rad, right {reading.right_rad:.3f} rad since the start",
+            *map(_motor_line, motors),
+        )
 
     def stopped(self, what: Sequence[str]) -> None:
         """Report what has confirmed a stop."""
-        if self._json:
-            self._print({"event": "stopped", "confirmed": list(what)})
-        else:
-            self._line(f"stopped and switched off: {', '.join(what)}")
+        self._tell({"event": "stopped", "confirmed": list(what)}, f"stopped and switched off: {', '.join(what)}")
 
     def would_stop(self) -> None:
         """Say what a stop would do."""
-        if self._json:
-            self._print({"event": "stopped", "dry_run": True, "confirmed": []})
-        else:
-            self._line("would stop the wheels and switch them off, without a handshake")
+        text = "would stop the wheels and switch them off, without a handshake"
+        self._tell({"event": "stopped", "dry_run": True, "confirmed": []}, text)
 
     def end(self, pose: Pose, way_m: float, state: MotionState, reason: str) -> None:
         """Show how a journey ended."""
         self.end_live()
-        if self._json:
-            fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._warm_up}
-            self._print({**fields, **_pose(pose), "way_m": round(way_m, 3)})
-            return
+        fields = {"event": "end", "state": state.value, "reason": reason, "dry_run": self._warm_up}
         where = f"x {_plain(pose.x_m, 3)} m, y {_plain(pose.y_m, 3)} m, heading {_degrees(pose)}°"
         what = f"{state.value}{': ' + reason + ';' if reason else ''}"
-        self._line(f"{'would have ' if self._warm_up else ''}{what} at {where}, after {way_m:.2f} m")
+        text = f"{'would have ' if self._warm_up else ''}{what} at {where}, after {way_m:.2f} m"
+        self._tell({**fields, **_pose(pose), "way_m": round(way_m, 3)}, text)
 
     def step(self, name: str, pose: Pose) -> None:
         """Show what a run of the calibration would be."""
         self.end_live()
-        if self._json:
-            self._print({"event": "run", "name": name, **_pose(pose)})
-        else:
-            self._line(f"would drive {name}, and then ask where the robot stands (x ahead, y left, in metres)")
+        text = f"would drive {name}, and then ask where the robot stands (x ahead, y left, in metres)"
+        self._tell({"event": "run", "name": name, **_pose(pose)}, text)
 
     def end_live(self) -> None:
         """Remove the live table, so that other text can be printed."""
@@ -121,20 +100,17 @@ class DriveShow:
             "radius_ratio": round(after.radius_ratio, 5),
             "separation_m": round(after.separation_m, 5),
         }
-        if self._json:
-            self._print({"event": "calibrated", **values})
-            return
         old = (before.wheel_radius_m, before.radius_ratio, before.separation_m)
-        self._line("write this into the settings file:\nwheels:")
-        for (key, value), was in zip(values.items(), old, strict=True):
-            self._line(f"  {key}: {value}  # was {was:g}")
+        lines = [f"  {key}: {value}  # was {was:g}" for (key, value), was in zip(values.items(), old, strict=True)]
+        self._tell({"event": "calibrated", **values}, "write this into the settings file:", "wheels:", *lines)
 
-    def _line(self, text: str) -> None:
-        sys.stdout.write(f"{text}\n")
-
-    def _print(self, fields: dict[str, object]) -> None:
-        sys.stdout.write(json.dumps(fields) + "\n")
-        sys.stdout.flush()
+    def _tell(self, fields: dict[str, object], *lines: str) -> None:
+        """Print one or the other: the fields for programs, the lines for people."""
+        if self._json:
+            sys.stdout.write(json.dumps(fields) + "\n")
+            sys.stdout.flush()
+        else:
+            sys.stdout.writelines(f"{line}\n" for line in lines)
 
 
 def _pose(pose: Pose) -> dict[str, object]:
@@ -169,18 +145,22 @@ def _details(moment: Snapshot) -> dict[str, object]:
     }
 
 
-def _motors(motors: Sequence[MotorHealth]) -> list[dict[str, object]]:
-    return [
-        {
-            "id": motor.motor_id,
-            "torque": motor.torque_on,
-            "voltage_v": round(motor.voltage_v, 2),
-            "temperature_c": motor.temperature_c,
-            "load": round(motor.load, 3),
-            "error": hardware_error_text(motor.hardware_error) if motor.hardware_error else None,
-        }
-        for motor in motors
-    ]
+def _motor(motor: MotorHealth) -> dict[str, object]:
+    return {
+        "id": motor.motor_id,
+        "torque": motor.torque_on,
+        "voltage_v": round(motor.voltage_v, 2),
+        "temperature_c": motor.temperature_c,
+        "load": round(motor.load, 3),
+        "error": hardware_error_text(motor.hardware_error) if motor.hardware_error else None,
+    }
+
+
+def _motor_line(motor: MotorHealth) -> str:
+    torque = "on" if motor.torque_on else "off"
+    heat = "" if motor.temperature_c is None else f", {motor.temperature_c} °C"
+    error = f", {hardware_error_text(motor.hardware_error)}" if motor.hardware_error else ""
+    return f"motor {motor.motor_id}   torque {torque}, {motor.voltage_v:.1f} V{heat}, load {motor.load:.0%}{error}"
 
 
 def _table(action: str, moment: Snapshot) -> Table:

@@ -34,7 +34,6 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
-from hvcpd.ports import Wheels
 
 START_X_M = -5.0
 """Start of the first robot; the others start beside it, 1 m apart."""
@@ -329,10 +328,5 @@ class SlowAir:
 
 
 def _devices(room: SharedRoom, which: int) -> Devices:
-    def make_stream(_: AudioSettings) -> Any:
-        return room.streams[which]
-
-    def make_wheels(_: object, _joints: object = ()) -> Wheels:
-        return room.bodies[which].wheels
-
-    return Devices(make_stream=make_stream, make_wheels=make_wheels)
+    wheels = room.bodies[which].wheels
+    return Devices(make_stream=lambda _: room.streams[which], make_wheels=lambda _settings, _joints: wheels)

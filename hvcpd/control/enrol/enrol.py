@@ -206,21 +206,18 @@ def _from_folder(
             if word not in known:
                 report.rejected.append(f"{path.name}: not named after a word of the phrasebook (WORD_1.wav)")
             continue
-        check = check_take(read_wav(path))
-        if check.energies is None:
-            report.rejected.append(f"{path.name}: {check.fault}")
+        take, fault = check_take(read_wav(path))
+        if take is None:
+            report.rejected.append(f"{path.name}: {fault}")
         else:
-            found.setdefault(word, []).append(check.energies)
+            found.setdefault(word, []).append(take)
     if not wavs:
         raise AudioFileError(f"--from: there is no WAV in {folder}; name them sentence_1.wav or stop_1.wav")
     return {word: takes[-MAX_TAKES:] for word, takes in found.items()}
 
 
 def _sentences_from_folder(
-    folder: Path,
-    wanted: Mapping[str, tuple[str, ...]],
-    check: CheckOfSentence,
-    report: Report,
+    folder: Path, wanted: Mapping[str, tuple[str, ...]], check: CheckOfSentence, report: Report
 ) -> list[SpokenSentence]:
     """The sentences that `--show` prints, in WAVs numbered as they are printed."""
     found = []

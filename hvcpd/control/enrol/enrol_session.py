@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 from typing import TextIO, TypeVar
@@ -46,10 +46,7 @@ _BAR_DB = 7.0
 def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: TextIO) -> dict[str, list[Energies]]:
     """`takes` takes of each word. Raises DeviceError. What was said until an interrupt is kept."""
     found: dict[str, list[Energies]] = {}
-    try:
-        asyncio.run(_Session(stream, out).lead(words, takes, found))
-    except KeyboardInterrupt:
-        out.write("\ninterrupted; what was said is kept\n")
+    _until_interrupted(_Session(stream, out).lead(words, takes, found), out)
     return found
 
 
@@ -58,11 +55,16 @@ def record_sentences(
 ) -> list[SpokenSentence]:
     """What `check` makes of each sentence. Raises DeviceError. What was said until an interrupt is kept."""
     found: list[SpokenSentence] = []
+    session = _Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S)
+    _until_interrupted(session.lead_sentences(sentences, check, found), out)
+    return found
+
+
+def _until_interrupted(leading: Coroutine[None, None, None], out: TextIO) -> None:
     try:
-        asyncio.run(_Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S).lead_sentences(sentences, check, found))
+        asyncio.run(leading)
     except KeyboardInterrupt:
         out.write("\ninterrupted; what was said is kept\n")
-    return found
 
 
 class _Session:
@@ -81,17 +83,14 @@ class _Session:
             self._out.write(f"{len(words)} words, {takes} times each. Say each one as you would to a robot.\n")
             for number in range(total):  # all words once, then again: repeated at once, they are sung
                 word = words[number % len(words)]
-                take = await self._ask(f"[{number + 1}/{total}] {word.upper()}", _take)
+                take = await self._ask(f"[{number + 1}/{total}] {word.upper()}", check_take)
                 if take is None:
                     self._out.write(f"'{word}' is left out; enrol it later with --words {word}\n")
                 else:
                     found.setdefault(word, []).append(take)
 
     async def lead_sentences(
-        self,
-        sentences: Mapping[str, Words],
-        check: CheckOfSentence,
-        found: list[SpokenSentence],
+        self, sentences: Mapping[str, Words], check: CheckOfSentence, found: list[SpokenSentence]
     ) -> None:
         """Sentence by sentence, each as it is written, with its words; one is in `found` as soon as it is good."""
         async with self._listening():
@@ -167,11 +166,6 @@ class _Session:
         block = await self._stream.read()
         self._stream.write(np.zeros(len(block), np.float32))
         return block
-
-
-def _take(sound: Samples) -> Checked[Energies]:
-    check = check_take(sound)
-    return check.energies, check.fault
 
 
 def _rms(block: Samples) -> float:

@@ -62,16 +62,6 @@ less; of 216 taken for another sentence, none did."""
 
 
 @dataclass(frozen=True)
-class TakeCheck:
-    """The content of a recording: a word's energies without noise, or the fault that makes it useless."""
-
-    energies: Energies | None
-    fault: str
-    level_dbfs: float
-    snr_db: float
-
-
-@dataclass(frozen=True)
 class Speech:
     """What was said in a recording: its frames' energies, shape (frames, N_BANDS), from `begin` to before `end`."""
 
@@ -81,7 +71,6 @@ class Speech:
     end: int
     gap: int
     """The longest pause in it, frames."""
-    level_dbfs: float
     snr_db: float
     clipped: float
     """Share of its samples."""
@@ -99,8 +88,7 @@ class Speech:
 def speech_in(sound: Samples) -> Speech | None:
     """What was said in a recording, shape (n,), 16 kHz; None if nothing was."""
     sound = np.asarray(sound, np.float32)
-    peak = float(np.abs(sound).max(initial=0.0))
-    if len(sound) < SHORTEST_S * SAMPLE_RATE_HZ or peak < 1e-4:
+    if len(sound) < SHORTEST_S * SAMPLE_RATE_HZ or np.abs(sound).max() < 1e-4:
         return None
     pad = (WINDOW_SAMPLES - HOP_SAMPLES) // 2
     energies = energies_of(np.pad(sound - sound.mean(), (pad, pad + HOP_SAMPLES)))
@@ -110,23 +98,21 @@ def speech_in(sound: Samples) -> Speech | None:
     loud = np.sort(power[begin:end])[-max((end - begin) // 4, 1) :].mean()
     snr_db = decibels(float(loud) / float(noise.sum()))
     clipped = np.mean(np.abs(sound[begin * HOP_SAMPLES : end * HOP_SAMPLES]) >= FULL_SCALE)
-    return Speech(energies, noise, begin, end, gap, decibels(peak**2), snr_db, float(clipped))
+    return Speech(energies, noise, begin, end, gap, snr_db, float(clipped))
 
 
 NOTHING = "nothing is to be heard; is the microphone on?"
 
 
-def check_take(sound: Samples) -> TakeCheck:
-    """The one word in a recording, shape (n,), 16 kHz."""
+def check_take(sound: Samples) -> tuple[Energies | None, str]:
+    """The one word in a recording, shape (n,), 16 kHz, without the noise; or what is wrong with it."""
     speech = speech_in(sound)
     if speech is None:
-        return TakeCheck(None, NOTHING, -99.0, 0.0)
-    fault = speech.fault or _fault_of_word(speech.end - speech.begin, speech.gap)
-    if fault:
-        return TakeCheck(None, fault, speech.level_dbfs, speech.snr_db)
+        return None, NOTHING
+    if fault := speech.fault or _fault_of_word(speech.end - speech.begin, speech.gap):
+        return None, fault
     word = np.maximum(speech.energies[speech.begin : speech.end] - speech.noise, ENERGY_FLOOR)
-    clean = smoothed(np.pad(word, ((1, 1), (0, 0)), mode="edge"))
-    return TakeCheck(clean, "", speech.level_dbfs, speech.snr_db)
+    return smoothed(np.pad(word, ((1, 1), (0, 0)), mode="edge")), ""
 
 
 def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce) -> tuple[SpokenSentence | None, str]:
@@ -149,14 +135,11 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
 def _noise(energies: Energies, power: np.ndarray) -> Energies:
     """Mean energies of the noise around the word, shape (N_BANDS,); next to none if the recording was cut at it."""
     n = max(round(EDGE_S * SAMPLE_RATE_HZ / HOP_SAMPLES), 1)
-    edges = [part for part in (slice(0, n), slice(len(power) - n, len(power))) if _is_quiet(power, part)]
+    ends, most = (slice(0, n), slice(len(power) - n, len(power))), power.max() * power_ratio(-EDGE_DB)
+    edges = [end for end in ends if power[end].max() < most]
     if not edges:
         return np.full(energies.shape[1], ENERGY_FLOOR, np.float32)
-    return np.asarray(np.concatenate([energies[part] for part in edges]).mean(axis=0), np.float32)
-
-
-def _is_quiet(power: np.ndarray, part: slice) -> bool:
-    return bool(power[part].max() < power.max() * power_ratio(-EDGE_DB))
+    return np.asarray(np.concatenate([energies[end] for end in edges]).mean(axis=0), np.float32)
 
 
 def _span(power: np.ndarray, noise: float) -> tuple[int, int, int]:

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from hvcpd.assembly.make import make_ears
 from hvcpd.assembly.plan import HearingPlan
-from hvcpd.control.hear.heard_sentences import as_json, as_text, sealing_of, sentence_of
-from hvcpd.control.simulate.team import Team, load_team
-from hvcpd.errors import AudioFileError, PhraseError, unwritable
+from hvcpd.control.hear.heard_sentences import listening_team, sentence_of, tell
+from hvcpd.control.simulate.team import Team
+from hvcpd.errors import AudioFileError, PhraseError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
@@ -35,10 +35,7 @@ def run(options: argparse.Namespace) -> int:
         raise AudioFileError("hear takes one recording; give several only with --learn-alternatives")
     [file] = options.file
     samples = read_wav(file)
-    team = load_team(
-        options, options.names or (), sealed=options.key is not None, encrypted=options.key not in (None, Path())
-    )
-    sealing = sealing_of(options.key)
+    team, sealing = listening_team(options)
     if options.plot:
         _check_plot(options.plot, samples)
     count = 0
@@ -47,10 +44,8 @@ def run(options: argparse.Namespace) -> int:
         events.append(event)
         if not isinstance(event, Recognised):
             continue
-        sentence = sentence_of(event, team, sealing)
+        tell(sentence_of(event, team, sealing), options)
         count += 1
-        sys.stdout.write((as_json(sentence) if options.json else as_text(sentence)) + "\n")
-        sys.stdout.flush()
     if count == 0 and not options.json:
         sys.stderr.write(
             f"hvcpctl: no sentence of the phrasebook in {file} "
@@ -67,8 +62,9 @@ def _check_plot(path: Path, samples: Samples) -> None:
 
     check_drawable(samples)
     number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
-    if number:
-        raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")
+    with writing(path, AudioFileError, "--plot: "):
+        if number:
+            raise OSError(number, os.strerror(number))
 
 
 def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
@@ -76,10 +72,8 @@ def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None
     from hvcpd.reporting.hearing_plot import hearing_png
 
     png = hearing_png(samples, events, title)
-    try:
+    with writing(path, AudioFileError, "--plot: "):
         write_whole(path, png)
-    except OSError as error:
-        raise AudioFileError(f"--plot: {unwritable(path, error)}") from None
 
 
 def events_in(samples: Samples, team: Team) -> Iterator[Event]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from hvcpd.control.simulate.team import Team
+from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.language.messages import Cipher, Seal
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
@@ -37,13 +39,16 @@ class HeardSentence:
     """Whether it was said in code words; with the key `text` is what was meant."""
 
 
-def sealing_of(path: Path | None) -> Sealing | None:
-    """Judges seals, and reads messages, with the key in a file. What was said before is unknown: it may begin far
-    ahead."""
-    if path is None or path == Path():
-        return None
+def listening_team(options: argparse.Namespace) -> tuple[Team, Sealing | None]:
+    """The team that the options describe and, with the key in a file, what judges its seals and reads its messages.
+    What was said before is unknown: it may begin far ahead."""
+    path, has_key = options.key, options.key not in (None, Path())
+    team = load_team(options, options.names or (), sealed=path is not None, encrypted=has_key)
+    if not has_key:
+        return team, None
     keep_out_of_dumps()
-    return Sealing(Guard("", read_key_file(path).ring(None), patience=Patience(free=math.inf), far_cipher=FAR_CIPHER))
+    ring = read_key_file(path).ring(None)
+    return team, Sealing(Guard("", ring, patience=Patience(free=math.inf), far_cipher=FAR_CIPHER))
 
 
 _SEALS = {Trust.FRESH: "right", Trust.SEALED: "right", Trust.AHEAD: "right", Trust.USED: "used"}
@@ -66,6 +71,12 @@ def sentence_of(event: Recognised, team: Team, sealing: Sealing | None) -> Heard
         seal,
         is_cipher,
     )
+
+
+def tell(s: HeardSentence, options: argparse.Namespace) -> None:
+    """Print a sentence, at once."""
+    sys.stdout.write((as_json(s) if options.json else as_text(s)) + "\n")
+    sys.stdout.flush()
 
 
 def as_json(s: HeardSentence) -> str:

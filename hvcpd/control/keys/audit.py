@@ -119,12 +119,9 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     speakers = {row.record.speaker for row in rows if row.record.speaker}
     team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
     found = audit(rows, team.phrasebook)
-    sys.stdout.write(_as_json(found) if options.json else _as_text(found))
+    counts = {**vars(found), "shares": found.shares, "fairness": found.fairness}
+    sys.stdout.write(json.dumps(counts) + "\n" if options.json else _as_text(found))
     return EX_OK
-
-
-def _as_json(found: Audit) -> str:
-    return json.dumps({**vars(found), "shares": found.shares, "fairness": found.fairness}) + "\n"
 
 
 def _as_text(found: Audit) -> str:

@@ -11,7 +11,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 from hvcpd.config.settings_file import load_settings
-from hvcpd.errors import EX_OK, KeyFileError, unwritable
+from hvcpd.errors import EX_OK, KeyFileError, writing
 from hvcpd.language.spelling import BITS, number_of, words_of
 from hvcpd.language.words import spoken_words
 from hvcpd.security.keyring import (
@@ -113,7 +113,7 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
     if options.output is None:
         sys.stdout.write(text)
         return
-    try:
+    with writing(options.output, KeyFileError, otherwise="name another with -o"):
         handle = os.open(options.output, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as file:
@@ -121,8 +121,6 @@ def _sheet(options: argparse.Namespace, path: Path, day: date) -> None:
         except OSError:
             options.output.unlink()  # a cut sheet could be printed
             raise
-    except OSError as error:
-        raise KeyFileError(unwritable(options.output, error, "name another with -o")) from None
 
 
 def _rotate(options: argparse.Namespace, path: Path, day: date) -> None:

@@ -21,15 +21,7 @@ from hvcpd.config.settings_file import STAND_IN_NAME, SYSTEM_SETTINGS_PATH, load
 from hvcpd.config.sources import FILE_VARIABLE
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
-from hvcpd.errors import (
-    BusyError,
-    ConfigError,
-    HvcpdError,
-    NotAllowedError,
-    NotDoneError,
-    NotRunningError,
-    PhraseError,
-)
+from hvcpd.errors import BusyError, ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
 
 ANSWER_S = 10.0
 """Time limit of an answer; a running daemon answers within about 0.05 s, two blocks of sound, or later on an overloaded
@@ -66,19 +58,18 @@ class DaemonClient:
         try:
             with short_address(self.path) as address:
                 connect_in_turn(self._socket, address)
-        except PermissionError:
-            self._socket.close()
-            raise NotAllowedError(permission_fault(self.path, os.getuid())) from None
-        except BlockingIOError:
-            self._socket.close()
-            raise BusyError(
-                f"the daemon at {self.path} is too busy to answer: too many programs connect to it"
-            ) from None
         except OSError as error:
             self._socket.close()
-            raise NotRunningError(
-                f"no daemon answers at {self.path} ({error.strerror}); start it with `hvcpd`"
-            ) from None
+            raise self._unreachable(error) from None
+
+    def _unreachable(self, error: OSError) -> HvcpdError:
+        match error:
+            case PermissionError():
+                return NotAllowedError(permission_fault(self.path, os.getuid()))
+            case BlockingIOError():
+                return BusyError(f"the daemon at {self.path} is too busy to answer: too many programs connect to it")
+            case _:
+                return NotRunningError(f"no daemon answers at {self.path} ({error.strerror}); start it with `hvcpd`")
 
     @property
     def name(self) -> str:
@@ -92,9 +83,8 @@ class DaemonClient:
             if self._hello.get("protocol") != PROTOCOL:
                 _raise_refusal(self._hello)
                 raise NotDoneError(
-                    f"{self.path}: that daemon (hvcpd {self._hello.get('version')}) uses another "
-                    "protocol version than this "
-                    "hvcpctl; restart it after an upgrade"
+                    f"{self.path}: that daemon (hvcpd {self._hello.get('version')}) uses another protocol version "
+                    "than this hvcpctl; restart it after an upgrade"
                 )
         return self._hello
 
@@ -259,8 +249,7 @@ def lenient_settings(options: argparse.Namespace, *, noted: bool = True) -> tupl
             first = str(error).splitlines()[0]
             sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
         return _guessed(options.config or os.environ.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
-    source = next(each.source for each in loaded.sources if each.key == "name")
-    return loaded.settings, None if source == "default" else loaded.settings.name
+    return loaded.settings, loaded.name
 
 
 def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:

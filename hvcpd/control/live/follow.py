@@ -6,8 +6,8 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, closing
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing, suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -101,27 +101,22 @@ def watch(
 ) -> None:
     """Show what the robot that the options mean does, for ever or for a number of events; `more`: frequent events."""
     following = _connect(options)  # if there is none at the start, that is said at once
-    for connected in _connections(options, following, show, wait):
-        with closing(connected):
+    while True:
+        with closing(following):
             try:
-                connected.run(show, n_events, more)
+                following.run(show, n_events, more)
                 return
             except NotRunningError as error:
                 show.note(f"{error}; waiting for it to come back")
+        following = _connect_again(options, wait)
+        show.note(f"{following.asking.name} is back")
 
 
-def _connections(
-    options: argparse.Namespace, first: Following, show: Show, wait: Callable[[float], None]
-) -> Iterator[Following]:
-    yield first
+def _connect_again(options: argparse.Namespace, wait: Callable[[float], None]) -> Following:
     while True:
         wait(LOOK_S)
-        try:
-            again = _connect(options)
-        except NotRunningError:
-            continue
-        show.note(f"{again.asking.name} is back")
-        yield again
+        with suppress(NotRunningError):
+            return _connect(options)
 
 
 def _connect(options: argparse.Namespace) -> Following:

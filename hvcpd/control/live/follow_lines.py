@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from datetime import datetime
 from typing import Any
 
@@ -60,12 +59,42 @@ class FollowLines:
 
     def line(self, event: Event, wall_s: float) -> Text | None:
         """The event as a line; None for what the picture shows better."""
-        kind = "stopped" if event.get("state") == "stopped" else str(event.get("event"))
-        tell = _TELLERS.get(kind)
-        if tell is None or is_passing(event):
+        told = self._told(event) if not is_passing(event) else None
+        if told is None:
             return None
         at = datetime.fromtimestamp(wall_s).strftime("%H:%M:%S")
-        return Text.assemble((at, "dim"), "  ", *tell(self, event))
+        return Text.assemble((at, "dim"), "  ", *told)
+
+    def _told(self, event: Event) -> Parts | None:
+        match "stopped" if event.get("state") == "stopped" else event.get("event"):
+            case "said":
+                return [*self.speech(event), *_seal(event)]
+            case "heard":
+                sure = (event["confidence"] or 0.0) >= SURE
+                how = f"  {how_sure(event['confidence'], event['snr_db'])}"
+                return [*self.speech(event), (how, "dim" if sure else "yellow"), *_seal(event)]
+            case "garbled":
+                return [("somebody spoke and was not understood", "yellow")]
+            case "held":
+                length_s = event["until_s"] - event["at_s"]
+                return [(f'stood still for {length_s:.1f} s for what sounded like "stop"', "yellow")]
+            case "noted":
+                return [(clean(event["text"]), "bold yellow")]
+            case "performed":
+                return [(f"{event['robot']} has carried out {self.task(event['task'])}", "green")]
+            case "taskchanged":
+                owner = f" by {event['owner']}" if event["owner"] else ""
+                return [(f"{self.task(event['task'])}: {event['state']}{owner}", "dim")]
+            case "stopped":
+                return [("stopped: stands until it is told to resume", "bold red")]
+            case "memory":
+                faults = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
+                return [(f"memory: {faults}", "bold red") if faults else ("memory works again", "green")]
+            case "skill":
+                style = {"failed": "bold red", "finished": "green"}.get(event["state"], "dim")
+                return [(clean(f"{event['robot']} uses {skill_words(event)}"), style)]
+            case _:
+                return None
 
     def speech(self, event: Event) -> Parts:
         """The speaker and the sentence."""
@@ -80,66 +109,7 @@ class FollowLines:
         return self._styles.setdefault(name, ROBOT_TERMINAL[len(self._styles) % len(ROBOT_TERMINAL)])
 
 
-def _said(show: FollowLines, event: Event) -> Parts:
-    return [*show.speech(event), *_seal(event)]
-
-
 def _seal(event: Event) -> Parts:
     """What is known about the sentence's seal, if there is a key."""
     seal = clean(event.get("seal", ""))
     return [(f"  {seal_words(seal)}", "bold yellow" if seal == "not trusted" else "green")] if seal else []
-
-
-def _heard(show: FollowLines, event: Event) -> Parts:
-    sure = (event["confidence"] or 0.0) >= SURE
-    how = f"  {how_sure(event['confidence'], event['snr_db'])}"
-    return [*show.speech(event), (how, "dim" if sure else "yellow"), *_seal(event)]
-
-
-def _garbled(_show: FollowLines, _event: Event) -> Parts:
-    return [("somebody spoke and was not understood", "yellow")]
-
-
-def _held(_show: FollowLines, event: Event) -> Parts:
-    return [(f'stood still for {event["until_s"] - event["at_s"]:.1f} s for what sounded like "stop"', "yellow")]
-
-
-def _noted(_show: FollowLines, event: Event) -> Parts:
-    return [(clean(event["text"]), "bold yellow")]
-
-
-def _performed(show: FollowLines, event: Event) -> Parts:
-    return [(f"{event['robot']} has carried out {show.task(event['task'])}", "green")]
-
-
-def _task_changed(show: FollowLines, event: Event) -> Parts:
-    owner = f" by {event['owner']}" if event["owner"] else ""
-    return [(f"{show.task(event['task'])}: {event['state']}{owner}", "dim")]
-
-
-def _stopped(_show: FollowLines, _event: Event) -> Parts:
-    return [("stopped: stands until it is told to resume", "bold red")]
-
-
-def _memory(_show: FollowLines, event: Event) -> Parts:
-    faults = "; ".join(map(clean, memory_faults({**event, "lost": 0})))
-    return [(f"memory: {faults}", "bold red") if faults else ("memory works again", "green")]
-
-
-def _skill(_show: FollowLines, event: Event) -> Parts:
-    style = {"failed": "bold red", "finished": "green"}.get(event["state"], "dim")
-    return [(clean(f"{event['robot']} uses {skill_words(event)}"), style)]
-
-
-_TELLERS: dict[str, Callable[[FollowLines, Event], Parts]] = {
-    "said": _said,
-    "heard": _heard,
-    "garbled": _garbled,
-    "held": _held,
-    "noted": _noted,
-    "performed": _performed,
-    "taskchanged": _task_changed,
-    "stopped": _stopped,
-    "memory": _memory,
-    "skill": _skill,
-}

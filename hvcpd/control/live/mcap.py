@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hvcpd.errors import EX_OK, ConfigError, unwritable
+from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
@@ -23,10 +23,8 @@ def run(options: argparse.Namespace) -> int:
     messages = [*messages_of(options.recording)]
     if not messages:
         raise ConfigError(f"{options.recording} has no events")
-    try:
+    with writing(options.output, ConfigError):
         write_whole(options.output, write_mcap(messages))
-    except OSError as error:
-        raise ConfigError(unwritable(options.output, error)) from None
     sys.stdout.write(f"{options.output}: {len(messages)} messages\n")
     return EX_OK
 

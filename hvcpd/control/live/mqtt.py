@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable
 from contextlib import closing, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from hvcpd import __version__
@@ -73,9 +72,7 @@ class Broker:
         self._client.loop_start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         with suppress(ValueError, RuntimeError):  # paho's, of a message that the broker never took
             self._client.publish(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True).wait_for_publish(2.0)
         self._client.disconnect()

@@ -11,7 +11,7 @@ from contextlib import closing
 
 from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
 from hvcpd.control.simulate.team import load_team
-from hvcpd.errors import EX_OK, ConfigError, unwritable
+from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.reporting.shift import read_shift
 from hvcpd.reporting.shift_page import as_json, as_text, write_shift
 
@@ -27,9 +27,7 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
     shift = read_shift(rows, team.phrasebook, own_tasks or team.tasks.tasks, (since_s, end_s))
     if options.html is not None:
-        try:
+        with writing(options.html, ConfigError, "--html: "):
             write_shift(shift, options.html)
-        except OSError as error:
-            raise ConfigError(f"--html: {unwritable(options.html, error)}") from None
     sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
     return EX_OK

@@ -10,13 +10,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from hvcpd.control.live.daemon_client import (
-    DaemonClient,
-    daemon_in,
-    find_daemon,
-    lenient_settings,
-    unnamed_sockets,
-)
+from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, find_daemon, lenient_settings, unnamed_sockets
 from hvcpd.control.live.show_config import value_text
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, HvcpdError, NotDoneError

@@ -29,17 +29,14 @@ def run(options: argparse.Namespace) -> int:
         settings = [_as_dict(each) for each in loaded.sources]
     if options.changed:
         settings = [each for each in settings if each["source"] != "default"]
-    sys.stdout.writelines(_as_json(settings) if options.json else _as_text(settings))
+    lines = (json.dumps(each) + "\n" for each in settings) if options.json else _as_text(settings)
+    sys.stdout.writelines(lines)
     return EX_OK
 
 
 def _as_dict(each: Sourced) -> dict[str, Any]:
     """The setting's fields; the name that stands in for a missing robot's name is shown as none."""
     return {**vars(each), "value": None} if (each.key, each.source) == ("name", "default") else vars(each)
-
-
-def _as_json(settings: Iterable[dict[str, Any]]) -> Iterable[str]:
-    return (json.dumps(each) + "\n" for each in settings)
 
 
 def _as_text(settings: list[dict[str, Any]]) -> Iterable[str]:

@@ -83,9 +83,7 @@ def since_wall_s(text: str | None, now_s: float) -> float:
 
 
 def run(
-    options: argparse.Namespace,
-    now_s: Callable[[], float] = time.time,
-    wait: Callable[[float], None] = time.sleep,
+    options: argparse.Namespace, now_s: Callable[[], float] = time.time, wait: Callable[[float], None] = time.sleep
 ) -> int:
     """Print the transcript, and with --follow whatever is added to it, until interrupted."""
     since_s = since_wall_s(options.since, now_s())

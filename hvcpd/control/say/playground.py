@@ -6,7 +6,7 @@ import argparse
 import sys
 
 from hvcpd.control.simulate.team import load_team
-from hvcpd.errors import EX_OK, AudioFileError, ConfigError, unwritable
+from hvcpd.errors import EX_OK, AudioFileError, ConfigError, writing
 from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.playground import make_scenes, page
 
@@ -22,9 +22,7 @@ def run(options: argparse.Namespace) -> int:
     team = load_team(options, robots)
     scenes = make_scenes(team.phrasebook, robots, [task.number for task in team.tasks.tasks])
     text = page(robots, [team.sound.speaker_of(name) for name in robots], team.phrasebook.graph, scenes)
-    try:
+    with writing(options.output, AudioFileError):
         write_whole(options.output, text.encode("utf-8"))
-    except OSError as error:
-        raise AudioFileError(unwritable(options.output, error)) from None
     sys.stdout.write(f"Open {options.output} in a browser.\n")
     return EX_OK

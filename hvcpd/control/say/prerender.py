@@ -23,26 +23,29 @@ from hvcpd.control.simulate.team import load_team
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
-from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable
+from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable, writing
 from hvcpd.hardware.files import make_writable
 from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.unit_cache import UnitCache
 
 SERVICE_USER = "hvcpd"
 """The service's user, as in systemd/hvcpd.sysusers."""
+ELSEWHERE = "set XDG_CACHE_HOME to a folder that you may write"
 
 
 def run(options: argparse.Namespace) -> int:
     """Fill the service's cache, or else this user's; what is already there is not rendered again."""
     team = load_team(options, options.names or ())
     settings = team.settings if options.names is None else replace(team.settings, names=options.names)
-    names = settings.names if options.names is not None else _own_name(options.config) or settings.names
+    own = load_with_sources(options.config, name_needed=False).name if options.names is None else None
+    names = settings.names if own is None else (own,)
     _become_owner(settings.state_dir)
     for_service = settings.state_dir.is_dir() and os.access(settings.state_dir, os.W_OK | os.X_OK, effective_ids=True)
     folder = settings.state_dir / "units" if for_service else user_cache_folder()
     if folder is None:
         raise ConfigError(f"state_dir: {settings.state_dir} cannot be written; {_remedy(options, settings.state_dir)}")
-    _check_writable(folder)
+    with writing(folder, StoreError, otherwise=ELSEWHERE):
+        make_writable(folder)  # before minutes of work where nothing can be kept
     for name in names:
         _prepare(replace(settings, name=name), folder, for_service)
     n_words = len(team.phrasebook.graph.words)
@@ -57,18 +60,6 @@ def run(options: argparse.Namespace) -> int:
             f"write; {_remedy(options, settings.state_dir)}\n"
         )
     return EX_OK
-
-
-def _check_writable(folder: Path) -> None:
-    """Raise StoreError before minutes of work where nothing can be kept."""
-    try:
-        make_writable(folder)
-    except OSError as error:
-        raise _unwritable(folder, error) from error
-
-
-def _unwritable(folder: Path, error: OSError) -> StoreError:
-    return StoreError(unwritable(folder, error, "set XDG_CACHE_HOME to a folder that you may write"))
 
 
 def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
@@ -99,13 +90,7 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
         warm_up.the_rest(make_robot(plan, sound), is_kept)
         bar.update(task, description=settings.name, completed=made.total, total=made.total)
     if cache.fault is not None:
-        raise _unwritable(folder, cache.fault)
-
-
-def _own_name(config: Path | None) -> tuple[str, ...]:
-    """The robot's name in the settings; empty for settings that several robots share."""
-    sources = load_with_sources(config, name_needed=False).sources
-    return tuple(str(each.value) for each in sources if each.key == "name" and each.source != "default")
+        raise StoreError(unwritable(folder, cache.fault, ELSEWHERE))
 
 
 def _become_owner(folder: Path) -> None:

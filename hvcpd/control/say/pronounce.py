@@ -17,6 +17,7 @@ from hvcpd.control.say.sounding import require_few_words, sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
 from hvcpd.hardware.files import STANDARD_OUTPUT, write_whole
 from hvcpd.hardware.soundfile import write_wav
+from hvcpd.reporting.text import columns
 from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.explain import PAPER_TABLE, PLACE_WORDS, Known, explain, paper_row, respelled
 from hvcpd.synthesis.frames import frame_table
@@ -85,11 +86,7 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
         (r["word"], ", ".join(r["possible"]), r["paper"], r["alone"], *(str(r.get(p.value, "")) for p in Place))
         for r in rows
     ]
-    widths = [max(len(str(line[column])) for line in (head, *cells)) for column in range(len(head))]
-    for line in (head, *cells):
-        text = "  ".join(f"{cell!s:{width}}" for cell, width in zip(line, widths, strict=True))
-        sys.stdout.write(text.rstrip() + "\n")
-    sys.stdout.write("\n")
+    sys.stdout.writelines(f"{line}\n" for line in (*columns([head, *cells]), ""))
     for place, where in PLACE_WORDS.items():
         sys.stdout.write(f"{place.value}: said where the word is {where}.\n")
     sys.stdout.write("A line of your own lexicon file (`lexicon:` in the settings) overrides all of these.\n")

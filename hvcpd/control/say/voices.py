@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
     said = [Speaker(voice, sound.lexicon, sound.cache).render(phrases) for voice in chosen]
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
     if options.output != STANDARD_OUTPUT:
-        sys.stdout.write(_as_json(rows) if options.json else _as_table(rows))
+        sys.stdout.write("".join(json.dumps(row) + "\n" for row in rows) if options.json else _as_table(rows))
         sys.stdout.flush()
     if options.output is not None or not options.silent:
         write_or_play(_one_after_the_other(said), options.output, settings.audio.output_device)
@@ -86,10 +86,6 @@ def spectral_centre_hz(sound: Samples) -> float:
     magnitude = np.abs(np.fft.rfft(sound))
     hz = np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ)
     return float(np.sum(hz * magnitude) / np.sum(magnitude))
-
-
-def _as_json(rows: Sequence[dict[str, Any]]) -> str:
-    return "".join(json.dumps(row) + "\n" for row in rows)
 
 
 def _as_table(rows: Sequence[dict[str, Any]]) -> str:

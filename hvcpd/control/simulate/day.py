@@ -15,7 +15,7 @@ from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
 from hvcpd.control.simulate.team import Team, lacked_skills
 from hvcpd.coordination.actions import Speech, Talk
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, unwritable
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, writing
 from hvcpd.language import messages as m
 from hvcpd.memory.store import TranscriptRecord, TranscriptRow
 from hvcpd.reporting.occurrences import occurrences
@@ -53,10 +53,8 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     shift = _shift(mission, understood, team, options.hours * HOUR_S)
     if options.report is not None:
         path = options.report / "shift.html"
-        try:
+        with writing(path, AudioFileError, "--report: ", "name another directory"):
             write_shift(shift, path)
-        except OSError as error:
-            raise AudioFileError(f"--report: {unwritable(path, error, 'name another directory')}") from None
     sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
     if not shift.due:
         sys.stderr.write(f"hvcpctl: note: within {options.hours:g} h of Monday, 00:00, nothing is due\n")

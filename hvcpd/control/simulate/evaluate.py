@@ -10,11 +10,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hvcpd.errors import EX_OK, AudioFileError, ConfigError, how_to_install, unwritable
+from hvcpd.errors import EX_OK, AudioFileError, ConfigError, how_to_install, writing
 from hvcpd.evaluation.experiments import ALL, experiment, missing
 from hvcpd.evaluation.report import plots_available, write_findings, write_page
 from hvcpd.evaluation.runner import KeptRows, Workers, sweep
-from hvcpd.evaluation.trials import Findings, Row, Scale, Trial
+from hvcpd.evaluation.trials import Findings, Scale
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError(f"--from-recordings: {options.experiment} has no recordings; use it with wake")
     names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
     scale = Scale(options.seed, options.trials, options.quick, options.missions)
-    try:
+    with writing(options.out, AudioFileError, "--out: "):
         options.out.mkdir(parents=True, exist_ok=True)
         if options.from_recordings is not None:
             found = [_of_recordings(options.from_recordings, options.out)]
@@ -36,8 +36,6 @@ def run(options: argparse.Namespace) -> int:
         else:
             found, about = _run_all(_possible(names, alone=options.experiment != "all"), scale, options), _about(scale)
         page = write_page(found, about, options.out)
-    except OSError as error:
-        raise AudioFileError(f"--out: {unwritable(options.out, error)}") from None
     for _, one in found:
         sys.stdout.write("\n".join((one.title, *(f"  {text}" for text in one.paragraphs), "")) + "\n")
     if not plots_available():
@@ -77,8 +75,8 @@ def _run_all(names: Sequence[str], scale: Scale, options: argparse.Namespace) ->
         Progress(*columns, console=Console(stderr=True)) as progress,
     ):
         for name in names:
-            rows = _sweep(name, scale, options.out, workers, _bar(progress, name))
-            one = experiment(name).summarise(rows)
+            this, kept = experiment(name), KeptRows(options.out / f"{name}.rows.jsonl")
+            one = this.summarise(sweep(this.run, this.trials(scale), kept, workers, _bar(progress, name)))
             write_findings(name, one, options.out)
             found.append((name, one))
     return found
@@ -87,11 +85,6 @@ def _run_all(names: Sequence[str], scale: Scale, options: argparse.Namespace) ->
 def _bar(progress: Progress, name: str) -> Callable[[int, int], None]:
     bar = progress.add_task(name, total=None)
     return lambda done, of: progress.update(bar, completed=done, total=of)
-
-
-def _sweep(name: str, scale: Scale, out: Path, workers: Workers, progress: Callable[[int, int], None]) -> list[Row]:
-    trials: Sequence[Trial] = experiment(name).trials(scale)
-    return sweep(experiment(name).run, trials, KeptRows(out / f"{name}.rows.jsonl"), workers, progress)
 
 
 def _jobs(options: argparse.Namespace) -> int:

@@ -23,7 +23,7 @@ from hvcpd.config.skills import valid_key
 from hvcpd.config.task_file import MAX_TASKS
 from hvcpd.config.tasks import TENDING
 from hvcpd.control.simulate.team import load_team, refuse_same_sound, vocabulary_cache
-from hvcpd.errors import EX_OK, ConfigError, unwritable
+from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.hardware.files import write_whole
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_fault
@@ -96,18 +96,20 @@ def run(options: argparse.Namespace, console: Console | None = None) -> int:
     else:
         skills = skills or _ask_skills(console)
         tasks = _ask_tasks(console, robots, skills)
-    try:
+    with writing(folder, ConfigError, otherwise="name another folder"):
         folder.mkdir(parents=True, exist_ok=True)
         write_whole(folder / "tasks.yaml", tasks_of(folder, skills, tasks).encode())
         write_whole(folder / "hvcpd.yaml", settings_of(robots, skills).encode())
-    except OSError as error:
-        raise ConfigError(unwritable(folder, error, "name another folder")) from None
     words = _to_simulate(folder)
     sys.stdout.write(f"{folder}: hvcpd.yaml and tasks.yaml; to simulate this team:\n  {shlex.join(words)}\n")
     wanted = options.demo
     if wanted is None and is_asked:
         wanted = console.answer("Simulate it now? (y, n)", _read_yes, "y")
-    return _simulate(words[1:]) if wanted else EX_OK
+    if not wanted:
+        return EX_OK
+    from hvcpd.control.cli import main
+
+    return main(words[1:])
 
 
 def _to_simulate(folder: Path) -> list[str]:
@@ -239,11 +241,7 @@ def settings_of(robots: tuple[str, ...], skills: list[SkillAnswer]) -> str:
 
 def tasks_of(folder: Path, skills: list[SkillAnswer], tasks: list[TaskAnswer]) -> str:
     """The task file, the same for all robots."""
-    lines = [
-        "# The team's tasks. All robots have this file.",
-        "#",
-        f"#     {shlex.join(_to_simulate(folder))}",
-    ]
+    lines = ["# The team's tasks. All robots have this file.", "#", f"#     {shlex.join(_to_simulate(folder))}"]
     lines += ["skills:"] if skills else []
     for each in skills:
         lines.append(f"  {each.name}: {{parameters: {{{f'{each.parameter}: {{}}' if each.parameter else ''}}}}}")
@@ -272,9 +270,3 @@ def _check(robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskA
                 raise ConfigError(why)
         except ConfigError as error:
             raise ConfigError(str(error).replace(f"{folder}/", "")) from None
-
-
-def _simulate(words: list[str]) -> int:
-    from hvcpd.control.cli import main
-
-    return main(words)

@@ -27,7 +27,7 @@ from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, taking_part, vocabulary_cache
 from hvcpd.coordination.actions import Speech, Talk
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, unwritable
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, writing
 from hvcpd.hardware.files import make_writable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
@@ -57,11 +57,7 @@ def run(options: argparse.Namespace) -> int:
     if options.loss and options.hours is None:
         raise ConfigError("--loss is for missions by words; add --hours, or make the room louder with --noise-db")
     team = load_team(
-        options,
-        robots,
-        allow_confusable=options.allow_confusable,
-        sealed=keys is not None,
-        encrypted=options.encrypted,
+        options, robots, allow_confusable=options.allow_confusable, sealed=keys is not None, encrypted=options.encrypted
     )
     options.pick, options.talk = options.pick or team.settings.pick, options.talk or team.settings.talk
     if options.hours is not None:
@@ -209,22 +205,18 @@ class RealTime:
 
 
 def _make_directory(path: Path) -> None:
-    try:
+    with writing(path, AudioFileError, "--report: ", ANOTHER_FOLDER):
         make_writable(path)
-    except OSError as error:
-        raise AudioFileError(f"--report: {unwritable(path, error, ANOTHER_FOLDER)}") from None
 
 
 def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: bool) -> None:
     from hvcpd.reporting.html import write_report
     from hvcpd.reporting.transcript import write_trails, write_transcript
 
-    try:
+    with writing(directory, AudioFileError, "--report: ", ANOTHER_FOLDER):
         write_report(record, directory / "report.html")
         write_transcript(record.events, directory / "transcript.jsonl")
         write_trails(record.trails, directory / "trails.jsonl")
-    except OSError as error:
-        raise AudioFileError(f"--report: {unwritable(directory, error, ANOTHER_FOLDER)}") from None
     write_wav(directory / "mission.wav", _audible(record.sound))
     for name, recording in bench.recordings.items():
         write_wav(directory / f"heard-by-{name}.wav", recording)

@@ -85,10 +85,8 @@ def load_team(
 def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The robots that the settings name, without enrolled people. Raises ConfigError."""
     loaded = load_with_sources(options.config, name_needed=False)
-    settings, source = loaded.settings, {each.key: each.source for each in loaded.sources}["name"]
-    own = () if source == "default" else (settings.name,)
-    people = _enrolled(settings)
-    named = {name.lower(): name for name in (*settings.names, *own)}
+    people = _enrolled(loaded.settings)
+    named = {name.lower(): name for name in (*loaded.settings.names, loaded.name) if name is not None}
     return tuple(name for key, name in named.items() if key not in people)
 
 
