@@ -5,8 +5,6 @@ The true place follows from the fakes' true wheel angles and is known to the roo
 
 from __future__ import annotations
 
-from types import TracebackType
-
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hil_fakes.true_pose import TruePose, TrueWheels
@@ -40,9 +38,7 @@ class Body:
         self.wheels.open()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.wheels.close()
         self._bus.close()
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hil_fakes.true_pose import TrueWheels
 from hil_fakes.virtual_robot import Kind, VirtualRobot
-from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate
+from hvcpd.hardware.calibration import CalibrationError, Measured, calibrate, relative
 from hvcpd.hardware.kinematics import Drive
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Face, Journey, Waypoints
@@ -83,10 +83,8 @@ def calibrate_by_tape(drive: Drive, truth: TrueWheels, seed: int, kind: Kind = "
             raise CalibrationError(robot.navigator.reason)
 
     def ask(_name: str) -> Measured:
-        dx_m, dy_m = robot.pose.x_m - start.x_m, robot.pose.y_m - start.y_m
-        cos, sin = math.cos(start.heading_rad), math.sin(start.heading_rad)
-        x_m, y_m = dx_m * cos + dy_m * sin, dy_m * cos - dx_m * sin
-        return Measured(round(x_m / TAPE_M) * TAPE_M, round(y_m / TAPE_M) * TAPE_M)
+        place = relative(robot.pose, start)
+        return Measured(round(place.x_m / TAPE_M) * TAPE_M, round(place.y_m / TAPE_M) * TAPE_M)
 
     result = calibrate(drive, lambda: robot.odometry.pose, perform, ask)
     robot.wheels.close()

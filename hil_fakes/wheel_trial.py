@@ -199,16 +199,14 @@ class Trial:
     def _judge_calls(self, now_s: float) -> None:
         """Tick off the faults after which the wheels have come to a stand."""
         for event in list(self._calls):
-            since_s = now_s - event.at_s
-            if event.fault is Fault.EMPTY_BATTERY:
-                since_s -= SUSTAINED_S
-                if since_s < 0.0 or event.until_s < now_s:
-                    if event.until_s < now_s:
-                        self._calls.remove(event)
-                    continue
+            is_low = event.fault is Fault.EMPTY_BATTERY
+            since_s = now_s - event.at_s - (SUSTAINED_S if is_low else 0.0)
+            charged = is_low and event.until_s < now_s
             back = event.fault in (Fault.HANG, Fault.DEAD_MOTOR) and event.until_s <= now_s  # and drives on
-            if back or (event.fault is Fault.OBSTACLE and not self._strains(event, now_s)):
+            if charged or back or (event.fault is Fault.OBSTACLE and not self._strains(event, now_s)):
                 self._calls.remove(event)
+            elif since_s < 0.0:
+                continue
             elif self.robot.fastest_rad_s <= STANDING_RAD_S:
                 self._calls.remove(event)
                 known_s = self.verdict.stop_s.get(event.fault, 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
 
 from hvcpd.language import messages as m
 from hvcpd.language.forms import Kind
@@ -15,20 +16,13 @@ _SHAPES: dict[object, int] = {}
 _NAME = "Rob"
 
 
-class WordLengths:
-    """A function from utterances to numbers of words; see the module."""
-
-    def __init__(self) -> None:
-        self._counts: dict[m.Utterance, int] = {}
-
-    def __call__(self, utterance: m.Utterance) -> int:
-        audible = replace(hidden(utterance), mark=None)
-        count = self._counts.get(audible)
-        if count is None:
-            count = self._counts[audible] = _count(audible)
-        return count + (len(mark_words(utterance.mark)) if utterance.mark is not None else 0)
+def n_words(utterance: m.Utterance) -> int:
+    """The number of words of an utterance; see the module."""
+    marks = len(mark_words(utterance.mark)) if utterance.mark is not None else 0
+    return marks + _count(replace(hidden(utterance), mark=None))
 
 
+@lru_cache(maxsize=4096)
 def _count(u: m.Utterance) -> int:
     shape = (type(u.addressee), u.speaker is None, u.team is None, _shape(u.statement))
     if shape not in _SHAPES:

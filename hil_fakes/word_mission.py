@@ -14,7 +14,7 @@ from functools import partial
 
 from hil_fakes.word_body import Body, takes_s
 from hil_fakes.word_channel import WordChannel
-from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_lengths import n_words
 from hil_fakes.word_mishearing import misheard
 from hil_fakes.word_occurrences import counted, times
 from hil_fakes.word_seals import WordSeals as WordSeals
@@ -73,7 +73,7 @@ class WordMission:
         self.bodies = {name: Body(plan.starts.get(name, place)) for name, place in corner.items()}
         self.air = WordChannel(
             self.robots,
-            WordLengths(),
+            n_words,
             plan.conditions,
             self._rng.getrandbits(32),
             touched=self._collect,
@@ -139,11 +139,9 @@ class WordMission:
 
     def occurrences(self) -> dict[tuple[int, float], int]:
         """The number of times that each occurrence was carried out."""
-        return (
-            counted(self.plan.tasks, self.done, self.plan.limit_s, self.plan.begin_s)
-            if self.plan.clocks is not None
-            else {}
-        )
+        if self.plan.clocks is None:
+            return {}
+        return counted(self.plan.tasks, self.done, self.plan.limit_s, self.plan.begin_s)
 
     def tell(self, at_s: float, speaker: str, utterance: m.Utterance, times: int = 1) -> None:
         """Have a speaker that is not one of our robots say a sentence at that time, `times` times."""
@@ -168,6 +166,7 @@ class WordMission:
     def switch_on(self, name: str) -> None:
         """Switch a robot on, with its saved memory from before."""
         plan = self.plan
+        encrypts = plan.seals is not None and plan.seals.encrypts
         role = Role(
             name,
             "plant",
@@ -177,11 +176,10 @@ class WordMission:
             plan.unable.get(name, frozenset()),
             listed=not plan.strangers,
             roster=() if plan.strangers else plan.names,
-            speech=replace(
-                plan.speech, sealed=plan.seals is not None, encrypted=plan.seals is not None and plan.seals.encrypts
-            ),
+            speech=replace(plan.speech, sealed=plan.seals is not None, encrypted=encrypts),
+            talk=plan.talks.get(name, Talk.NORMAL),
+            softly_db=plan.softly_db,
         )
-        role = replace(role, talk=plan.talks.get(name, Talk.NORMAL), softly_db=plan.softly_db)
         if plan.seals is not None:
             plan.seals.switch_on(name, role.roster)
         self.robots[name] = Coordination(

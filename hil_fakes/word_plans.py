@@ -7,7 +7,7 @@ import random
 from dataclasses import replace
 
 from hil_fakes.word_channel import WORD_S, Conditions
-from hil_fakes.word_lengths import WordLengths
+from hil_fakes.word_lengths import n_words
 from hil_fakes.word_mission import Outage, WordPlan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Tend
@@ -145,10 +145,9 @@ def recurring_plan(seed: int, robots: tuple[int, int] = (2, 12), hours: float = 
 
 def omniscient_airtime_s(plan: WordPlan) -> float:
     """The talk of a scheduler that knows all: one claim and one report a task, and no collision."""
-    count = WordLengths()
     words = 0
     for task in plan.tasks:
         ref = m.TaskByNumber(task.number)
-        words += count(m.Utterance(plan.names[0], m.ToTeam("plant"), None, m.Claim(ref)))
-        words += count(m.Utterance(plan.names[0], m.ToAll(), None, m.Completed(ref)))
+        words += n_words(m.Utterance(plan.names[0], m.ToTeam("plant"), None, m.Claim(ref)))
+        words += n_words(m.Utterance(plan.names[0], m.ToAll(), None, m.Completed(ref)))
     return words * WORD_S

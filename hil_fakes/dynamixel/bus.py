@@ -21,7 +21,6 @@ import tty
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 
 from hil_fakes.dynamixel.faults import ReplyFaults
 from hil_fakes.dynamixel.line import Line
@@ -58,9 +57,7 @@ class FakeBus:
     def __enter__(self) -> FakeBus:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     @property

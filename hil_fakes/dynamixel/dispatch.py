@@ -55,12 +55,8 @@ def _single(motor: FakeMotor, packet: Packet) -> bytes:
     motor_id = motor.motor_id  # a write may change it, and the reply still carries the old one
     level = motor.memory.get("status_return_level")
     error, data = _carry_out(motor, packet.instruction, packet.parameters)
-    needed = {Instruction.PING: 0, Instruction.READ: 1}.get(Instruction(packet.instruction), 2) if _known(packet) else 2
+    needed = 0 if packet.instruction == Instruction.PING else 1 if packet.instruction == Instruction.READ else 2
     return encode_status(motor_id, motor.error_field(error), data) if level >= needed else b""
-
-
-def _known(packet: Packet) -> bool:
-    return packet.instruction in Instruction._value2member_map_
 
 
 def _carry_out(motor: FakeMotor, instruction: int, parameters: bytes) -> tuple[StatusError, bytes]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 from hil_fakes.dynamixel.dispatch import respond
 from hil_fakes.dynamixel.faults import DELAY_S, ReplyFaults
@@ -14,26 +13,6 @@ from hil_fakes.dynamixel.protocol import Packet, PacketReader
 
 BABBLE_BYTES_S = 20_000.0
 """A babbling device fills a fifth of a line of 1,000,000 baud; assumption."""
-
-
-class Device(Protocol):
-    """The interface of a device on a line."""
-
-    powered: bool
-
-    @property
-    def motor_id(self) -> int:
-        """The identifier that it answers to."""
-
-    @property
-    def baud_rate_hz(self) -> int:
-        """The speed that it understands; 0 for any (a USB device)."""
-
-    def seed(self, seed: int) -> None:
-        """Restart its random generator."""
-
-    def advance(self, dt_s: float) -> None:
-        """Let its time pass."""
 
 
 class Line:
@@ -56,11 +35,6 @@ class Line:
     def motors(self) -> Mapping[int, FakeMotor]:
         """The motors by identifier, powered or not."""
         return {device.motor_id: device for device in self._devices if isinstance(device, FakeMotor)}
-
-    @property
-    def devices(self) -> tuple[Device, ...]:
-        """Everything on the line."""
-        return self._devices
 
     def babble(self, duration_s: float) -> None:
         """From now on, for a while, random bytes run over the line."""

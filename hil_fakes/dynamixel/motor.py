@@ -152,16 +152,18 @@ class FakeMotor:
         self._registered = None
         self._silence_s = 0.0
         self._overload_s = 0.0
-        self._base_ticks -= math.floor(self._exact_ticks / TICKS_PER_TURN) * TICKS_PER_TURN
-        self._refresh()
+        self._forget_turns()
 
     def clear_turns(self) -> StatusError:
         """Clear instruction: bring the position within one turn; refused in motion."""
         if self.memory.get("moving"):
             return StatusError.RESULT_FAIL
+        self._forget_turns()
+        return StatusError.NONE
+
+    def _forget_turns(self) -> None:
         self._base_ticks -= math.floor(self._exact_ticks / TICKS_PER_TURN) * TICKS_PER_TURN
         self._refresh()
-        return StatusError.NONE
 
     def error_field(self, error: StatusError) -> int:
         """The error field of a reply: the number, and the alert bit if the hardware reports a fault."""
@@ -222,11 +224,8 @@ class FakeMotor:
         errors = SHUTDOWN_OVERLOAD if self._overload_s >= OVERLOAD_S else 0
         errors |= SHUTDOWN_OVERHEAT if self.temperature_c > self.memory.get("temperature_limit") else 0
         volts = self.memory.get("present_input_voltage")
-        errors |= (
-            0
-            if self.memory.get("min_voltage_limit") <= volts <= self.memory.get("max_voltage_limit")
-            else ERROR_VOLTAGE
-        )
+        if not self.memory.get("min_voltage_limit") <= volts <= self.memory.get("max_voltage_limit"):
+            errors |= ERROR_VOLTAGE
         if errors and self.powered:
             self.raise_hardware_error(errors)
 

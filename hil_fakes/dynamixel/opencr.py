@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from hil_fakes.dynamixel.control_table import Cell
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, encode_status
 
@@ -44,53 +44,43 @@ UNITS_PER_M_S = 60.0 / (2.0 * math.pi * WHEEL_RADIUS_M * 0.229)
 STATUS_RUNNING, STATUS_NOT_CONNECTED_MOTORS = 1, -1
 
 
-@dataclass(frozen=True)
-class Item:
-    """One entry of the table."""
-
-    name: str
-    address: int
-    size: int
-    signed: bool = False
-
-
 _SENSORS = "angular_velocity_x angular_velocity_y angular_velocity_z acceleration_x acceleration_y acceleration_z"
 _SENSORS += " magnetic_x magnetic_y magnetic_z orientation_w orientation_x orientation_y orientation_z"
 
 ITEMS = (
-    Item("model_number", 0, 2),
-    Item("model_information", 2, 4),
-    Item("firmware_version", 6, 1),
-    Item("id", 7, 1),
-    Item("protocol_version", 9, 1),
-    Item("millis", 10, 4),
-    Item("debug_mode", 14, 1),
-    Item("connect_ros2", 15, 1),
-    Item("connect_manipulator", 16, 1),
-    Item("device_status", 18, 1, signed=True),
-    Item("heartbeat", 19, 1),
-    *(Item(f"led_{n + 1}", 20 + n, 1) for n in range(4)),
-    *(Item(name, 26 + n, 1) for n, name in enumerate(("button_1", "button_2", "bumper_1", "bumper_2"))),
-    Item("illumination", 30, 2),
-    Item("infrared", 34, 4),
-    Item("sonar", 38, 4),
-    Item("battery_voltage", 42, 4),
-    Item("battery_percentage", 46, 4),
-    Item("sound", 50, 1),
-    Item("imu_recalibration", 59, 1),
-    *(Item(name, 60 + 4 * n, 4) for n, name in enumerate(_SENSORS.split())),
-    Item("present_current_left", 120, 4, signed=True),
-    Item("present_current_right", 124, 4, signed=True),
-    Item("present_velocity_left", 128, 4, signed=True),
-    Item("present_velocity_right", 132, 4, signed=True),
-    Item("present_position_left", 136, 4, signed=True),
-    Item("present_position_right", 140, 4, signed=True),
-    Item("motors_connected", 148, 1),
-    Item("motor_torque", 149, 1),
-    *(Item(f"linear_{axis}", 150 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
-    *(Item(f"angular_{axis}", 162 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
-    Item("profile_acceleration_left", 174, 4),
-    Item("profile_acceleration_right", 178, 4),
+    Cell("model_number", 0, 2),
+    Cell("model_information", 2, 4),
+    Cell("firmware_version", 6, 1),
+    Cell("id", 7, 1),
+    Cell("protocol_version", 9, 1),
+    Cell("millis", 10, 4),
+    Cell("debug_mode", 14, 1),
+    Cell("connect_ros2", 15, 1),
+    Cell("connect_manipulator", 16, 1),
+    Cell("device_status", 18, 1, signed=True),
+    Cell("heartbeat", 19, 1),
+    *(Cell(f"led_{n + 1}", 20 + n, 1) for n in range(4)),
+    *(Cell(name, 26 + n, 1) for n, name in enumerate(("button_1", "button_2", "bumper_1", "bumper_2"))),
+    Cell("illumination", 30, 2),
+    Cell("infrared", 34, 4),
+    Cell("sonar", 38, 4),
+    Cell("battery_voltage", 42, 4),
+    Cell("battery_percentage", 46, 4),
+    Cell("sound", 50, 1),
+    Cell("imu_recalibration", 59, 1),
+    *(Cell(name, 60 + 4 * n, 4) for n, name in enumerate(_SENSORS.split())),
+    Cell("present_current_left", 120, 4, signed=True),
+    Cell("present_current_right", 124, 4, signed=True),
+    Cell("present_velocity_left", 128, 4, signed=True),
+    Cell("present_velocity_right", 132, 4, signed=True),
+    Cell("present_position_left", 136, 4, signed=True),
+    Cell("present_position_right", 140, 4, signed=True),
+    Cell("motors_connected", 148, 1),
+    Cell("motor_torque", 149, 1),
+    *(Cell(f"linear_{axis}", 150 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
+    *(Cell(f"angular_{axis}", 162 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
+    Cell("profile_acceleration_left", 174, 4),
+    Cell("profile_acceleration_right", 178, 4),
 )
 BY_NAME = {item.name: item for item in ITEMS}
 TABLE_SIZE = 182
@@ -120,11 +110,6 @@ class FakeOpenCR:
     def baud_rate_hz(self) -> int:
         """0: a USB device takes any speed."""
         return 0
-
-    @property
-    def connected(self) -> bool:
-        """Whether it believes that a program is alive, and so follows the commands."""
-        return self._connected
 
     def get(self, name: str) -> int:
         """The value of an item."""
@@ -171,10 +156,7 @@ class FakeOpenCR:
         return bool(self.get("motors_connected")) and not (self.left.powered and self.right.powered)
 
     def _carry_out(self, packet: Packet) -> list[bytes]:
-        address, size = (
-            int.from_bytes(packet.parameters[:2], "little"),
-            int.from_bytes(packet.parameters[2:4], "little"),
-        )
+        address, size = (int.from_bytes(packet.parameters[at : at + 2], "little") for at in (0, 2))
         match packet.instruction:
             case Instruction.PING:
                 return [encode_status(self.motor_id, 0, bytes(self._table[0:2] + self._table[6:7]))]
@@ -207,7 +189,8 @@ class FakeOpenCR:
         self.set("firmware_version", FIRMWARE_VERSION)
         self.set("protocol_version", 2)
         self.set("debug_mode", int(self._debug_at_boot))
-        self._connected = self._was_connected = False
+        self.connected = self._was_connected = False
+        """Whether it believes that a program is alive, and so follows the commands."""
         self._beat = 0
         self._beat_s = self._clock_s = self._phase_s = self._low_s = 0.0
         self._booting_s = BOOT_S
@@ -283,7 +266,7 @@ class FakeOpenCR:
             self._replies += self._carry_out(self._waiting.popleft())
 
     def _turn_wheels(self) -> None:
-        if not self._connected:
+        if not self.connected:
             self._command = (0.0, 0.0)
         linear_m_s, angular_rad_s = self._command
         half_m_s = angular_rad_s * SEPARATION_M / 2.0
@@ -292,13 +275,13 @@ class FakeOpenCR:
                 motor.write(104, int(rim_m_s * UNITS_PER_M_S).to_bytes(4, "little", signed=True))
 
     def _watch_heartbeat(self) -> None:
-        if self._was_connected != self._connected:
-            self._was_connected = self._connected
+        if self._was_connected != self.connected:
+            self._was_connected = self.connected
             self._beat_s = self._clock_s
         elif self.get("heartbeat") != self._beat or self.get("debug_mode"):
-            self._beat, self._beat_s, self._connected = self.get("heartbeat"), self._clock_s, True
+            self._beat, self._beat_s, self.connected = self.get("heartbeat"), self._clock_s, True
         elif self._clock_s - self._beat_s >= HEARTBEAT_TIMEOUT_S - 1e-9:
-            self._beat_s, self._connected = self._clock_s, False
+            self._beat_s, self.connected = self._clock_s, False
 
     def _watch_battery(self, took_s: float) -> None:
         self._low_s = self._low_s + took_s if self.left.voltage_v < CUT_OFF_V else 0.0
@@ -309,7 +292,7 @@ class FakeOpenCR:
     def _refresh(self) -> None:
         """The firmware's readings; for a motor that does not answer it keeps the last values."""
         self.set("millis", int(self._clock_s * 1000.0))
-        self.set("connect_ros2", int(self._connected))
+        self.set("connect_ros2", int(self.connected))
         volts = self.left.memory.get("present_input_voltage") / 10.0
         self.set("battery_voltage", round(volts * 100.0))
         self.set("battery_percentage", round(max(volts - 10.5, 0.0) / 1.8 * 10_000.0))

@@ -294,10 +294,8 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)
     elif not isinstance(heard.to, m.ToRobot):
-        said, slot = (
-            m.Confirmed(m.TaskByNumber(number)),
-            confirming_slot(me, now) + me.rank_with_unheard(name, number, now),
-        )
+        said = m.Confirmed(m.TaskByNumber(number))
+        slot = confirming_slot(me, now) + me.rank_with_unheard(name, number, now)
         composing.answer(me, name, f"confirm {name}", said, now, slot, call=name, tentative=True)
     me.reconsider(now)
 

@@ -132,10 +132,8 @@ def _hold(me: Knowledge, tasks: Iterable[int], now: float) -> None:
 def wait_for_objections(me: Knowledge, now: float) -> None:
     """Time for everybody's slot; the last statement of this kind tells until when a confirmation holds."""
     if me.state is State.CHECKING and me.board[me.my_task()].is_shared:
-        me.current.there, me.current.confirmed_to = (
-            True,
-            frozenset(),
-        )  # this robot must tell those that confirm this sentence
+        me.current.there = True
+        me.current.confirmed_to = frozenset()  # this robot must tell those that confirm this sentence
         me.arm(now, me.timing.others_s)
         return
     if me.current.repeats == 0:

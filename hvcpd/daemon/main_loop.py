@@ -84,7 +84,8 @@ class Daemon:
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None
         self.robot: Robot | None = None
-        self._listening = False
+        self.listening = False
+        """Whether the robot listens and speaks, so that it can say that it leaves."""
         self._ending = False
         self._leave_until_s: float | None = None
 
@@ -92,11 +93,6 @@ class Daemon:
     def wiring(self) -> Wiring:
         """The one in force: what is read again meanwhile takes its place."""
         return self._control.body.wiring
-
-    @property
-    def listening(self) -> bool:
-        """Whether the robot listens and speaks, so that it can say that it leaves."""
-        return self._listening
 
     def leave(self) -> None:
         """Have `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
@@ -172,7 +168,7 @@ class Daemon:
         self._ending = True
 
     def _tell_preparation(self, text: str) -> None:
-        if not self._listening:
+        if not self.listening:
             self._manager.status(text)
 
     def _goal_navigator(self) -> GoalNavigator | None:
@@ -222,7 +218,7 @@ class Daemon:
         await self._pose.settled()
 
     async def _live(self, robot: Robot, sound: SoundService) -> None:
-        self._listening = True
+        self.listening = True
         while not self._has_left(robot):
             block = await sound.read()
             robot.tell_latency(sound.latency_s)

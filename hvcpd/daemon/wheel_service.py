@@ -34,7 +34,8 @@ class WheelService:
         self._lease_s = lease_s
         self._lost_s = lost_s
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="wheels")
-        self._wanted = STANDSTILL
+        self.wanted = STANDSTILL
+        """How the wheels are to turn."""
         self._sent = STANDSTILL
         self._sent_s = -STANDING_S
         self._due = False
@@ -58,9 +59,9 @@ class WheelService:
         self._now = now
         if self._failing_since_s is not None and now - self._failing_since_s >= self._lost_s:
             raise DeviceError(f"the wheels have not answered for {self._lost_s:g} s: {self._reason}")
-        halt = command == STANDSTILL and STANDSTILL not in (self._sent, self._wanted)
+        halt = command == STANDSTILL and STANDSTILL not in (self._sent, self.wanted)
         every_s = STANDING_S if command == STANDSTILL else MOVING_S
-        self._wanted = command
+        self.wanted = command
         self._due |= halt or now - self._sent_s >= every_s - SLACK_S
         self._renew_lease()
         self._send()
@@ -75,11 +76,6 @@ class WheelService:
         """Why the wheels do not answer at present; None: they do."""
         return self._reason if self._failing_since_s is not None else None
 
-    @property
-    def wanted(self) -> WheelCommand:
-        """How the wheels are to turn."""
-        return self._wanted
-
     def exchange_now(self) -> None:
         """Have the next exchange come at once: something else on the bus is not to wait."""
         self._due = True
@@ -87,7 +83,7 @@ class WheelService:
 
     def halt(self) -> None:
         """Standstill now, without waiting for the next block of sound."""
-        self._wanted, self._due = STANDSTILL, True
+        self.wanted, self._due = STANDSTILL, True
         self._renew_lease()
         self._send()
 
@@ -110,13 +106,13 @@ class WheelService:
         if self._lapse is not None:
             self._lapse.cancel()
             self._lapse = None
-        if self._wanted != STANDSTILL:
+        if self.wanted != STANDSTILL:
             self._lapse = asyncio.get_running_loop().call_later(self._lease_s, self._stop)
 
     def _stop(self) -> None:
         _log.warning("wheels stopped", reason=f"no new command for {self._lease_s:g} s")
         self._lapse = None
-        self._wanted = STANDSTILL
+        self.wanted = STANDSTILL
         self._due = True
         self._send()
 
@@ -124,9 +120,9 @@ class WheelService:
         if not self._due or self._flight is not None or self._closing:
             return
         self._due = False
-        self._sent, self._sent_s = self._wanted, self._now
+        self._sent, self._sent_s = self.wanted, self._now
         loop = asyncio.get_running_loop()
-        self._flight = loop.run_in_executor(self._thread, self._wheels.exchange, self._wanted)
+        self._flight = loop.run_in_executor(self._thread, self._wheels.exchange, self.wanted)
         self._flight.add_done_callback(self._landed)
 
     def _landed(self, flight: asyncio.Future[WheelReading]) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from hvcpd.errors import HvcpdError
-from hvcpd.hardware.kinematics import Drive
+from hvcpd.hardware.kinematics import Drive, compose
 from hvcpd.hardware.motion import Forward
 from hvcpd.hardware.navigator import Face, Journey, Waypoints
 from hvcpd.ports import Pose
@@ -37,18 +37,12 @@ class Measured:
     y_m: float
 
 
-def straight_run() -> tuple[Journey, ...]:
-    """Straight on by `SIDE_M`."""
-    return (Forward(SIDE_M),)
-
-
 def square_run(pose: Pose, left: bool) -> tuple[Journey, ...]:
     """Once round a square whose first side lies ahead, the others to the left or to the right, and back to `pose`."""
     side = math.copysign(SIDE_M, 1.0 if left else -1.0)
     corners = [(SIDE_M, 0.0), (SIDE_M, side), (0.0, side), (0.0, 0.0)]
-    cos, sin = math.cos(pose.heading_rad), math.sin(pose.heading_rad)
-    places = tuple((pose.x_m + x * cos - y * sin, pose.y_m + x * sin + y * cos) for x, y in corners)
-    return Waypoints(places), Face(pose.heading_rad)
+    places = (compose(pose, Pose(x_m, y_m)) for x_m, y_m in corners)
+    return Waypoints(tuple((place.x_m, place.y_m) for place in places)), Face(pose.heading_rad)
 
 
 def calibrated(drive: Drive, straight: Measured, left: Measured, right: Measured) -> Drive:
@@ -102,17 +96,18 @@ def calibrate(
     for name in ("straight on", "a square to the left", "a square to the right"):
         ready(name)
         start = believed()
-        run = straight_run() if name == "straight on" else square_run(start, left=name.endswith("left"))
+        run = (Forward(SIDE_M),) if name == "straight on" else square_run(start, left=name.endswith("left"))
         for journey in run:
             perform(journey)
         measured = ask(name)
-        end = _relative(believed(), start)
+        end = relative(believed(), start)
         wanted_m = SIDE_M if name == "straight on" else 0.0
-        results.append(Measured(measured.x_m - (end[0] - wanted_m), measured.y_m - end[1]))
+        results.append(Measured(measured.x_m - (end.x_m - wanted_m), measured.y_m - end.y_m))
     return calibrated(drive, *results)
 
 
-def _relative(pose: Pose, start: Pose) -> tuple[float, float]:
+def relative(pose: Pose, start: Pose) -> Measured:
+    """Where a pose is, measured from a start."""
     dx_m, dy_m = pose.x_m - start.x_m, pose.y_m - start.y_m
     cos, sin = math.cos(start.heading_rad), math.sin(start.heading_rad)
-    return dx_m * cos + dy_m * sin, dy_m * cos - dx_m * sin
+    return Measured(dx_m * cos + dy_m * sin, dy_m * cos - dx_m * sin)

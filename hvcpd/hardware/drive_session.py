@@ -53,13 +53,13 @@ class DriveSession:
     def carry_out(self, journey: Journey, show: Callable[[Snapshot], None] = lambda _moment: None) -> MotionState:
         """Drive until it has arrived or failed (`navigator.reason` says why). The wheels stand when this returns."""
         self.navigator.start(journey, self.odometry.pose)
-        reading, fault = self._exchange(STANDSTILL)
+        reading = self._exchange(STANDSTILL)
         start_s = due_s = self._clock()
         try:
             while self.navigator.state is MotionState.MOVING:
                 command = self.navigator.step(self.odometry.pose, self._clock(), reading)
-                reading, fault = self._exchange(command)
-                show(self._snapshot(self._clock() - start_s, command, reading, fault))
+                reading = self._exchange(command)
+                show(self._snapshot(self._clock() - start_s, command, reading))
                 due_s = max(due_s + PERIOD_S, self._clock())
                 self._sleep(max(due_s - self._clock(), 0.0))
         finally:
@@ -73,19 +73,19 @@ class DriveSession:
             self._exchange(STANDSTILL)
             self._sleep(PERIOD_S)
 
-    def _exchange(self, command: WheelCommand) -> tuple[WheelReading | None, str]:
+    def _exchange(self, command: WheelCommand) -> WheelReading | None:
         try:
             reading = self._wheels.exchange(command)
         except DeviceError as error:
             self.fault = str(error)
-            return None, self.fault
+            return None
         self.fault = ""
         before = self.odometry.pose
         now = self.odometry.update(reading)
         self.way_m += ((now.x_m - before.x_m) ** 2 + (now.y_m - before.y_m) ** 2) ** 0.5
-        return reading, ""
+        return reading
 
-    def _snapshot(self, at_s: float, command: WheelCommand, reading: WheelReading | None, fault: str) -> Snapshot:
+    def _snapshot(self, at_s: float, command: WheelCommand, reading: WheelReading | None) -> Snapshot:
         navigator = self.navigator
         return Snapshot(
             at_s,
@@ -94,7 +94,7 @@ class DriveSession:
             navigator.progress,
             navigator.state,
             reading,
-            fault or navigator.reason,
+            self.fault or navigator.reason,
         )
 
 
@@ -107,7 +107,7 @@ class RehearsedWheels:
         self._left_rad = self._right_rad = 0.0
 
     def clock(self) -> float:
-        """The warm_up's time, s."""
+        """The rehearsal's time, s."""
         return self.now_s
 
     def sleep(self, duration_s: float) -> None:

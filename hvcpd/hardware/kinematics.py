@@ -125,43 +125,31 @@ class Odometry:
     """
 
     def __init__(self, start: Pose, drive: Drive = BURGER, last: WheelReading | None = None) -> None:
-        self._pose = start
-        self._drive = drive
-        self._kept = last
-        self._last: WheelReading | None = None
-        self._frame: Pose | None = None
-
-    @property
-    def pose(self) -> Pose:
+        self.pose = start
         """Where the robot believes that it is."""
-        return self._pose
-
-    @property
-    def drive(self) -> Drive:
+        self.drive = drive
         """The dimensions that it reckons with."""
-        return self._drive
-
-    @property
-    def last(self) -> WheelReading | None:
+        self.last: WheelReading | None = None
         """The reading that goes with the pose; None before the first."""
-        return self._last
+        self._kept = last
+        self._frame: Pose | None = None
 
     def update(self, reading: WheelReading) -> Pose:
         """Take in a reading; return the new pose."""
-        before = self._last or self._kept
+        before = self.last or self._kept
         if reading.pose is not None:
             self._follow(reading.pose)
         elif before is not None:
             left_rad = reading.left_rad - before.left_rad
             right_rad = reading.right_rad - before.right_rad
-            if self._last is not None or max(abs(left_rad), abs(right_rad)) <= RESUMED_RAD:
-                self._pose = advance_pose(self._pose, left_rad, right_rad, self._drive)
-        self._last = reading
-        return self._pose
+            if self.last is not None or max(abs(left_rad), abs(right_rad)) <= RESUMED_RAD:
+                self.pose = advance_pose(self.pose, left_rad, right_rad, self.drive)
+        self.last = reading
+        return self.pose
 
     def _follow(self, given: Pose) -> None:
         """Follow a base with its own odometry; its first pose, also after a restart, is where the robot is now."""
-        last = self._last.pose if self._last is not None else None
+        last = self.last.pose if self.last is not None else None
         if last is None or self._frame is None or math.hypot(given.x_m - last.x_m, given.y_m - last.y_m) > RESTARTED_M:
-            self._frame = frame_between(self._pose, given)
-        self._pose = compose(self._frame, given)
+            self._frame = frame_between(self.pose, given)
+        self.pose = compose(self._frame, given)

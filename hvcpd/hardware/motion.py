@@ -93,8 +93,10 @@ class MotionController:
     def __init__(self, drive: Drive = BURGER) -> None:
         self._drive = drive
         self._goal: Goal | None = None
-        self._state = MotionState.IDLE
-        self._reason = ""
+        self.state = MotionState.IDLE
+        """What has become of the last goal."""
+        self.reason = ""
+        """Why the motion failed; empty otherwise."""
         self._renewed_s = -math.inf
         self._twist = Twist()
         self._last_s: float | None = None
@@ -106,27 +108,13 @@ class MotionController:
         self._last_heading_rad = 0.0
         self._aiming = False
         self._total = 1.0
-        self._progress = 0.0
+        self.progress = 0.0
+        """Done share of the goal, 0 to 1, never falling."""
         self._driven_s = 0.0
         self._best = math.inf
         self._best_s: float | None = None
         self._near_since_s: float | None = None
         self._settled_since_s: float | None = None
-
-    @property
-    def state(self) -> MotionState:
-        """What has become of the last goal."""
-        return self._state
-
-    @property
-    def reason(self) -> str:
-        """Why the motion failed; empty otherwise."""
-        return self._reason
-
-    @property
-    def progress(self) -> float:
-        """Done share of the goal, 0 to 1, never falling."""
-        return self._progress
 
     def start(self, goal: Goal, pose: Pose) -> None:
         """Begin a motion from `pose`, in place of any other. Raises ValueError for a goal that is no number."""
@@ -134,8 +122,8 @@ class MotionController:
             raise ValueError(f"a goal must be finite: {goal}")
         self._clear()
         self._goal = goal
-        self._state = MotionState.MOVING
-        self._reason = ""
+        self.state = MotionState.MOVING
+        self.reason = ""
         self._origin = pose
         self._last_heading_rad = pose.heading_rad
         self._aiming = isinstance(goal, GoTo)
@@ -144,7 +132,7 @@ class MotionController:
     def cancel(self) -> None:
         """Forget the goal and stand still at once."""
         self._goal = None
-        self._state = MotionState.IDLE
+        self.state = MotionState.IDLE
         self._twist = Twist()
 
     def rest(self) -> None:
@@ -169,18 +157,18 @@ class MotionController:
         self._last_s = now_s
         self._turned_rad += wrap_angle(pose.heading_rad - self._last_heading_rad)
         self._last_heading_rad = pose.heading_rad
-        if self._goal is None or self._state is not MotionState.MOVING:
+        if self._goal is None or self.state is not MotionState.MOVING:
             return self._stand_still()
         if now_s - self._renewed_s > LEASE_S:
             self._best_s = None
             return self._stand_still()
         if self._arrived(self._goal, pose, now_s):
-            self._state = MotionState.ARRIVED
-            self._progress = 1.0
+            self.state = MotionState.ARRIVED
+            self.progress = 1.0
             return self._stand_still()
         self._driven_s += dt_s
         if self._stuck(self._goal, pose, now_s):
-            self._state = MotionState.FAILED
+            self.state = MotionState.FAILED
             return self._stand_still()
         self._twist = self._ramp(self._wanted(self._goal, pose), dt_s)
         return wheel_command(self._twist, self._drive)
@@ -267,18 +255,18 @@ class MotionController:
     def _stuck(self, goal: Goal, pose: Pose, now_s: float) -> bool:
         """Keep the record of progress; True (with the reason) if there was none for too long."""
         remaining = abs(self._remaining(goal, pose))
-        self._progress = max(self._progress, min(1.0 - remaining / self._total, 1.0))
+        self.progress = max(self.progress, min(1.0 - remaining / self._total, 1.0))
         turning = isinstance(goal, Turn) or self._aiming
         unit = TOLERANCE_RAD if turning else TOLERANCE_M
         measure = abs(self._bearing(goal, pose)) if isinstance(goal, GoTo) and self._aiming else remaining
         if self._best_s is None or measure < self._best - PROGRESS_SHARE * unit:
             self._best, self._best_s = measure, now_s
         if self._driven_s > self.limit_s:
-            self._reason = f"not there after {self.limit_s:.0f} s of driving: do the wheels slip?"
+            self.reason = f"not there after {self.limit_s:.0f} s of driving: do the wheels slip?"
             return True
         if now_s - self._best_s <= PATIENCE_S:
             return False
-        self._reason = f"no progress for {PATIENCE_S:.0f} s: are the wheels blocked?"
+        self.reason = f"no progress for {PATIENCE_S:.0f} s: are the wheels blocked?"
         return True
 
 

@@ -62,27 +62,19 @@ class Navigator:
         self._legs: list[Leg] = []
         self._weights: list[float] = []
         self._index = 0
-        self._state = MotionState.IDLE
-        self._reason = ""
+        self.state = MotionState.IDLE
+        """What has become of the last journey."""
+        self.reason = ""
+        """Why it failed; empty otherwise."""
         self._command = STANDSTILL
         self._seen_s: float | None = None
         self._stalls = 0
         self._rest_until_s: float | None = None
 
     @property
-    def state(self) -> MotionState:
-        """What has become of the last journey."""
-        return self._state
-
-    @property
-    def reason(self) -> str:
-        """Why it failed; empty otherwise."""
-        return self._reason
-
-    @property
     def progress(self) -> float:
         """Done share of the journey, 0 to 1, never falling."""
-        if self._state is MotionState.ARRIVED:
+        if self.state is MotionState.ARRIVED:
             return 1.0
         if not self._legs:
             return 0.0
@@ -96,7 +88,7 @@ class Navigator:
             raise ValueError("a journey needs a place to go to")
         self._weights = _weights(self._legs, pose)
         self._index = 0
-        self._state, self._reason = MotionState.MOVING, ""
+        self.state, self.reason = MotionState.MOVING, ""
         self._command = STANDSTILL
         self._seen_s = None
         self._stalls, self._rest_until_s = 0, None
@@ -108,7 +100,7 @@ class Navigator:
         """Forget the journey and stand still at once."""
         self._motion.cancel()
         self._retreat.cancel()
-        self._legs, self._state, self._command = [], MotionState.IDLE, STANDSTILL
+        self._legs, self.state, self._command = [], MotionState.IDLE, STANDSTILL
 
     def rest(self) -> None:
         """The wheels are made to stand, and the journey stays: it goes on with the next `step`, from zero speed.
@@ -122,7 +114,7 @@ class Navigator:
 
     def step(self, pose: Pose, now_s: float, reading: WheelReading | None) -> WheelCommand:
         """The wheel speeds from now on; `reading` is None if the wheels were not read since the last step."""
-        if self._state is not MotionState.MOVING:
+        if self.state is not MotionState.MOVING:
             return STANDSTILL
         if self._seen_s is None or reading is not None:
             self._seen_s = now_s
@@ -130,7 +122,7 @@ class Navigator:
             return self._fail(f"the wheels have not answered for {BLIND_LIMIT_S:.0f} s")
         if reading is not None and self._stall.stalled(self._command, reading, now_s):
             self._met_obstacle(now_s)
-        if self._state is MotionState.MOVING:
+        if self.state is MotionState.MOVING:
             self._command = self._go_on(pose, now_s, reading)
         return self._command
 
@@ -171,7 +163,7 @@ class Navigator:
 
     def _next_leg(self, pose: Pose) -> WheelCommand:
         if self._index + 1 == len(self._legs):
-            self._state = MotionState.ARRIVED
+            self.state = MotionState.ARRIVED
         else:
             self._index += 1
             self._start_leg(pose)
@@ -182,7 +174,7 @@ class Navigator:
         self._motion.start(Turn(wrap_angle(leg.heading_rad - pose.heading_rad)) if isinstance(leg, Face) else leg, pose)
 
     def _fail(self, reason: str) -> WheelCommand:
-        self._state, self._reason = MotionState.FAILED, reason
+        self.state, self.reason = MotionState.FAILED, reason
         self._command = STANDSTILL
         return STANDSTILL
 

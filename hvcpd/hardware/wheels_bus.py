@@ -9,12 +9,7 @@ import errno
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from dynamixel_sdk import (
-    BROADCAST_ID,
-    COMM_RX_CORRUPT,
-    COMM_SUCCESS,
-    INST_PING,
-)
+from dynamixel_sdk import BROADCAST_ID, COMM_RX_CORRUPT, COMM_SUCCESS, INST_PING
 
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.groups import group_of

@@ -159,11 +159,6 @@ class Store:
         """The names of all robots that were ever heard, the last heard at the end."""
         return tuple(name for (name,) in self._read("SELECT name FROM peers ORDER BY rowid"))
 
-    def count(self, name: str, by: int = 1) -> None:
-        """Add to a counter; one that is new begins at 0."""
-        query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = value + excluded.value"
-        self._write(query, (name, by))
-
     def raise_counter(self, name: str, value: int) -> None:
         """Remember a counter's value, unless a higher one is remembered."""
         query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = max(value, excluded.value)"

@@ -111,16 +111,13 @@ def to_ros(value: Any, dialect: Dialect) -> Any:
 
 def from_ros(message: Any, plain: type[T]) -> T:
     """Our message with the content of a ROS message."""
-    return plain(**{name: _plain(getattr(message, name), hint) for name, hint in field_types(plain).items()})
-
-
-def field_types(plain: Any) -> dict[str, Any]:
-    """Each field with its type, in ROS's order."""
-    return _field_types(plain)
+    hints = field_types(plain)  # type: ignore[arg-type]  # to mypy a class is not hashable
+    return plain(**{name: _plain(getattr(message, name), hint) for name, hint in hints.items()})
 
 
 @cache
-def _field_types(plain: Any) -> dict[str, Any]:
+def field_types(plain: Any) -> dict[str, Any]:
+    """Each field with its type, in ROS's order."""
     hints = get_type_hints(plain, include_extras=True)
     return {each.name: hints[each.name] for each in dataclasses.fields(plain)}
 

@@ -53,16 +53,12 @@ class Driving:
     def __init__(self) -> None:
         self._speeds = STAND
         self._stopped = False
-        self._goal: PlaceGoal | None = None
+        self.goal: PlaceGoal | None = None
+        """The goal that ROS's navigation has now."""
         self._finished: int | None = None
         self._told_s: float | None = None
         self._sent_s = -math.inf
         self._zeros_until_s = -math.inf
-
-    @property
-    def goal(self) -> PlaceGoal | None:
-        """The goal that ROS's navigation has now."""
-        return self._goal
 
     def begin(self, now_s: float) -> None:
         """Zero is commanded first: an earlier bridge that was killed may have left the base under way."""
@@ -103,9 +99,9 @@ class Driving:
 
     def finished(self, number: int) -> bool:
         """Navigation is done with that goal; whether it still mattered."""
-        if self._goal is None or self._goal.number != number:
+        if self.goal is None or self.goal.number != number:
             return False
-        self._goal, self._finished = None, number
+        self.goal, self._finished = None, number
         return True
 
     def _set(self, speeds: Speeds, now_s: float) -> None:
@@ -114,7 +110,7 @@ class Driving:
             self._zeros_until_s = now_s + ZEROS_S
 
     def _change_goal(self, goal: PlaceGoal | None) -> list[Order]:
-        before, self._goal = self._goal, goal
+        before, self.goal = self.goal, goal
         if goal == before:
             return []
         orders: list[Order] = [Cancel(before.number)] if before is not None else []
@@ -122,7 +118,7 @@ class Driving:
 
     def _command(self, now_s: float) -> list[Order]:
         wanted = self._speeds != STAND or self._stopped or now_s < self._zeros_until_s
-        if self._goal is not None or not wanted or now_s - self._sent_s < PERIOD_S - 1e-6:
+        if self.goal is not None or not wanted or now_s - self._sent_s < PERIOD_S - 1e-6:
             return []
         self._sent_s = now_s
         return [self._speeds]

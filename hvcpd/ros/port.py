@@ -104,7 +104,7 @@ class RosPort(ABC):
     def cancel(self, number: int) -> None:
         """Withdraw it."""
         if self._navigation is not None:
-            self._navigation.cancel(number)
+            self._navigation.client.cancel(number)
 
     def act(self, goal: Act, now_s: float) -> None:
         """Give a goal to the server of a skill's action; one that its type does not have fails."""
@@ -126,7 +126,7 @@ class RosPort(ABC):
             client.tick(now_s)
 
     def _clients(self) -> list[Any]:
-        return [*self._actions.values(), *([self._navigation] if self._navigation is not None else [])]
+        return [*self._actions.values(), *([self._navigation.client] if self._navigation is not None else [])]
 
     def _take(self, topic: Topic, message: Any) -> None:
         """Hand a message of a topic over to the bridge."""

@@ -23,10 +23,9 @@ from hvcpd.ros.action_topics import Link, TopicAction
 from hvcpd.ros.convert import Dialect, ros_class, to_ros
 from hvcpd.ros.master import MasterWatch, master_uri
 from hvcpd.ros.messages import Message, Twist
-from hvcpd.ros.move_base import MoveBase
+from hvcpd.ros.navigation import Navigation, move_base_left_m
 from hvcpd.ros.parameters import Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, RosPort, Wanted, skill_listener
-from hvcpd.ros.skills import RosAction
+from hvcpd.ros.port import NODE, QUEUE, Listener, Report, RosPort, Wanted, skill_listener
 from hvcpd.ros.topics import Topic
 
 DEBIAN_PACKAGES = Path("/usr/lib/python3/dist-packages")
@@ -77,8 +76,11 @@ class Ros1Port(RosPort):
         }
         for topic in topics.subscribed(wanted.ros_drives):
             self._subscribe(topic)
-        self._navigation = self._make_move_base() if wanted.takes_goals else None
-        self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
+        self._navigation = self._make_navigation() if wanted.takes_goals else None
+        self._actions = {
+            skill: self._make_client(each.action, each.type, f"what does {skill!r}", skill_listener(report))
+            for skill, each in wanted.actions.items()
+        }
         self._rospy.on_shutdown(self._say_last_words)
         core: Any = import_module("rospy.core")
         core.add_preshutdown_hook(self._dismiss)
@@ -134,29 +136,17 @@ class Ros1Port(RosPort):
         kind = class_of(topic.type.ROS_TYPE)
         self._rospy.Subscriber(topic.name, kind, partial(self._take, topic), queue_size=QUEUE, tcp_nodelay=True)
 
-    def _make_move_base(self) -> MoveBase:
-        name = self.parameters.action or "move_base"
-        link = self._link_to(name, "move_base_msgs/MoveBase")
-        client = MoveBase(name, self.parameters.map_frame, link, self._ended, self._progress, self._dialect)
-        self._listen_to(name, "move_base_msgs/MoveBase", client)
-        return client
+    def _make_navigation(self) -> Navigation:
+        name, frame = self.parameters.action or "move_base", self.parameters.map_frame
+        make = partial(self._make_client, name, "move_base_msgs/MoveBase", "move_base")
+        return Navigation(make, "target_pose", frame, self._dialect, self._report, move_base_left_m)
 
-    def _make_action(self, skill: str, action: RosAction) -> TopicAction:
-        link, listener = self._link_to(action.action, action.type), skill_listener(self._report)
-        client = TopicAction(action.action, action.type, link, listener, self._dialect, f"what does {skill!r}")
-        self._listen_to(action.action, action.type, client)
-        return client
-
-    def _link_to(self, name: str, kind: str) -> Link:
+    def _make_client(self, name: str, kind: str, whose: str, listener: Listener) -> TopicAction:
         goals = self._publisher(f"{name}/goal", f"{kind}ActionGoal")
         cancels = self._publisher(f"{name}/cancel", "actionlib_msgs/GoalID")
-        return Link(
-            goals.publish,
-            cancels.publish,
-            lambda: goals.get_num_connections() > 0 and cancels.get_num_connections() > 0,
-        )
-
-    def _listen_to(self, name: str, kind: str, client: TopicAction) -> None:
+        ends = (goals, cancels)
+        link = Link(goals.publish, cancels.publish, lambda: all(each.get_num_connections() > 0 for each in ends))
+        client = TopicAction(name, kind, link, listener, self._dialect, whose)
         take: tuple[tuple[str, str, Callable[[Any, float], None]], ...] = (
             ("status", "actionlib_msgs/GoalStatusArray", client.take_status),
             ("feedback", f"{kind}ActionFeedback", client.take_feedback),
@@ -164,16 +154,11 @@ class Ros1Port(RosPort):
         )
         for suffix, message, taker in take:
             self._rospy.Subscriber(f"{name}/{suffix}", class_of(message), self._in_turn(taker), queue_size=QUEUE)
+        return client
 
     def _in_turn(self, take: Callable[[Any, float], None]) -> Callable[[Any], None]:
         """A callback that has the loop's thread take the message."""
         return lambda message: self._report(lambda _, now_s: take(message, now_s))
-
-    def _ended(self, number: int, arrived: bool, reason: str) -> None:
-        self._report(lambda bridge, _: bridge.goal_ended(number, arrived, reason))
-
-    def _progress(self, number: int, way_left_m: float) -> None:
-        self._report(lambda bridge, _: bridge.goal_progress(number, way_left_m))
 
 
 def class_of(ros_type: str) -> Any:

@@ -13,10 +13,9 @@ from hvcpd.ros import topics
 from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.convert import OWN, Dialect, ros_class, to_ros
 from hvcpd.ros.messages import Message, Twist
-from hvcpd.ros.nav2 import Nav2
+from hvcpd.ros.navigation import Navigation, nav2_left_m
 from hvcpd.ros.parameters import NAMES, Parameters, parameters_from
-from hvcpd.ros.port import NODE, QUEUE, Report, RosPort, Wanted, skill_listener
-from hvcpd.ros.skills import RosAction
+from hvcpd.ros.port import NODE, QUEUE, Listener, Report, RosPort, Wanted, skill_listener
 from hvcpd.ros.topics import Topic
 
 JOIN_S = 2.0
@@ -115,8 +114,11 @@ class RclpyPort(RosPort):
                     self._publish_on(topic)
             for topic in topics.subscribed(wanted.ros_drives):
                 self._subscribe(topic)
-            self._navigation = self._make_nav2() if wanted.takes_goals else None
-            self._actions = {skill: self._make_action(skill, action) for skill, action in wanted.actions.items()}
+            self._navigation = self._make_navigation() if wanted.takes_goals else None
+            self._actions = {
+                skill: self._make_client(each.action, each.type, f"what does {skill!r}", skill_listener(self._report))
+                for skill, each in wanted.actions.items()
+            }
         except Exception:  # whatever it is, no half of a node is left behind
             self._clean_up()
             raise
@@ -197,16 +199,12 @@ class RclpyPort(RosPort):
         kind, taken = class_of(topic.type.ROS_TYPE), partial(self._take, topic)
         self._subscriptions.append(self._node.create_subscription(kind, topic.name, taken, self._qos(topic)))
 
-    def _make_nav2(self) -> Nav2:
-        name = self.parameters.action or "navigate_to_pose"
-        server = self._server(name, "nav2_msgs/NavigateToPose", "Nav2")
-        return Nav2(server, self.parameters.map_frame, self._dialect, self._in_turn, self._report)
+    def _make_navigation(self) -> Navigation:
+        name, frame = self.parameters.action or "navigate_to_pose", self.parameters.map_frame
+        make = partial(self._make_client, name, "nav2_msgs/NavigateToPose", "Nav2")
+        return Navigation(make, "pose", frame, self._dialect, self._report, nav2_left_m)
 
-    def _make_action(self, skill: str, action: RosAction) -> RclpyAction:
-        server = self._server(action.action, action.type, f"what does {skill!r}")
-        return RclpyAction(server, skill_listener(self._report), self._in_turn)
-
-    def _server(self, name: str, ros_type: str, whose: str) -> Server:
+    def _make_client(self, name: str, ros_type: str, whose: str, listener: Listener) -> RclpyAction:
         package, kind_name = ros_type.split("/")
         try:
             kind: Any = getattr(import_module(f"{package}.action"), kind_name)
@@ -217,7 +215,8 @@ class RclpyPort(RosPort):
             ) from None
         action: Any = import_module("rclpy.action")
         self._action_clients.append(action.ActionClient(self._node, kind, name))
-        return Server(name, self._action_clients[-1], kind.Goal, whose)
+        server = Server(name, self._action_clients[-1], kind.Goal, whose)
+        return RclpyAction(server, listener, self._in_turn)
 
     def _in_turn(self, happening: Callable[[], None]) -> None:
         self._report(lambda _, __: happening())

@@ -152,7 +152,7 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
     scale = voice.formant_scale
     placed = [replace(item, phone=item.phone.scaled(scale)) for item in place(phones, voice.rate, final)]
     return Controls(
-        duration_s=placed[-1].end_s + breath_after_s(placed) + (TAIL_S if final else LEAD_S),
+        duration_s=placed[-1].end_s + breath_after_s(placed[-1].phone) + (TAIL_S if final else LEAD_S),
         f0_hz=pitch(placed, voice, final, declination),
         voicing_db=voicing(placed, final),
         aspiration_db=aspiration(placed, voice, final),

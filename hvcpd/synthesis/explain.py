@@ -93,13 +93,10 @@ def _onset(phones: Sequence[str], vowel: int) -> int:
     while run < vowel and not is_vowel(phones[vowel - run - 1]):
         run += 1
     if run >= 2 and PHONES[phones[vowel - 1]].kind is Kind.GLIDE:
-        return (
-            3
-            if run >= 3 and phones[vowel - 3] == "S"
-            else 2
-            if PHONES[phones[vowel - 2]].kind in (Kind.STOP, Kind.FRICATIVE)
-            else 1
-        )
+        if run >= 3 and phones[vowel - 3] == "S":
+            return 3
+        if PHONES[phones[vowel - 2]].kind in (Kind.STOP, Kind.FRICATIVE):
+            return 2
     return min(run, 1)
 
 

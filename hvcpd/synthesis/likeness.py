@@ -12,43 +12,10 @@ from itertools import product
 from hvcpd.language.phrasebook import RESERVED_WORDS
 from hvcpd.synthesis.lexicon import Lexicon
 
-_SIMILAR_CONSONANTS = (
-    "P T K",
-    "B D G",
-    "F TH S",
-    "V DH Z",
-    "M N NG",
-    "S SH",
-    "Z ZH",
-    "CH JH",
-    "P B",
-    "T TT D DD",
-    "K G",
-    "F V",
-    "S Z",
-    "L W",
-    "R W",
-)
+_SIMILAR_CONSONANTS = "P T K, B D G, F TH S, V DH Z, M N NG, S SH, Z ZH, CH JH, P B, T TT D DD, K G, F V, S Z, L W, R W"
 _SIMILAR_VOWELS = (
-    "IY IH EY",
-    "EH AE AH",
-    "AA AO AH",
-    "UW UH",
-    "OW AO",
-    "ER AH",
-    "AY AA",
-    "AW AA",
-    "OY AO",
-    "IH EH",
-    "OH AA AH",
-    "OH AO:",
-    "AX: ER AH",
-    "AX: EH:",
-    "EH EH:",
-    "AXW UH",
-    "AXW AX:",
-    "IA IY IH",
-    "IA EH:",
+    "IY IH EY, EH AE AH, AA AO AH, UW UH, OW AO, ER AH, AY AA, AW AA, OY AO, IH EH, OH AA AH, OH AO:, AX: ER AH, "
+    "AX: EH:, EH EH:, AXW UH, AXW AX:, IA IY IH, IA EH:"
 )
 SIMILAR_COST = 0.4
 """Of one phone in place of a similar one; another phone, a missing or an additional one costs 1."""
@@ -57,7 +24,7 @@ ALIKE_BELOW = 1.0
 
 
 def _pairs() -> frozenset[frozenset[str]]:
-    groups = [group.split() for group in (*_SIMILAR_CONSONANTS, *_SIMILAR_VOWELS)]
+    groups = [group.split() for group in f"{_SIMILAR_CONSONANTS}, {_SIMILAR_VOWELS}".split(", ")]
     return frozenset(frozenset(pair) for group in groups for pair in product(group, group) if pair[0] != pair[1])
 
 

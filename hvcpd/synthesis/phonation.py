@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from hvcpd.synthesis.allophones import OFF_DB
 from hvcpd.synthesis.klatt import Track
-from hvcpd.synthesis.phones import Kind
+from hvcpd.synthesis.phones import Kind, Phone
 from hvcpd.synthesis.placement import TAIL_S, Breakpoints, Placed
 from hvcpd.synthesis.voices import Voice
 
@@ -42,11 +42,12 @@ RAMP_S = 0.012
 """Time in which a source is switched on or off."""
 
 
-def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], final: bool, fall_db: float = 0.0) -> Track:
-    """A track of (start, end, dB) stretches with ramps between; before a pause it falls by `fall_db` and dies away."""
-    before = levels[0][2]
+def _steps(end_s: float, levels: Sequence[tuple[float, float]], final: bool, fall_db: float = 0.0) -> Track:
+    """A track of levels, each from its time on (s, dB), with ramps between; before a pause it falls by `fall_db` and
+    dies away."""
+    before = levels[0][1]
     points = Breakpoints([0.0], [before])
-    for start, _end, level in levels[1:]:
+    for start, level in levels[1:]:
         points.add(start - 0.5 * RAMP_S, before)
         points.add(start + 0.5 * RAMP_S, level)
         before = level
@@ -60,52 +61,39 @@ def _steps(end_s: float, levels: Sequence[tuple[float, float, float]], final: bo
 
 def voicing(placed: Sequence[Placed], final: bool) -> Track:
     """Return the level of the voice, dB relative to a stressed vowel."""
-    return _steps(placed[-1].end_s, _voicing(placed), final, FALL_DB)
-
-
-def _voicing(placed: Sequence[Placed]) -> list[tuple[float, float, float]]:
-    stretches: list[tuple[float, float, float]] = []
+    levels: list[tuple[float, float]] = []
     for number, item in enumerate(placed):
         level = {0: -2.5, 1: 0.0, 2: -1.0}[item.stress] if item.phone.kind is Kind.VOWEL else item.phone.voicing_db
-        start = item.start_s
-        if number:
-            start += placed[number - 1].phone.aspiration_s if placed[number - 1].phone.kind is Kind.STOP else 0.0
-        if start > item.start_s:
-            stretches.append((item.start_s, start, OFF_DB))
-        stretches.append((min(start, item.end_s), item.end_s, level))
-    return stretches
+        breath_s = breath_after_s(placed[number - 1].phone) if number else 0.0
+        if breath_s > 0.0:
+            levels.append((item.start_s, OFF_DB))
+        levels.append((min(item.start_s + breath_s, item.end_s), level))
+    return _steps(placed[-1].end_s, levels, final, FALL_DB)
 
 
-def breath_after_s(placed: Sequence[Placed]) -> float:
-    """Return how long a word's last stop breathes after its burst, s."""
-    return placed[-1].phone.aspiration_s if placed[-1].phone.kind is Kind.STOP else 0.0
+def breath_after_s(phone: Phone) -> float:
+    """Return how long a stop breathes after its burst, s; 0 for every other phone."""
+    return phone.aspiration_s if phone.kind is Kind.STOP else 0.0
 
 
 def aspiration(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:
     """Return the level of the breath, dB relative to a vowel."""
-    end_s = placed[-1].end_s + breath_after_s(placed)
-    return _steps(end_s, _aspiration(placed, voice.breathiness_db), final)
-
-
-def _aspiration(placed: Sequence[Placed], breath_db: float) -> list[tuple[float, float, float]]:
-    stretches: list[tuple[float, float, float]] = []
+    levels: list[tuple[float, float]] = []
     for number, item in enumerate(placed):
-        before = placed[number - 1].phone if number else None
-        start = item.start_s
-        if before is not None and before.kind is Kind.STOP and before.aspiration_s > 0.0:
-            start = min(item.end_s, start + before.aspiration_s)
-            stretches.append((item.start_s, start, ASPIRATION_DB))
+        breath_s = breath_after_s(placed[number - 1].phone) if number else 0.0
+        if breath_s > 0.0:
+            levels.append((item.start_s, ASPIRATION_DB))
         if item.phone.kind is Kind.BREATH:
             level = item.phone.noise_db
         elif item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL):
-            level = breath_db
+            level = voice.breathiness_db
         else:
             level = OFF_DB
-        stretches.append((start, item.end_s, level))
-    last = placed[-1]
-    if last.phone.kind is Kind.STOP and last.phone.aspiration_s > 0.0:
-        stretches.append((last.end_s, last.end_s + last.phone.aspiration_s, ASPIRATION_DB))
-    return stretches
+        levels.append((min(item.start_s + breath_s, item.end_s), level))
+    end_s, breath_s = placed[-1].end_s, breath_after_s(placed[-1].phone)
+    if breath_s > 0.0:
+        levels.append((end_s, ASPIRATION_DB))
+    return _steps(end_s + breath_s, levels, final)
 
 
 def maximum_voiced(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:
@@ -113,9 +101,8 @@ def maximum_voiced(placed: Sequence[Placed], voice: Voice, final: bool) -> Track
     points = Breakpoints([], [])
     breathy = 2.0 ** (-(voice.breathiness_db + 36.0) / 30.0)
     for item in placed:
-        hz = VOICED_HZ.get(item.phone.kind, 900.0) - (
-            UNSTRESSED_HZ if item.phone.kind is Kind.VOWEL and not item.stress else 0.0
-        )
+        hz = VOICED_HZ.get(item.phone.kind, 900.0)
+        hz -= UNSTRESSED_HZ if item.phone.kind is Kind.VOWEL and not item.stress else 0.0
         points.add(item.start_s + 0.01, hz * breathy)
         points.add(item.end_s - 0.01, hz * breathy)
     if final:

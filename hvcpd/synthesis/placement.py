@@ -69,14 +69,11 @@ def place(phones: Sequence[str], rate: float, final: bool) -> list[Placed]:
         phone = allophone(phones, number)
         if phone.kind is Kind.STOP and number == len(phones) - 1 and not final:
             phone = replace(phone, aspiration_s=min(phone.aspiration_s, LINKED_BREATH_S))
+        release = end = now + length_s / rate
         if phone.kind is Kind.STOP:
-            release = now + length_s / rate
-            end = release + BURST_S
+            end += BURST_S
         elif phone.kind is Kind.AFFRICATE:
-            release = now + length_s / rate
-            end = release + phone.aspiration_s / rate
-        else:
-            release = end = now + length_s / rate
+            end += phone.aspiration_s / rate
         if phone.end_hz is not None:
             phone = _undershot(phone, phone.end_hz, length_s / rate)
         placed.append(Placed(name.rstrip("012"), phone, stress_of(name), now, release, end))
@@ -90,15 +87,8 @@ def _undershot(phone: Phone, end_hz: Triple, length_s: float) -> Phone:
     """A diphthong as far as it gets in its time: its formants move at one and the same speed, so that a short one ends
     before its target (Gay, "Effect of speaking rate on diphthong formant movements", JASA 44, 1968)."""
     way = min(1.0, length_s / (FULL_GLIDE * phone.inherent_s))
-    start = phone.target_hz
-    return replace(
-        phone,
-        end_hz=(
-            start[0] + way * (end_hz[0] - start[0]),
-            start[1] + way * (end_hz[1] - start[1]),
-            start[2] + way * (end_hz[2] - start[2]),
-        ),
-    )
+    f1, f2, f3 = (start + way * (end - start) for start, end in zip(phone.target_hz, end_hz, strict=True))
+    return replace(phone, end_hz=(f1, f2, f3))
 
 
 def _give_aspiration(placed: list[Placed]) -> list[Placed]:
@@ -109,13 +99,7 @@ def _give_aspiration(placed: list[Placed]) -> list[Placed]:
         after_stop = number > 0 and placed[number - 1].phone.kind is Kind.STOP
         weak = item.phone.kind is Kind.VOWEL and not item.stress
         extra = (WEAK_BREATH if weak else 0.5) * placed[number - 1].phone.aspiration_s if after_stop else 0.0
-        out.append(
-            replace(
-                item,
-                start_s=item.start_s + shift,
-                release_s=item.release_s + shift + extra,
-                end_s=item.end_s + shift + extra,
-            )
-        )
+        release_s, end_s = item.release_s + shift + extra, item.end_s + shift + extra
+        out.append(replace(item, start_s=item.start_s + shift, release_s=release_s, end_s=end_s))
         shift += extra
     return out

@@ -25,13 +25,13 @@ def test_what_was_kept_is_there_after_a_restart(path: Path) -> None:
         store.save_task(GREEN)
         store.append_transcript(HEARD)
         store.save_peer(PeerRecord("Bot", "plant", 3.0))
-        store.count("garbled")
-        store.count("garbled", 4)
+        store.raise_counter("due 1", 5)
+        store.raise_counter("due 1", 4)
     with closing(Store(path)) as again:
         assert again.tasks() == (GREEN,)
         assert again.transcript() == (HEARD,)
         assert again.peers() == (PeerRecord("Bot", "plant", 3.0),)
-        assert again.counters() == {"garbled": 5}
+        assert again.counters() == {"due 1": 5}
 
 
 def test_what_was_kept_is_there_after_a_crash(path: Path) -> None:

@@ -8,9 +8,9 @@ import pytest
 
 from hil_fakes.ros_actions import ROS2_ABORTED, ROS2_CANCELED, ROS2_SUCCEEDED, Asked, RclpyServer
 from hvcpd.ports import PlaceGoal
-from hvcpd.ros.action_rclpy import ANSWER_S, Server
+from hvcpd.ros.action_rclpy import ANSWER_S, RclpyAction, Server
 from hvcpd.ros.bridge import Bridge
-from hvcpd.ros.nav2 import Nav2
+from hvcpd.ros.navigation import Navigation, nav2_left_m
 from hvcpd.ros.parameters import Parameters
 from tests.e2e import ros_robot
 from tests.ros.talk import moving
@@ -27,18 +27,21 @@ class Scene:
         self.nav2 = RclpyServer()
         self.bridge = Bridge(True, Parameters())
         self.bridge.begin(0.0)
-        self.client = Nav2(
-            Server("navigate_to_pose", self.nav2, SimpleNamespace, "Nav2"),
+        server = Server("navigate_to_pose", self.nav2, SimpleNamespace, "Nav2")
+        self.navigation = Navigation(
+            lambda listener: RclpyAction(server, listener, lambda happening: happening()),
+            "pose",
             "map",
             dialect(),
-            lambda happening: happening(),
             lambda happening: happening(self.bridge, 0.0),
+            nav2_left_m,
         )
+        self.client = self.navigation.client
 
     def go(self, number: int) -> Asked:
         """The daemon wants that goal, and the bridge asks for it."""
         self.bridge.from_daemon(moving(0.0, goal=number), 0.0, 0.0)
-        self.client.go(PlaceGoal(number, 3.0, 4.0), 0.0, 7.5)
+        self.navigation.go(PlaceGoal(number, 3.0, 4.0), 0.0, 7.5)
         return self.nav2.asked[-1]
 
     def told(self) -> list[tuple[int, bool, str]]:

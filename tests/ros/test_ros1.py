@@ -13,10 +13,10 @@ from hypothesis import given
 from hvcpd import __version__
 from hvcpd.errors import ConfigError
 from hvcpd.ports import PlaceGoal
-from hvcpd.ros.action_topics import SILENT_S, Link
+from hvcpd.ros.action_topics import SILENT_S, Link, TopicAction
 from hvcpd.ros.convert import OWN, Dialect, definition, from_ros, ros_class, to_ros
 from hvcpd.ros.messages import DiagnosticArray, Message, Odometry, TFMessage
-from hvcpd.ros.move_base import MoveBase
+from hvcpd.ros.navigation import Navigation, move_base_left_m
 from hvcpd.ros.ros1 import find_rospy, read_parameters
 from tests.e2e import ros_robot
 from tests.ros.samples import MESSAGES, messages
@@ -161,14 +161,26 @@ class Server:
         self.ended: list[tuple[int, bool, str]] = []
         self.left_m: list[float] = []
         self.connected = True
-        self.client = MoveBase(
-            "move_base",
+        link = Link(self.goals.append, self.cancels.append, lambda: self.connected)
+        self.navigation = Navigation(
+            lambda listener: TopicAction(
+                "move_base", "move_base_msgs/MoveBase", link, listener, dialect(), "move_base"
+            ),
+            "target_pose",
             "map",
-            Link(self.goals.append, self.cancels.append, lambda: self.connected),
-            lambda *how: self.ended.append(how),
-            lambda _, way_m: self.left_m.append(way_m),
             dialect(),
+            lambda happening: happening(self, 0.0),
+            move_base_left_m,
         )
+        self.client = self.navigation.client
+
+    def goal_ended(self, *how: Any) -> None:
+        """As the bridge has it."""
+        self.ended.append(how)
+
+    def goal_progress(self, _number: int, way_left_m: float) -> None:
+        """As the bridge has it."""
+        self.left_m.append(way_left_m)
 
     def result(self, status: int, text: str = "", which: int = -1) -> None:
         message = ros_class("move_base_msgs/MoveBaseActionResult")()
@@ -179,7 +191,7 @@ class Server:
 
 def test_a_goal_has_the_place_in_the_maps_frame_and_its_result_is_told() -> None:
     server = Server()
-    server.client.go(PlaceGoal(4, 1.0, 2.0), 0.0, 99.5)
+    server.navigation.go(PlaceGoal(4, 1.0, 2.0), 0.0, 99.5)
     sent = through_bytes(server.goals[0])
     target = sent.goal.target_pose
     assert (target.header.frame_id, target.header.stamp.secs) == ("map", 99)
@@ -193,7 +205,7 @@ def test_a_goal_has_the_place_in_the_maps_frame_and_its_result_is_told() -> None
 )
 def test_a_goal_that_was_not_reached_is_told_with_the_reason(status: int, word: str) -> None:
     server = Server()
-    server.client.go(PlaceGoal(4, 1.0, 2.0), 0.0, 0.0)
+    server.navigation.go(PlaceGoal(4, 1.0, 2.0), 0.0, 0.0)
     server.result(status, "wall")
     ((number, arrived, reason),) = server.ended
     assert (number, arrived) == (4, False)
@@ -203,8 +215,8 @@ def test_a_goal_that_was_not_reached_is_told_with_the_reason(status: int, word: 
 
 def test_results_of_other_goals_do_not_count() -> None:
     server = Server()
-    server.client.go(PlaceGoal(1, 0.0, 0.0), 0.0, 0.0)
-    server.client.go(PlaceGoal(2, 0.0, 0.0), 0.0, 0.0)
+    server.navigation.go(PlaceGoal(1, 0.0, 0.0), 0.0, 0.0)
+    server.navigation.go(PlaceGoal(2, 0.0, 0.0), 0.0, 0.0)
     server.result(2, which=0)
     assert server.ended == []
     server.client.cancel(1)
@@ -217,7 +229,7 @@ def test_results_of_other_goals_do_not_count() -> None:
 
 def test_feedback_tells_how_far_it_is_and_a_silent_server_fails() -> None:
     server = Server()
-    server.client.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
+    server.navigation.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
     message = ros_class("move_base_msgs/MoveBaseActionFeedback")()
     message.status.goal_id.id = server.goals[0].goal_id.id
     server.client.take_feedback(message, 2.0)
@@ -232,11 +244,11 @@ def test_feedback_tells_how_far_it_is_and_a_silent_server_fails() -> None:
 def test_nothing_is_sent_to_a_server_that_is_not_connected_yet() -> None:
     server = Server()
     server.connected = False
-    server.client.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
+    server.navigation.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
     server.client.tick(0.1)
     assert server.goals == []
     server.client.cancel(1)
-    server.client.go(PlaceGoal(2, 1.0, 1.0), 0.2, 0.0)
+    server.navigation.go(PlaceGoal(2, 1.0, 1.0), 0.2, 0.0)
     server.connected = True
     server.client.tick(0.3)
     server.client.tick(0.4)
@@ -247,7 +259,7 @@ def test_nothing_is_sent_to_a_server_that_is_not_connected_yet() -> None:
 def test_a_server_that_never_connects_fails_the_goal_though_its_status_is_heard() -> None:
     server = Server()
     server.connected = False
-    server.client.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
+    server.navigation.go(PlaceGoal(1, 3.0, 4.0), 0.0, 0.0)
     server.client.take_status(None, SILENT_S)
     server.client.tick(SILENT_S + 0.1)
     assert [(number, arrived) for number, arrived, _ in server.ended] == [(1, False)]
