@@ -273,7 +273,7 @@ def main() -> None:
     about = {
         "date": datetime.now(UTC).date().isoformat(),
         "data": [path.name for path in o.data],
-        "from": None if o.begun is None else json.loads(str(np.load(o.begun)["about"])),
+        "from": None if o.begun is None else str(o.begun),
         "seed": o.seed,
         "minutes": o.minutes,
         "steps": step,
