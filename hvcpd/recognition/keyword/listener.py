@@ -124,8 +124,8 @@ class RecentSound:
 
 def _is_over(heard: Samples, rest: Samples, word: slice, told: slice) -> bool:
     """Whether anything was said over a sentence at the word: `rest`, what is left of `heard` without the sentence, is a
-    larger share there than beside it. A poorly known sentence leaves itself everywhere, and with it what sounds like the
-    word."""
+    larger share there than beside it. A poorly known sentence leaves itself everywhere, and what sounds like the word
+    with it."""
     beside = [slice(told.start, min(word.start, told.stop)), slice(max(word.stop, told.start), told.stop)]
     share_there = _power(rest, [word]) / max(_power(heard, [word]), np.finfo(np.float32).tiny)
     power = _power(heard, beside)
