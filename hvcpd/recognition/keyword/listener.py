@@ -11,7 +11,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.fitted import logistic, logit
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, TINY, energies_of
 from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Verdict
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, Kept, joined, kept
@@ -127,7 +127,7 @@ def _is_over(heard: Samples, rest: Samples, word: slice, told: slice) -> bool:
     larger share there than beside it. A poorly known sentence leaves itself everywhere, and what sounds like the word
     with it."""
     beside = [slice(told.start, min(word.start, told.stop)), slice(max(word.stop, told.start), told.stop)]
-    share_there = _power(rest, [word]) / max(_power(heard, [word]), np.finfo(np.float32).tiny)
+    share_there = _power(rest, [word]) / max(_power(heard, [word]), TINY)
     power = _power(heard, beside)
     share_beside = _power(rest, beside) / power if power > 0.0 else 1.0
     if share_beside > 1.0 - LEAST_EXPLAINED:
