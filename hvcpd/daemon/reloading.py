@@ -18,7 +18,7 @@ from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring, wire_up
-from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, unwritable
+from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, writing
 from hvcpd.hardware.files import write_whole
 from hvcpd.people.enrolled import Person
 
@@ -119,10 +119,8 @@ class Reloader:
             if not finding.ok:
                 raise ConfigError(finding.text)
         if changes is not None:
-            try:
+            with writing(path, NotDoneError, otherwise="see who may write there"):
                 write_whole(path, changes.text())
-            except OSError as error:
-                raise NotDoneError(unwritable(path, error, "see who may write there")) from None
         return loaded, wiring
 
     def _take(self, loaded: Loaded, read: Wiring) -> dict[str, Any]:

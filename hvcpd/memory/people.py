@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
-from hvcpd.errors import StoreError, unwritable
+from hvcpd.errors import StoreError, writing
 from hvcpd.memory import PEOPLE_FOLDER
 from hvcpd.people.bands import N_BANDS as NET_BANDS
 from hvcpd.people.enrolled import (
@@ -74,7 +74,7 @@ def write_person(path: Path, person: Person) -> None:
     arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
     head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
     partial = path.with_name(f".{path.name}.new")
-    try:
+    with writing(path, StoreError, otherwise="run this as the daemon's user, or name another place"):
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.unlink(missing_ok=True)
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
@@ -88,8 +88,6 @@ def write_person(path: Path, person: Person) -> None:
             file.flush()
             os.fsync(file.fileno())
         partial.replace(path)
-    except OSError as error:
-        raise StoreError(unwritable(path, error, "run this as the daemon's user, or name another place")) from error
 
 
 def remove_person(path: Path) -> bool:

@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
 
-from hvcpd.errors import KeyFileError, unwritable
+from hvcpd.errors import KeyFileError, writing
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 
 CREDENTIAL = "hvcpd.key"
@@ -184,7 +184,7 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
     `replaces` also if there is one."""
     target = Path(os.path.realpath(path))
     partial = target.with_name(target.name + ".new")
-    try:
+    with writing(path, KeyFileError, "the key: ", "name another with --key"):
         if path.exists() and not replaces:
             raise KeyFileError(f"{path}: there is a key already; change it with: {key_command('rotate', path)}")
         partial.unlink(missing_ok=True)
@@ -194,8 +194,6 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
             file.flush()
             os.fsync(file.fileno())
         partial.replace(target)
-    except OSError as error:
-        raise KeyFileError(f"the key: {unwritable(path, error, 'name another with --key')}") from None
 
 
 @contextmanager
