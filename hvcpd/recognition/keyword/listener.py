@@ -11,7 +11,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.fitted import logistic, logit
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, TINY, energies_of
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Verdict
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, Kept, joined, kept
@@ -32,9 +32,9 @@ BEFORE = 3 * SAMPLE_RATE_HZ // 2
 NOISE_POWER = 0.1
 """Of the noise with which an uncertain word is heard again, relative to the word's mean power (10 dB)."""
 LEAST_OVER = 0.1
-"""Of the power at a word, what a call over the sentence adds at least; less (10 dB below the sentence) is chance. In 54
-checks of calls over robots it was 0.18 and more (`benchmarks.stop`, seed 8200); where "Siobhan" sounded like the word,
-0.0 (`simulate`, seed 4). Chosen by these."""
+"""By this share a sentence explains less of the sound at a word over which somebody calls than beside it; a smaller
+difference (a call 10 dB below it) is chance. In 54 checks of calls over robots it was 0.18 and more (`benchmarks.stop`,
+seed 8200); where "Siobhan" sounded like the word, 0.0 (`simulate`, seed 4). Chosen by these."""
 LEAST_EXPLAINED = 0.1
 """Of a sentence's power. From one of which less is known nothing follows."""
 CHECKED_BEFORE_S = 1.6
@@ -123,20 +123,20 @@ class RecentSound:
 
 
 def _is_over(heard: Samples, rest: Samples, word: slice, told: slice) -> bool:
-    """Whether anything was said over a sentence at the word: `rest`, what is left of `heard` without the sentence, is a
-    larger share there than beside it. A poorly known sentence leaves itself everywhere, and what sounds like the word
-    with it."""
-    beside = [slice(told.start, min(word.start, told.stop)), slice(max(word.stop, told.start), told.stop)]
-    share_there = _power(rest, [word]) / max(_power(heard, [word]), TINY)
-    power = _power(heard, beside)
-    share_beside = _power(rest, beside) / power if power > 0.0 else 1.0
-    if share_beside > 1.0 - LEAST_EXPLAINED:
-        return True
-    return share_there - share_beside >= LEAST_OVER * (1.0 - share_beside)
+    """Whether anything was said over a sentence at the word: it explains less of `heard` there than beside it; `rest`
+    is what is left without it. A poorly known sentence leaves itself everywhere, and what sounds like the word with
+    it."""
+    before, after = slice(told.start, min(word.start, told.stop)), slice(max(word.stop, told.start), told.stop)
+    beside = _explained(heard, rest, before, after)
+    return beside < LEAST_EXPLAINED or _explained(heard, rest, word) <= (1.0 - LEAST_OVER) * beside
 
 
-def _power(sound: Samples, where: Sequence[slice]) -> float:
-    return float(sum(np.sum(np.square(sound[each], dtype=np.float64)) for each in where))
+def _explained(heard: Samples, rest: Samples, *where: slice) -> float:
+    """The share of the power of `heard` there that is not in `rest`; 0 where there is no sound."""
+    total, left = (
+        sum(float(np.sum(np.square(sound[each], dtype=np.float64))) for each in where) for sound in (heard, rest)
+    )
+    return 1.0 - left / total if total > 0.0 else 0.0
 
 
 def _white(n: int) -> Samples:
