@@ -205,9 +205,7 @@ class Trial:
             back = event.fault in (Fault.HANG, Fault.DEAD_MOTOR) and event.until_s <= now_s  # and drives on
             if charged or back or (event.fault is Fault.OBSTACLE and not self._strains(event, now_s)):
                 self._calls.remove(event)
-            elif since_s < 0.0:
-                continue
-            elif self.robot.fastest_rad_s <= STANDING_RAD_S:
+            elif since_s >= 0.0 and self.robot.fastest_rad_s <= STANDING_RAD_S:
                 self._calls.remove(event)
                 known_s = self.verdict.stop_s.get(event.fault, 0.0)
                 self.verdict.stop_s[event.fault] = max(known_s, since_s)

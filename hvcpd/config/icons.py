@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import unicodedata
 from itertools import pairwise
+from unicodedata import category
 
 from hvcpd.errors import did_you_mean
 
@@ -26,15 +26,14 @@ def valid_icon(icon: str) -> str | None:
 
 def is_one_character(text: str) -> bool:
     """Whether the text is shown as one visible character (a grapheme cluster, UAX #29, as far as emoji need it)."""
-    if not text or unicodedata.category(text[0])[0] in "CMZ" or _extends(text[0]):
+    if not text or category(text[0])[0] in "CMZ" or _extends(text[0]):
         return False
     if len(text) == 2 and all("\U0001f1e6" <= letter <= "\U0001f1ff" for letter in text):  # a country's flag
         return True
     if text[-1] == _JOINER:
         return False
-    kinds = ((before, this, unicodedata.category(this)) for before, this in pairwise(text))
-    return all(_extends(this) or (before == _JOINER and kind == "So") for before, this, kind in kinds)
+    return all(_extends(this) or (last == _JOINER and category(this) == "So") for last, this in pairwise(text))
 
 
 def _extends(letter: str) -> bool:
-    return letter == _JOINER or letter in _EXTENDING or unicodedata.category(letter)[0] == "M"
+    return letter == _JOINER or letter in _EXTENDING or category(letter)[0] == "M"

@@ -193,12 +193,11 @@ class Scene:
                 "hearsay": task["hearsay"],
                 "state": "failed" if was_given_up(task) else task["state"],
                 "name": clean(task["name"]),
-                "owner": owner,
+                "owner": (owner := clean(task["owner"] or "")),
                 "mark": badge(task.get("icon", ""), task["name"]),
                 "slot": self._slots.of(owner) if owner else None,
             }
             for task in self._tasks
-            for owner in [clean(task["owner"] or "")]
         ]
         return {"kind": "board", "tasks": rows}
 

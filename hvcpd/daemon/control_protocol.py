@@ -95,17 +95,17 @@ def checked_arguments(request: Request, known: Mapping[str, tuple[type, ...]]) -
 
 def reply_line(mark: Id, result: Mapping[str, Any]) -> bytes:
     """A command's result as a line."""
-    return event_line({"id": mark, "ok": True, "result": result})
+    return _line({"id": mark, "ok": True, "result": result})
 
 
 def refusal_line(mark: Id, refusal: RefusalError) -> bytes:
     """Return the reply line for a command that was refused."""
-    return event_line({"id": mark, "ok": False, "error": {"code": refusal.code, "text": str(refusal)}})
+    return _line({"id": mark, "ok": False, "error": {"code": refusal.code, "text": str(refusal)}})
 
 
 def event_line(event: Mapping[str, Any]) -> bytes:
     """An event as a line; its kind stands under "event"."""
-    return as_strict_json(event).encode("ascii") + b"\n"
+    return _line(event)
 
 
 _TYPE_NAMES: dict[type, str] = {
@@ -116,6 +116,10 @@ _TYPE_NAMES: dict[type, str] = {
     list: "a list",
     dict: "a group of keys",
 }
+
+
+def _line(value: Mapping[str, Any]) -> bytes:
+    return as_strict_json(value).encode("ascii") + b"\n"
 
 
 def _is_id(mark: object) -> bool:

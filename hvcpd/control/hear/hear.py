@@ -13,7 +13,7 @@ from hvcpd.assembly.make import make_ears
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.control.hear.heard_sentences import listening_team, sentence_of, tell
 from hvcpd.control.simulate.team import Team
-from hvcpd.errors import AudioFileError, PhraseError, writing
+from hvcpd.errors import AudioFileError, PhraseError, unwritable, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
@@ -62,9 +62,8 @@ def _check_plot(path: Path, samples: Samples) -> None:
 
     check_drawable(samples)
     number = errno.EISDIR if path.is_dir() else 0 if path.parent.is_dir() else errno.ENOENT
-    with writing(path, AudioFileError, "--plot: "):
-        if number:
-            raise OSError(number, os.strerror(number))
+    if number:
+        raise AudioFileError(f"--plot: {unwritable(path, OSError(number, os.strerror(number)))}")
 
 
 def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
