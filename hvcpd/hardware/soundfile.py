@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.errors import AudioFileError, unreadable, unwritable
 from hvcpd.hardware.audio_resample import resample
@@ -37,6 +38,9 @@ MAX_SAMPLES = MAX_FILE_BYTES // 2
 """Most samples of all channels that are read: as many as a WAV file of MAX_FILE_BYTES can hold; a broken header may
 state more."""
 
+LEAST_MONO = 0.01
+"""Power of the channels' mean, relative to theirs, below which they cancel; of 64 that are unlike it has 0.016."""
+
 MAX_LEVEL = 64.0
 """Samples of float files beyond 36 dB over full scale are clipped here, so that filters cannot overflow."""
 
@@ -55,7 +59,8 @@ _UNKNOWN_LENGTH = 0x7FFF0000
 def read_wav(path: Path) -> Samples:
     """Return the sound of a recording at 16 kHz, mono: shape (n,), float32, 1.0 = full scale.
 
-    Reads WAV, FLAC, AIFF and Ogg at 8 to 192 kHz; several channels are averaged; NaN and infinite samples become 0.
+    Reads WAV, FLAC, AIFF and Ogg at 8 to 192 kHz; several channels are averaged, and where they
+    cancel the loudest counts; NaN and infinite samples become 0.
     Raises AudioFileError, naming the file and the remedy, for a file that is missing, of another format, empty or cut
     short.
     """
@@ -121,8 +126,18 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
         ) from error
     if not len(frames):
         raise AudioFileError(f"{path}: cut short, or its samples cannot be read; copy or record it again")
-    mono = np.nan_to_num(frames, nan=0.0, posinf=0.0, neginf=0.0).mean(axis=1, dtype=np.float64)
+    mono = _mono(np.nan_to_num(frames, nan=0.0, posinf=0.0, neginf=0.0))
     return resample(np.clip(mono, -MAX_LEVEL, MAX_LEVEL).astype(np.float32), rate_hz, SAMPLE_RATE_HZ)
+
+
+def _mono(frames: Samples) -> NDArray[np.float64]:
+    """The mean of all channels, frames of shape (n, channels); the loudest one where they cancel, as those of a
+    microphone with one wire the wrong way round do."""
+    mono = frames.mean(axis=1, dtype=np.float64)
+    powers = np.mean(np.square(frames, dtype=np.float64), axis=0)
+    if np.mean(mono**2) >= LEAST_MONO * powers.mean():
+        return np.asarray(mono, np.float64)
+    return frames[:, int(np.argmax(powers))].astype(np.float64)
 
 
 def _check(path: Path, rate_hz: int, channels: int, frames: int, log: str) -> None:

@@ -123,11 +123,17 @@ def test_what_was_said_with_a_british_accent_is_heard_with_it(
 
 
 def test_silence_has_no_sentence_and_says_so(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    write_wav(tmp_path / "quiet.wav", np.zeros(SAMPLE_RATE_HZ, np.float32))
-    assert main(["hear", str(tmp_path / "quiet.wav")]) == 0
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert "no sentence of the phrasebook" in err
+    quiet = np.random.default_rng(3).normal(0.0, 1e-3, SAMPLE_RATE_HZ).astype(np.float32)
+    for sound, why in (
+        (quiet, "no sentence of the phrasebook in"),
+        (np.float32(0.01) * quiet, "is silent (1.0 s): its loudest sample has -90 dBFS"),
+        (np.float32(0.0) * quiet, "is silent (1.0 s): all of its samples are zero; was the microphone muted"),
+    ):
+        write_wav(tmp_path / "quiet.wav", sound)
+        assert main(["hear", str(tmp_path / "quiet.wav")]) == 0
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert why in err
     assert main(["hear", str(tmp_path / "quiet.wav"), "--json"]) == 0
     assert capsys.readouterr() == ("", "")
 

@@ -99,6 +99,13 @@ def test_every_rate_becomes_16_khz(rate_hz: int, tmp_path: Path) -> None:
     np.testing.assert_allclose(got[inner], wanted[inner], atol=2e-4)
 
 
+@pytest.mark.parametrize("quieter", [0.95, 0.9])
+def test_of_channels_that_cancel_the_louder_one_is_heard(quieter: float, tmp_path: Path) -> None:
+    one = np.linspace(-0.5, 0.5, 1000)
+    frames = np.stack([-quieter * one, one], axis=1)
+    np.testing.assert_allclose(read(tmp_path, riff(KINDS["16 bit"][2](frames.ravel()), channels=2)), one, atol=1e-4)
+
+
 @pytest.mark.parametrize("channels", [2, 6])
 def test_channels_are_averaged(channels: int, tmp_path: Path) -> None:
     frames = np.zeros((1000, channels))

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 import errno
+import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from hvcpd.assembly.make import make_ears
 from hvcpd.assembly.plan import HearingPlan
-from hvcpd.control.hear.heard_sentences import listening_team, sentence_of, tell
+from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.control.simulate.team import Team
 from hvcpd.errors import AudioFileError, PhraseError, unwritable, writing
 from hvcpd.hardware.soundfile import read_wav
@@ -19,6 +22,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.recognition.second_pass import AtOnce, Segment
 
+SILENT_DB = -80.0
+"""A recording whose loudest sample is below that is silent: rooms and microphones alone are louder."""
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
 
@@ -38,22 +43,26 @@ def run(options: argparse.Namespace) -> int:
     team, sealing = listening_team(options)
     if options.plot:
         _check_plot(options.plot, samples)
-    count = 0
+    teller = Teller(team, sealing, options)
     events: list[Event] = []
     for event in events_in(samples, team):
         events.append(event)
-        if not isinstance(event, Recognised):
-            continue
-        tell(sentence_of(event, team, sealing), options)
-        count += 1
-    if count == 0 and not options.json:
-        sys.stderr.write(
-            f"hvcpctl: no sentence of the phrasebook in {file} "
-            f"({len(samples) / SAMPLE_RATE_HZ:.1f} s; names known: {', '.join(team.names)})\n"
-        )
+        teller.tell(event)
+    if teller.sentences == 0 and not options.json:
+        sys.stderr.write(f"hvcpctl: {_nothing(samples, team.names, file)}\n")
     if options.plot:
         _draw(options.plot, samples, events, file.name)
     return 0
+
+
+def _nothing(samples: Samples, names: Sequence[str], file: Path) -> str:
+    """Why no sentence was heard, if that is known."""
+    level_db = 20.0 * math.log10(max(float(np.abs(samples).max(initial=0.0)), 1e-9))
+    length = f"{len(samples) / SAMPLE_RATE_HZ:.1f} s"
+    if level_db < SILENT_DB:
+        loudest = "all of its samples are zero" if level_db < -150.0 else f"its loudest sample has {level_db:.0f} dBFS"
+        return f"{file} is silent ({length}): {loudest}; was the microphone muted, or another one meant?"
+    return f"no sentence of the phrasebook in {file} ({length}; names known: {', '.join(names)})"
 
 
 def _check_plot(path: Path, samples: Samples) -> None:

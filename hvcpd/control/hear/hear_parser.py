@@ -11,7 +11,7 @@ _SEALS = "also hear seals; with the team's key, check them and decrypt"
 
 def add_hear_commands(commands: Commands) -> None:
     """Add `hear` and `listen`."""
-    text = "list every sentence in a recording"
+    text = "list every sentence in a recording, and where a robot would halt"
     hear = add_command(commands, "hear", text, "hear.hear", "hvcpctl hear yellow.wav", "hvcpctl hear yellow.wav --json")
     add_team(hear)
     hear.add_argument("file", type=sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")

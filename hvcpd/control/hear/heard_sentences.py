@@ -1,4 +1,4 @@
-"""Sentences as commands show them: speaker, addressee, text, confidence and seal."""
+"""What is heard as commands show it: sentences with speaker, addressee, text, confidence and seal, and halts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.language.messages import Cipher, Seal
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.robot.sealing import Sealing, written
 from hvcpd.security.guard import Guard
 from hvcpd.security.keyring import keep_out_of_dumps, read_key_file
@@ -73,10 +73,55 @@ def sentence_of(event: Recognised, team: Team, sealing: Sealing | None) -> Heard
     )
 
 
-def tell(s: HeardSentence, options: argparse.Namespace) -> None:
-    """Print a sentence, at once."""
-    sys.stdout.write((as_json(s) if options.json else as_text(s)) + "\n")
-    sys.stdout.flush()
+HALTS: dict[type[Event], tuple[str, str]] = {
+    Held: ("hold", 'a robot stands still: this may be "stop"'),
+    Released: ("release", "the hold ends: a sentence explains it, or it was not sure enough"),
+    Urgent: ("stop", 'a robot stops for good: this is "stop"'),
+}
+"""The names and the meanings of the events by which a robot halts, and goes on."""
+
+
+class Teller:
+    """Prints what is heard, at once."""
+
+    def __init__(self, team: Team, sealing: Sealing | None, options: argparse.Namespace) -> None:
+        self._team, self._sealing, self._options = team, sealing, options
+        self._held = False
+        self.sentences = self.halts = 0
+        """What has been printed."""
+
+    def tell(self, event: Event) -> None:
+        """Print a sentence, or where a robot would halt; of several holds in a row the first."""
+        if isinstance(event, Recognised):
+            self.sentences += 1
+            sentence = sentence_of(event, self._team, self._sealing)
+            self._write(as_json(sentence) if self._options.json else as_text(sentence))
+        elif type(event) in HALTS and not (self._held and isinstance(event, Held)):
+            self._held = isinstance(event, Held)
+            self.halts += 1
+            self._write(halt_as_json(event) if self._options.json else halt_as_text(event))
+
+    def _write(self, line: str) -> None:
+        sys.stdout.write(line + "\n")
+        sys.stdout.flush()
+
+
+def halt_as_json(event: Event) -> str:
+    """One of the events of HALTS as a JSON object, with the place of the word."""
+    return json.dumps({**_place(event), "event": HALTS[type(event)][0]})
+
+
+def halt_as_text(event: Event) -> str:
+    """The same as a line."""
+    place = _place(event)
+    return f"{place['start_s']:8.2f} – {place['end_s']:6.2f} s        [{HALTS[type(event)][1]}]"
+
+
+def _place(event: Event) -> dict[str, float]:
+    return {
+        "start_s": round(event.start_sample / SAMPLE_RATE_HZ, 3),
+        "end_s": round(event.end_sample / SAMPLE_RATE_HZ, 3),
+    }
 
 
 def as_json(s: HeardSentence) -> str:

@@ -153,7 +153,8 @@ def _add_mcap(commands: Commands) -> None:
         "hvcpctl mcap out/demo mission.mcap",
         "hvcpctl mcap shift.jsonl shift.mcap",
         description="Write a recorded mission or shift as MCAP, for Foxglove: sentences, poses, sound.",
-        epilog="RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed.",
+        epilog="RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed "
+        "(with --sound, too, and `control: {sound: true}` in the robot's settings: also what it heard).",
     )
     command.add_argument("recording", type=Path, metavar="RECORDING", help="a folder, or a file of JSON lines")
     command.add_argument("output", type=Path, metavar="FILE", help="the MCAP file")

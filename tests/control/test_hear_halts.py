@@ -1,0 +1,42 @@
+"""`hvcpctl hear` shows where a robot would halt, too."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from hvcpd.assembly.sound import make_sound, user_cache_folder
+from hvcpd.control.cli import main, make_parser
+from hvcpd.control.hear.heard_sentences import Teller, listening_team
+from hvcpd.hardware.soundfile import write_wav
+from hvcpd.recognition.events import Held, Released, Urgent
+from tests.recognition.signals import in_noise
+
+
+@pytest.mark.slow
+def test_a_call_is_shown_with_the_halt_before_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    speaker = make_sound(None, user_cache_folder()).speaker_of("Ada")
+    write_wav(tmp_path / "call.wav", in_noise(0.2 * speaker.render([["stop"]]), after_s=3.0))
+    hear = ["hear", str(tmp_path / "call.wav"), "--names", "Rob,Bot"]
+    assert main([*hear, "--json"]) == 0
+    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [each.get("event") or each["text"] for each in told] == ["hold", "Stop", "release"]
+    assert all(0.9 < each["start_s"] < each["end_s"] < 1.7 for each in told)
+    assert main(hear) == 0
+    assert 's        [a robot stands still: this may be "stop"]' in capsys.readouterr().out
+
+
+def test_of_several_holds_in_a_row_the_first_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    options = make_parser().parse_args(["hear", "x.wav", "--json"])
+    team, sealing = listening_team(options)
+    teller = Teller(team, sealing, options)
+    for event in (Held(0, 7_200), Held(16_000, 23_200), Released(16_000, 23_200), Held(32_000, 39_200), Urgent(0, 1)):
+        teller.tell(event)
+    assert [json.loads(line)["event"] for line in capsys.readouterr().out.splitlines()] == [
+        "hold",
+        "release",
+        "hold",
+        "stop",
+    ]
