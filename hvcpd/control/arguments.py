@@ -87,7 +87,7 @@ def robot_names(text: str) -> tuple[str, ...]:
     from hvcpd.config.names import repeated_names, valid_robot_name
 
     names = tuple(part.strip() for part in text.split(",") if part.strip())
-    wrong = next((w for name in names if (w := valid_robot_name(name))), None) or repeated_names(names)
+    wrong = "; ".join(w for name in names if (w := valid_robot_name(name))) or repeated_names(names)
     if not names or wrong:
         raise argparse.ArgumentTypeError(wrong or "give at least one name, as in: Rob,Bot")
     return names

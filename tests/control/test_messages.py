@@ -55,6 +55,7 @@ def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
         ("Rob,Stopp", "sounds like the phrasebook's word 'stop'"),
         ("Rod,Tom", "the name 'Tom' sounds like the phrasebook's word 'come'"),
         ("José", "write for example 'Jose'"),
+        ("R2-D2,Bot,Zoë", "; the name 'Zoë'"),
     ],
 )
 def test_names_that_cannot_be(names: str, part: str, refused: Refuse) -> None:
