@@ -11,7 +11,7 @@ from hvcpd.reporting.events import Garbled, Heard, Performed
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import joined, tag
 from hvcpd.reporting.story import Line, Story
-from hvcpd.reporting.text import at_least, clock, listed, percent, plural, seal_words
+from hvcpd.reporting.text import at_least, clock, if_known, listed, plural, seal_words
 
 MAX_NAMED = 3
 """Listeners named in a line; of more the page tells the number, and the names on demand."""
@@ -58,9 +58,8 @@ def _marks(line: Line, others: int) -> list[Markup]:
     if doubting:
         marks.append(tag("li", f"not trusted by {listed(doubting)}", class_="odd"))
     if len(right) > MAX_NAMED:
-        lowest = min(h.confidence for h in right)
-        named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
-        count = f"heard by {len(right)} of {others}, confidence {at_least(lowest)}"
+        named = listed(h.listener + if_known(h.confidence, " {}") for h in right)
+        count = f"heard by {len(right)} of {others}" + at_least((h.confidence for h in right), ", confidence {}")
         marks.append(tag("li", tag("details", tag("summary", count), named), class_="good"))
     else:
         marks += [_heard(h) for h in right]
@@ -76,7 +75,7 @@ def _marks(line: Line, others: int) -> list[Markup]:
 
 def _heard(heard: Heard) -> Markup:
     title = f"signal-to-noise ratio {heard.snr_db:.0f} dB" if math.isfinite(heard.snr_db) else None
-    text = f"heard by {heard.listener}, confidence {percent(heard.confidence)}"
+    text = f"heard by {heard.listener}" + if_known(heard.confidence, ", confidence {}")
     seal = f", {seal_words(heard.seal)}" if heard.seal and heard.seal != "not trusted" else ""
     return tag("li", text + seal, class_="good", title=title)
 
@@ -90,7 +89,8 @@ def _carried_out(act: Performed, story: Story) -> Markup:
 
 def _stray(event: Garbled | Heard) -> Markup:
     if isinstance(event, Heard):
-        words = f"{event.listener} heard, from no robot: “{event.text}” (confidence {percent(event.confidence)})"
+        sure = if_known(event.confidence, " (confidence {})")
+        words = f"{event.listener} heard, from no robot: “{event.text}”{sure}"
     else:
         words = f"{event.listener} heard speech, from no robot, that it could not understand"
     return tag("li", tag("time", clock(event.at_s)), words, class_="act")

@@ -18,8 +18,8 @@ from hvcpd.reporting.text import (
     at_least,
     clean,
     clock,
+    if_known,
     listed,
-    percent,
     plural,
     seal_words,
     skill_words,
@@ -84,10 +84,10 @@ class Artist:
         if line.said.collided:
             parts.append(("collided", "bold red"))
         if right:
-            named = listed(f"{h.listener} {percent(h.confidence)}" for h in right)
+            named = listed(h.listener + if_known(h.confidence, " {}") for h in right)
             if len(right) > SHOWN_LISTENERS:
-                lowest = min(h.confidence for h in right)
-                named = f"{len(right)} of {len(self._started.robots) - 1}, {at_least(lowest)}"
+                named = f"{len(right)} of {len(self._started.robots) - 1}"
+                named += at_least((h.confidence for h in right), ", {}")
             parts.append((f"heard by {named}", "green"))
         if right and right[0].seal and right[0].seal != "not trusted":
             parts.append((seal_words(right[0].seal), "green"))
@@ -121,7 +121,7 @@ def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
         case Line():
             return artist.utterance(note, final=True)
         case Heard():
-            heard = f" heard a voice that is no robot's ({percent(note.confidence)}): "
+            heard = f" heard a voice that is no robot's{if_known(note.confidence, ' ({})')}: "
             return [artist.deed(note.at_s, note.listener, heard, note.text)]
         case Garbled():
             heard = " heard speech, from no robot, that it could not understand"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -81,6 +81,8 @@ class Shift:
     story: Story
     due: tuple[Occurrence, ...] = ()
     """What became due, where that is known."""
+    together: Mapping[int, int] = field(default_factory=dict)
+    """The tasks for several robots, and for how many."""
 
     @property
     def said(self) -> int:
@@ -99,8 +101,9 @@ class Shift:
 
     @property
     def done(self) -> Counter[int]:
-        """How often each task was done."""
-        return Counter(number for member in self.members for number in member.done)
+        """How often each task was done; by several robots together is once."""
+        deeds = Counter(number for member in self.members for number in member.done)
+        return Counter({number: math.ceil(n / self.together.get(number, 1)) for number, n in deeds.items()})
 
 
 def read_shift(
@@ -133,6 +136,7 @@ def read_shift(
         reader.unknown,
         tell(record),
         due,
+        {task.number: task.robots for task in tasks if task.robots > 1},
     )
 
 

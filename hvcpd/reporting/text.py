@@ -31,9 +31,15 @@ def clock(at_s: float) -> str:
     return f"{whole // 60}:{whole % 60:02d}"
 
 
-def at_least(share: float) -> str:
-    """A share that others reach or exceed: "98 % or more", but "100 %"."""
-    return percent(share) if percent(share) == percent(1.0) else f"{percent(share)} or more"
+def if_known(confidence: float, form: str) -> str:
+    """A confidence in its place in `form`; nothing if it is NaN, as where a word was heard by itself."""
+    return form.format(percent(confidence)) if math.isfinite(confidence) else ""
+
+
+def at_least(confidences: Iterable[float], form: str) -> str:
+    """What confidences reach or exceed, in its place in `form`: "98 % or more", but "100 %"; nothing if all are NaN."""
+    least = min(filter(math.isfinite, confidences), default=math.nan)
+    return if_known(least, form if percent(least) == percent(1.0) else form.format("{} or more"))
 
 
 def over_noise(snr_db: float) -> str:

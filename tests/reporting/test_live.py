@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import itertools
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -92,6 +93,10 @@ def test_of_many_listeners_the_least_sure_and_alone_nobody() -> None:
 
     assert "[heard by 5 of 5, 100 %]" in show([started, said, *heard(0.998)])
     assert "[heard by 5 of 5, 87 % or more]" in show([started, said, *heard(0.87)])
+    assert "[heard by 5 of 5]" in show([started, said, *heard(math.nan)]), "the word by itself"
+    assert "[heard by 5 of 5, 87 % or more]" in show([started, said, *heard(0.87)[1:], *heard(math.nan)[:1]])
+    two = replace(started, robots=("Rob", "Bot"))
+    assert "[heard by Bot]" in show([two, said, *heard(math.nan)[:1]])
     assert "[nobody else is here]" in show([replace(started, robots=("Rob",)), said])
 
 

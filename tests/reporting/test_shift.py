@@ -92,6 +92,16 @@ def test_a_task_counts_once_however_often_it_is_reported_and_again_if_it_is_done
     assert shift(talk=talk).done == {1: 2}
 
 
+def test_what_two_robots_did_together_counts_once() -> None:
+    both = tuple(
+        (10.0 * k, "heard", who, f"Hi all, I am {who}, task one complete") for k, who in enumerate(("Bot", "Rob"))
+    )
+    tasks = [replace(plants(1)[0], robots=2)]
+    found = read_shift(rows(both), BOOK, tasks, (BEGIN_S, BEGIN_S + HOUR_S))  # type: ignore[arg-type]
+    assert found.done == {1: 1}
+    assert shift(talk=both).done == {1: 2}, "each by itself"
+
+
 def test_every_sentence_is_in_one_part_of_the_shift() -> None:
     found = shift()
     assert len(found.bins) == BINS
