@@ -40,6 +40,11 @@ class EarsAround:
         """As `Ears.ends`."""
         return self._ears.ends
 
+    @property
+    def since(self) -> int | None:
+        """As `Ears.since`."""
+        return self._ears.since
+
     def adopt(self, others: Self) -> None:
         """As `Ears.adopt`."""
         self._ears.adopt(others._ears)

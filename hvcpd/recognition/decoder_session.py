@@ -99,6 +99,8 @@ class DecoderSession:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
+        self._since: int | None = None
+        """The frame at which a sentence that may be in progress was first seen."""
         self.awake = False
         self.best = Best(0.0)
         """The best path after the last frame."""
@@ -116,6 +118,12 @@ class DecoderSession:
         first, last = self._bests[0], self._bests[-1]
         return first < -FOLLOWED_GAIN and last < first - FOLLOWED_GAIN
 
+    @property
+    def since(self) -> int | None:
+        """The frame at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
+        there is none."""
+        return self._since if self.awake and self.best.cost < -2.0 * FOLLOWED_GAIN else None
+
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
         """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""
         self.awake = True
@@ -123,6 +131,7 @@ class DecoderSession:
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
+        self._since = None
         self._gain = self._bank.level_of(energies, noise)
         self.feed(energies, energies, noise)
 
@@ -154,6 +163,10 @@ class DecoderSession:
         self._decoder.forget_rests(LONGEST_PAUSE_FRAMES)
         self.best = self._decoder.best(END_MARGIN)
         self._bests.append(self.best.cost)
+        if not self.under_way:
+            self._since = None
+        elif self._since is None:
+            self._since = self._next
 
     def _decode(self, features: Features) -> None:
         self._scorer.follow(self._decoder.prepare())

@@ -127,6 +127,11 @@ class Ears(Protocol):
     def ends(self) -> bool:
         """Whether a sentence that ended just now may soon be reported."""
 
+    @property
+    def since(self) -> int | None:
+        """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
+        beginning; None if none is."""
+
     def flush(self) -> list[Event]:
         """The events that the end of a recording completes."""
 

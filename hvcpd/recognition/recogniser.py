@@ -127,6 +127,12 @@ class Recogniser:
         return self._session.follows
 
     @property
+    def since(self) -> int | None:
+        """As `Ears.since`."""
+        since = self._session.since
+        return since * HOP_SAMPLES if since is not None else None
+
+    @property
     def _all(self) -> list[Recogniser]:
         return [self] if self._spelled is None else [self, self._spelled]
 

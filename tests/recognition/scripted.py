@@ -30,6 +30,7 @@ class Script:
         self.events, self.speech = list(events), speech
         self.now = 0
         self.signs = self.speaking = self.busy = self.prepared = self.ends = False
+        self.since: int | None = None
         self.learned: object = None
         self.chunks: Sequence[Chunk] = ()
 

@@ -19,10 +19,11 @@ from hvcpd.recognition.keyword.belief import (
     LATE,
     LEFT,
     SENTENCE_WAIT,
+    UNLIKE,
     Belief,
+    Residual,
     Verdict,
 )
-from hvcpd.recognition.keyword.net import Probabilities
 
 SURE = 0.999
 WORDS = ("hi", "rob", "i", "am", "bot")
@@ -79,6 +80,18 @@ def test_a_sentence_around_the_word_releases_if_its_samples_are_unknown() -> Non
     assert word(held, 1.2) is Held
     assert held.sentence(sentence(1.0)) is Released
     assert not held.held
+
+
+def test_a_certain_word_that_a_sentence_may_have_begun_with_waits_as_long_as_that_goes_on() -> None:
+    explained, silent, before, within = hold(), hold(), hold(), hold()
+    since = samples(1.3)
+    for held, begin_s in ((explained, 1.2), (silent, 1.2), (before, 0.2), (within, 2.0)):
+        word(held, begin_s, SURE, ends=True)
+        told = [held.at(samples(begin_s + 0.6 + t / 10), since) for t in range(20)]
+        assert Urgent not in told if held is not within else Urgent in told
+    assert explained.sentence(sentence(1.0)) is Released
+    for held in (silent, before):
+        assert held.at(samples(5.0)) is Urgent
 
 
 @pytest.mark.parametrize("begin_s", [0.8, 3.2, 4.0])
@@ -171,25 +184,30 @@ def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
     assert held.sentence(sentence(1.0, ("i", "have", "stopped"))) is Released
 
 
-def asked(left: float, call: float = CERTAIN) -> Belief:
-    """In every sentence, these probabilities of the word and of a call are left without it."""
-    return Belief(lambda *_: Probabilities(left, call if left >= LEFT else 0.0))
+def asked(left: float) -> Belief:
+    """In every sentence the residual has these log odds."""
+    return Belief(lambda *_: Residual(float(expit(left)), 1.0, UNLIKE))
 
 
-@pytest.mark.parametrize("left", [0.5, 0.6, 0.77, 0.95])
-def test_a_faint_word_counts_over_a_sentence_with_what_is_left_of_it_or_as_a_certain_call(left: float) -> None:
-    """In a kitchen as loud, a sentence's own "Rob" had 0.63, and 0.51 once it was subtracted."""
-    least = expit(logit(BOTH) - logit(left))
+@pytest.mark.parametrize("left", [-1.0, 0.0, 1.5])
+def test_a_word_counts_over_a_sentence_with_what_is_left_of_it(left: float) -> None:
+    least = expit(BOTH - left)
     for excess, verdict in ((-0.01, None), (0.01, Urgent)):
-        held = asked(left, call=CERTAIN - 0.01)
-        word(held, 1.2, least + excess)
-        assert held.sentence(sentence(1.0)) is verdict
         held = asked(left)
         word(held, 1.2, least + excess)
-        assert held.sentence(sentence(1.0)) is Urgent
+        assert held.sentence(sentence(1.0)) is verdict
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, Released), (LEFT, Urgent)])
+@given(call=st.floats(0.01, 0.99), share=st.floats(0.0, 1.0), less=st.floats(0.0, 1.0), alone=st.floats(0.0, 1.0))
+def test_the_more_of_a_word_a_sentence_accounts_for_the_less_its_residual_tells(
+    call: float, share: float, less: float, alone: float
+) -> None:
+    left = Residual(call, share, alone).log_odds
+    assert Residual(call, share * less, alone).log_odds <= left
+    assert left <= Residual(call, share, less * alone).log_odds <= logit(call)
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, Released), (LEFT, None), (3.0, Urgent)])
 def test_what_is_left_without_the_sentence_tells_whatever_its_words_are(left: float, verdict: Verdict) -> None:
     for heard in (sentence(1.0), sentence(1.0, ("i", "stopped", "here"))):
         for chance in (FAIR, DOUBTFUL):
@@ -198,7 +216,7 @@ def test_what_is_left_without_the_sentence_tells_whatever_its_words_are(left: fl
             assert held.sentence(heard) is verdict
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, None), (LEFT, Urgent)])
+@pytest.mark.parametrize(("left", "verdict"), [(LEFT, None), (3.0, Urgent)])
 def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood(left: float, verdict: Verdict) -> None:
     held = asked(left)
     word(held, 1.2, FAIR)
@@ -206,7 +224,7 @@ def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood
     assert held.sentence(sentence(1.0)) is verdict
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, Released), (LEFT, Urgent)])
+@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, Released), (LEFT, None), (3.0, Urgent)])
 def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_heard(
     left: float, verdict: Verdict
 ) -> None:
@@ -218,11 +236,11 @@ def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_he
     assert held.at(asked_at) is verdict
 
 
-@pytest.mark.parametrize(("call", "verdict"), [(BEGUN - 0.01, Released), (BEGUN, Urgent)])
+@pytest.mark.parametrize(("call", "verdict"), [(BEGUN - 0.01, Released), (BEGUN + 0.01, Urgent)])
 def test_a_sentence_begins_with_what_is_like_the_word_unless_a_call_is_surely_left(
     call: float, verdict: Verdict
 ) -> None:
     """With an automatic gain, "hi I am Mia" was a call of 0.88, and of 0.87 without the sentence."""
-    held = asked(LEFT, call)
+    held = asked(logit(call))
     word(held, 0.9)
     assert held.sentence(sentence(1.1)) is verdict

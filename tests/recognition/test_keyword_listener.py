@@ -102,6 +102,7 @@ class Silent:
     """Ears that understand nothing and pass chunks on."""
 
     busy = speaking = signs = ends = False
+    since: int | None = None
 
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []
@@ -144,6 +145,17 @@ class Bench:
             told += self.listener.push(chunk.samples)
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
+
+
+def test_a_certain_word_with_which_a_sentence_may_have_begun_waits_for_it() -> None:
+    alone, within = Bench(), Bench()
+    for bench, goes_on in ((alone, False), (within, True)):
+        bench.live(*[0.0] * 20)
+        bench.ears.since = 20 * CHUNK_SAMPLES if goes_on else None
+        told = bench.live(*[CERTAIN] * 12)
+        assert told == [Held if goes_on else Urgent]
+    within.ears.since = None
+    assert within.live(*[0.0] * 40) == [Urgent]
 
 
 def test_what_is_possible_halts_for_two_seconds() -> None:

@@ -36,7 +36,7 @@ def mixed(talk: Samples, call: Samples, at: int) -> Samples:
 
 
 def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: float = 1.0) -> float | None:
-    """The chance left of the word that was heard `at` samples after the talk began; the talk is told `late` samples
+    """The log odds left of the word that was heard `at` samples after the talk began; the talk is told `late` samples
     off its place, and `rest_s` after its end."""
     recent = RecentSound(KeywordNet(Weights.load()))
     sound = in_noise(np.pad(np.float32(GAIN) * heard, (0, round(rest_s * SAMPLE_RATE_HZ))))
@@ -45,13 +45,15 @@ def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: f
     begin, end = BEGIN + late, BEGIN + late + len(talk)
     received = Received(begin, np.float32(GAIN) * talk)
     told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, (), received=received)
-    probabilities = recent.without(told, BEGIN + at, BEGIN + at + len(CALL))
-    return probabilities.word if probabilities is not None else None
+    residual = recent.without(told, BEGIN + at, BEGIN + at + len(CALL))
+    return residual.log_odds if residual is not None else None
 
 
 @pytest.mark.parametrize("at", [6_000, 14_000, 30_000])
 def test_a_call_over_a_sentence_is_still_there_without_it(at: int) -> None:
-    assert (left(mixed(TALK, CALL, at), at) or 0.0) >= LEFT
+    over = left(mixed(TALK, CALL, at), at)
+    assert over is not None
+    assert over >= LEFT
 
 
 def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
@@ -65,12 +67,17 @@ def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
 def test_a_sentence_that_is_known_poorly_leaves_itself_and_no_call(at: int) -> None:
     """Of "hi Siobhan" in a furnished room a third was left, in which the net heard the word as well as before."""
     talk = mixed(TALK, CALL, at)
-    assert left(talk, at, np.float32(0.4) * talk) == 0.0
-    assert (left(mixed(TALK, CALL, at), at, np.float32(0.4) * TALK) or 0.0) >= LEFT, "a call over such a sentence"
+    alone = left(talk, at, np.float32(0.4) * talk)
+    over = left(mixed(TALK, CALL, at), at, np.float32(0.4) * TALK)
+    assert alone is not None
+    assert over is not None
+    assert alone < LEFT < over
 
 
 def test_from_a_sentence_of_which_nothing_is_known_nothing_follows() -> None:
-    assert (left(mixed(TALK, CALL, 6_000), 6_000, np.float32(0.01) * TALK) or 0.0) >= LEFT
+    over = left(mixed(TALK, CALL, 6_000), 6_000, np.float32(0.01) * TALK)
+    assert over is not None
+    assert over >= LEFT
 
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:

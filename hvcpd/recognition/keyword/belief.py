@@ -9,13 +9,14 @@ nothing else, while a stop ends the mission until a person resumes it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent
 from hvcpd.recognition.fitted import logit
-from hvcpd.recognition.keyword.net import Probabilities
 
 TEXTS = frozenset(("stop", "stopped"))
 """Words of which one in a sentence accounts for the detection."""
@@ -23,17 +24,18 @@ CERTAIN = 0.85
 """A chance of a call from which it counts, unless a sentence may be about to end with it; chosen on the part `validate`
 (`benchmarks.keyword.curve`)."""
 SENTENCE_WAIT = SAMPLE_RATE_HZ
-"""Longest wait (1 s) for a sentence that may be about to end with the word: it is reported after 0.5 s of quiet and a
-search."""
+"""Longest wait (1 s) for a sentence that may be about to end with the word, or began with it and goes on no more: it is
+reported after 0.5 s of quiet and a search."""
 FAIR = 0.5
 """Least probability that counts towards CERTAIN with other calls. Of people's talk one piece in eight minutes has it,
 of their single words one in twenty."""
-LEFT = 0.4
-"""Probability from which on the residual without a sentence may contain the word."""
-BOTH = 0.77
-"""Least probability of a word that was said over a sentence, by the sound with the sentence and without it, as
-independent observations. Over a robot, 74 calls had 0.78 and more; sentences alone, in a kitchen as loud and in a hall,
-0.75 and less (`benchmarks.stop`, seed 0)."""
+LEFT = -2.0
+"""Log odds of the residual from which on it may contain the word."""
+UNLIKE = 0.03
+"""Probability of a call by a sentence that does not sound like the word: most have less."""
+BOTH = 0.5
+"""Least log odds of a word that was said over a sentence, by the sound with the sentence and without it together
+(docs/decisions/keyword.md)."""
 LATE = 3 * SAMPLE_RATE_HZ // 10
 """Longest part (0.3 s) of a word that may still arrive after its sentence was reported."""
 BEGUN = 0.9
@@ -43,6 +45,8 @@ EDGE = 3 * SAMPLE_RATE_HZ // 20
 """How well (0.15 s) the ends of the word are known, and those of a sentence."""
 OPENING = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
 """Range of the time (0.1 to 0.6 s) from the beginning of a sentence to the end of a word there."""
+OPENED = 3 * SAMPLE_RATE_HZ // 10
+"""A word that begins this soon (0.3 s) after a sentence was first seen may be at its beginning: "hi Siobhan"."""
 REMEMBERED = 12 * SAMPLE_RATE_HZ
 """Time (12 s) for which a dropped word is remembered: the length of a sentence and the rest after it, since that may
 show that the word was said."""
@@ -55,9 +59,29 @@ AGAIN = 6 * SAMPLE_RATE_HZ
 Verdict = type[Held] | type[Released] | type[Urgent] | None
 """What follows from the latest sound: stand still, go on, or stop; None: nothing new."""
 
-Left = Callable[[Recognised, int, int], Probabilities | None]
-"""The probabilities of the word and of a call between two samples once the sentence is removed from the sound; None:
-unknown."""
+
+class Residual(NamedTuple):
+    """What is left of the sound of a word once a sentence is removed from it."""
+
+    call: float
+    """The probability, by the residual, that a call was said."""
+    share: float
+    """The share of it, 0 to 1, that this sentence does not leave elsewhere."""
+
+    alone: float
+    """The probability of a call by the sentence alone, as it is known to have been received."""
+
+    @property
+    def log_odds(self) -> float:
+        """The log odds that somebody called over the sentence. What is left of a sentence sounds like itself: so the
+        residual tells less where the sentence explains much, or sounds like the word by itself ("hi Siobhan")."""
+        if self.share <= 0.0:
+            return -math.inf
+        return logit(self.call) + math.log(self.share) - max(logit(self.alone) - logit(UNLIKE), 0.0)
+
+
+Left = Callable[[Recognised, int, int], Residual | None]
+"""The residual between two samples without a sentence; None: unknown."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +93,11 @@ class _Word:
     """When it was first heard."""
     certain_from: int
     """The time from which on it counts if it is certain."""
+
+
+def may_open(since: int | None, start: int) -> bool:
+    """Whether the word from sample `start` on may be at the beginning of a sentence that was first seen at `since`."""
+    return since is not None and start <= since + OPENED
 
 
 class Belief:
@@ -94,11 +123,11 @@ class Belief:
         """Whether the word from sample `start` on is held for, and not certain."""
         return any(word.start == start and not self._is_sure(word) for word in self._open)
 
-    def word(self, start: int, end: int, probability: float, now: int, sentence_ends: bool = False) -> Verdict:
-        """The word was heard from sample `start` to `end`, or with more certainty than before; `sentence_ends`: a
+    def word(self, start: int, end: int, probability: float, now: int, awaited: bool = False) -> Verdict:
+        """The word was heard from sample `start` to `end`, or with more certainty than before; `awaited`: a
         sentence may soon account for it."""
         before = [w for w in self._open if w.start == start]
-        wait = now + (SENTENCE_WAIT if sentence_ends else 0)
+        wait = now + (SENTENCE_WAIT if awaited else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
@@ -130,8 +159,11 @@ class Belief:
         self._told = None
         return self._said() if any(map(self._is_sure, self._open)) else None
 
-    def at(self, now: int) -> Verdict:
-        """Time went on to sample `now`."""
+    def at(self, now: int, since: int | None = None) -> Verdict:
+        """Time went on to sample `now`; `since`: where a sentence in progress was first seen. A word that it may have
+        begun with waits for it."""
+        wait = now + SENTENCE_WAIT
+        self._open = [replace(w, certain_from=wait) if may_open(since, w.start) else w for w in self._open]
         if self._ask_from is not None and now >= self._ask_from:
             self._ask_from = None
             if self._told is not None and (verdict := self.sentence(self._told)) is not None:
@@ -152,9 +184,9 @@ class Belief:
     def _is_sure(self, word: _Word) -> bool:
         return word.probability >= CERTAIN
 
-    def _is_over(self, word: _Word, left: Probabilities) -> bool:
+    def _is_over(self, word: _Word, left: Residual) -> bool:
         """Whether it was said over a sentence: `left` is what the residual tells."""
-        return left.call >= CERTAIN or logit(word.probability) + logit(left.word) >= logit(BOTH)
+        return logit(word.probability) + left.log_odds >= BOTH
 
     def _is_said_again(self, word: _Word) -> bool:
         """Whether this word and the unexplained ones shortly before it are certain together: as independent
@@ -187,8 +219,8 @@ class Belief:
         there = [span for span in sentence.spans if span.start_sample < word.end and word.start < span.end_sample]
         return any(span.word in TEXTS for span in there)
 
-    def _explains(self, sentence: Recognised, word: _Word, left: Probabilities | None) -> bool:
+    def _explains(self, sentence: Recognised, word: _Word, left: Residual | None) -> bool:
         """Whether only the sentence was heard where the word was detected."""
         if left is not None and self._is_opened(sentence, word):
             return left.call < BEGUN
-        return self._is_within(sentence, word) and (left is None or left.word < LEFT)
+        return self._is_within(sentence, word) and (left is None or left.log_odds < LEFT)

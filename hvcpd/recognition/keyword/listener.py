@@ -12,13 +12,15 @@ from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
-from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Verdict
+from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Residual, Verdict, may_open
 from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, Kept, joined, kept
 
 CALL = "stop"
 LAST_WORD = 4 * SAMPLE_RATE_HZ // 5
 """Samples (0.8 s) before the end of a sentence from which on its last word is detected."""
+LEAST_EXPLAINED = 0.1
+"""Of a sentence's power. From one of which less is known nothing follows."""
 AFTER = 3 * SAMPLE_RATE_HZ // 10
 """Samples (0.3 s) after the end of a word within which the net detects it."""
 AFTER_CALL = 3 * SAMPLE_RATE_HZ // 4
@@ -31,12 +33,6 @@ BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
 NOISE_POWER = 0.1
 """Of the noise with which an uncertain word is heard again, relative to the word's mean power (10 dB)."""
-LEAST_OVER = 0.1
-"""By this share a sentence explains less of the sound at a word over which somebody calls than beside it; a smaller
-difference (a call 10 dB below it) is chance. In 54 checks of calls over robots it was 0.18 and more (`benchmarks.stop`,
-seed 8200); where "Siobhan" sounded like the word, 0.0 (`simulate`, seed 4). Chosen by these."""
-LEAST_EXPLAINED = 0.1
-"""Of a sentence's power. From one of which less is known nothing follows."""
 CHECKED_BEFORE_S = 1.6
 """Sound before a word's end by which a call is checked: the word, a name before it, and what is or is not said before
 that."""
@@ -71,9 +67,9 @@ class RecentSound:
         first = start - self._oldest
         return joined(self._kept)[first:] if first >= 0 else None
 
-    def without(self, sentence: Recognised, start: int, end: int) -> Probabilities | None:
-        """The highest probabilities of the word, and of a call, between samples `start` and `end` without that
-        sentence; None if the sentence's samples are unknown, or no longer kept.
+    def without(self, sentence: Recognised, start: int, end: int) -> Residual | None:
+        """What is left between samples `start` and `end` without that sentence; None if the sentence's samples are
+        unknown, or no longer kept.
 
         A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that
         nobody made. Without the sentence the call stands alone (as radio receivers cancel the stronger signal: P. Patel
@@ -82,11 +78,14 @@ class RecentSound:
         if sentence.received is None or (around := self._around(start, end)) is None:
             return None
         first, heard = around
-        rest = heard - sentence.received.between(first, len(heard))
+        alone = sentence.received.between(first, len(heard))
         told = slice(max(sentence.start_sample - first, 0), max(sentence.end_sample - first, 0))
-        if not _is_over(heard, rest, slice(start - first, end - first), told):
-            return Probabilities(0.0, 0.0)
-        return self._listen(rest, start - first, end - first)
+        word = slice(start - first, end - first)
+        share = _share_over(heard, heard - alone, word, told)
+        if share <= 0.0:
+            return Residual(0.0, 0.0, 0.0)
+        left, like = (self._listen(sound, word.start, word.stop) for sound in (heard - alone, alone))
+        return Residual(max(left), share, max(like)) if left is not None and like is not None else None
 
     def with_noise(self, start: int, end: int) -> Probabilities | None:
         """The same, with white noise NOISE_POWER below the word; None if the sound is no longer kept.
@@ -122,13 +121,15 @@ class RecentSound:
         return Probabilities(word, call) if word is not None and call is not None else None
 
 
-def _is_over(heard: Samples, rest: Samples, word: slice, told: slice) -> bool:
-    """Whether anything was said over a sentence at the word: it explains less of `heard` there than beside it; `rest`
-    is what is left without it. A poorly known sentence leaves itself everywhere, and what sounds like the word with
-    it."""
+def _share_over(heard: Samples, rest: Samples, word: slice, told: slice) -> float:
+    """The share of `rest` at a word, which is what is left of `heard` without a sentence, that this sentence does not
+    leave beside the word, 0 to 1. A poorly known one leaves itself everywhere, and what sounds like the word."""
     before, after = slice(told.start, min(word.start, told.stop)), slice(max(word.stop, told.start), told.stop)
     beside = _explained(heard, rest, before, after)
-    return beside < LEAST_EXPLAINED or _explained(heard, rest, word) <= (1.0 - LEAST_OVER) * beside
+    if beside < LEAST_EXPLAINED:
+        return 1.0
+    there = _explained(heard, rest, word)
+    return max(beside - there, 0.0) / (1.0 - there)
 
 
 def _explained(heard: Samples, rest: Samples, *where: slice) -> float:
@@ -204,7 +205,7 @@ class KeywordEars(EarsAround):
         if self._word is not None and now >= self._span[1] + AFTER_CALL:
             told += self._hear_again(self._word, now)
             self._word = None
-        return told + self._tell(self._belief.at(now))
+        return told + self._tell(self._belief.at(now, self._ears.since))
 
     def _hear_again(self, word: Word, now: int) -> list[Event]:
         """Once all of it is there, listen with noise for a word that is still undecided."""
@@ -219,7 +220,8 @@ class KeywordEars(EarsAround):
             nats = self._check(sound) if sound is not None else 0.0
             checked = logistic(logit(call) - nats)
             call = max(checked, TWICE) if checked < CERTAIN <= call else checked
-        return self._tell(self._belief.word(*self._span, call, now, self._ears.ends))
+        awaited = self._ears.ends or may_open(self._ears.since, self._span[0])
+        return self._tell(self._belief.word(*self._span, call, now, awaited))
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
