@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Literal
 
 NameCheck = Callable[[str], str | None]
@@ -118,9 +118,19 @@ def valid_alternative(phrase: str) -> str | None:
 
 def repeated_names(names: tuple[str, ...]) -> str | None:
     """What is wrong with a list of robots' names as a whole, or None: each is said once, whatever its case."""
-    seen: dict[str, str] = {}
+    firsts: dict[str, str] = {}
     for name in names:
-        before = seen.setdefault(name.casefold(), name)
-        if before is not name:
-            return f"the names {before!r} and {name!r} are the same aloud; keep one"
-    return None
+        firsts.setdefault(name.casefold(), name)
+    again = [(before, name) for name in names if (before := firsts[name.casefold()]) is not name]
+    faults = [f"the names {before!r} and {name!r} are the same aloud; keep one" for before, name in again]
+    return "; ".join(dict.fromkeys(faults)) or None
+
+
+def valid_robot_names(names: tuple[str, ...]) -> str | None:
+    """What is wrong with each of a list of robots' names, else with the list, or None."""
+    return every_fault(names, valid_robot_name) or repeated_names(names)
+
+
+def every_fault(names: Iterable[str], check: NameCheck) -> str | None:
+    """What is wrong with each of the names, in one line, or None."""
+    return "; ".join(filter(None, map(check, dict.fromkeys(names)))) or None

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from hvcpd.config.loading import at_most, between, checked, synonyms
-from hvcpd.config.names import Accent, VoiceName, repeated_names, valid_robot_name, valid_team_name
+from hvcpd.config.names import Accent, VoiceName, every_fault, valid_robot_name, valid_robot_names, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.shared_places import WITHIN_ROOM
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
@@ -149,12 +149,8 @@ class SecuritySettings:
     encrypted: bool = False
 
 
-def _valid_names(names: tuple[str, ...]) -> str | None:
-    return next((text for name in names if (text := valid_robot_name(name))), None) or repeated_names(names)
-
-
 def _valid_teams(teams: tuple[str, ...]) -> str | None:
-    wrong = next((text for team in teams if (text := valid_team_name(team))), None)
+    wrong = every_fault(teams, valid_team_name)
     twice = next((team for index, team in enumerate(teams) if team in teams[:index]), None)
     return wrong or (f"the team {twice!r} is given twice; keep one" if twice is not None else None)
 
@@ -183,7 +179,7 @@ class Settings:
     lexicon: Path | None = None
     tasks: Path = field(default_factory=default_tasks_path)
     names: tuple[str, ...] = field(
-        default=DEFAULT_NAMES, metadata=checked(at_most(MAX_KNOWN_NAMES, "names can be given"), _valid_names)
+        default=DEFAULT_NAMES, metadata=checked(at_most(MAX_KNOWN_NAMES, "names can be given"), valid_robot_names)
     )
     state_dir: Path = STATE_DIR
     mode: Literal["volunteer", "coordinate", "follow"] = "volunteer"

@@ -156,7 +156,8 @@ def _check_peers(parts: Parts) -> None:
     checked: list[str] = []
     for peer in (peer for peer in peers if isinstance(peer, str)):
         checked.append(peer)
-        text = repeated_names(tuple(checked))
+        if (text := repeated_names(tuple(checked))) is not None:
+            checked.pop()
         if peer.casefold() == own.casefold():
             text = f"{peer!r} is this robot itself; set its own `voice`, `pitch` and so on instead"
         elif text is None and peer.casefold() not in known:

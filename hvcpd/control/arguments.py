@@ -84,10 +84,10 @@ def add_sound_out(command: argparse.ArgumentParser, text: str) -> None:
 
 def robot_names(text: str) -> tuple[str, ...]:
     """Robots' names, separated by commas."""
-    from hvcpd.config.names import repeated_names, valid_robot_name
+    from hvcpd.config.names import valid_robot_names
 
     names = tuple(part.strip() for part in text.split(",") if part.strip())
-    wrong = "; ".join(w for name in names if (w := valid_robot_name(name))) or repeated_names(names)
+    wrong = valid_robot_names(names)
     if not names or wrong:
         raise argparse.ArgumentTypeError(wrong or "give at least one name, as in: Rob,Bot")
     return names

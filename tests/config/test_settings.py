@@ -149,6 +149,7 @@ def test_the_start_pose_in_radians() -> None:
         ("name: Rob\nstart: {x_m: 51}\n", "F:2", "from -50 to 50"),
         ("name: Rob\nwaits: {absent_s: 60}\n", "F:2", "from 120 to 86400"),
         ("name: Rob\nnames: [Rob, rob]\n", "F:2", "are the same aloud"),
+        ("name: Rob\nnames: [R2-D2, Rob, A b]\n", "F:2", "write for example 'R2D2'; the name 'A b' is not"),
         ("name: R2-D2\n", "F:1", "not a letter followed by letters and digits"),
         ("name: ''\n", "F:1", "has 1 to 16 letters"),
         ("name: Abcdefghijklmnopq\n", "F:1", "has 17"),
@@ -237,8 +238,8 @@ def test_voices_are_chosen_for_the_robot_and_its_peers(tmp_path: Path) -> None:
             "F:2: 'rob' is this robot itself; set its own `voice`, `pitch` and so on instead",
         ),
         (
-            "peers: {Bot: {}, bot: {voice: oak}}",
-            "F:2: the names 'Bot' and 'bot' are the same aloud; keep one",
+            "names: [Bot, Max]\npeers: {Bot: {}, bot: {voice: oak}, Max: {}}",
+            "F:3: the names 'Bot' and 'bot' are the same aloud; keep one",
         ),
         ("peers: [Bot]", "F:2: peers: expected a group of keys, found a list; write `name: ...`"),
         ("peers: {5: {voice: oak}}", "F:2: a key must be text; put it in quotes"),

@@ -49,7 +49,10 @@ def test_names_make_words_known(refused: Refuse, tmp_path: Path) -> None:
     ("names", "part"),
     [
         ("R2-D2", "not a letter followed by letters and digits"),
+        ("R2-D2,Bot,A b", "write for example 'R2D2'; the name 'A b' is not"),
         ("Rob,rob", "the same aloud"),
+        ("Rob,Robb,Max,Maxx", "the names 'Max' and 'Maxx' sound the same"),
+        ("Rob,rob,Bot,bot", "keep one; the names 'Bot' and 'bot' are"),
         (",", "at least one name"),
         ("Stop", "sounds like the phrasebook's word 'stop'"),
         ("Rob,Stopp", "sounds like the phrasebook's word 'stop'"),

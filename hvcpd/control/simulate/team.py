@@ -122,8 +122,9 @@ def _enrolled(settings: Settings) -> dict[str, Person]:
 
 
 def refuse_same_sound(names: Sequence[str], lexicon: Lexicon) -> None:
-    """Raises ConfigError for the first two names that are pronounced alike."""
+    """Raises ConfigError if names are pronounced alike, with all such pairs."""
     said = {name: set(lexicon.sounds(name)) for name in names}
-    for first, second in combinations(names, 2):
-        if said[first] & said[second]:
-            raise ConfigError(f"the names {first!r} and {second!r} sound the same; choose another for one of them")
+    pairs = [(first, second) for first, second in combinations(names, 2) if said[first] & said[second]]
+    if pairs:
+        faults = (f"the names {a!r} and {b!r} sound the same; choose another for one of them" for a, b in pairs)
+        raise ConfigError("\n".join(faults))
