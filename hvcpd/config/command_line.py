@@ -85,6 +85,8 @@ class Parser(argparse.ArgumentParser):
         (file or sys.stderr).write(message)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        if action.type is Path and arg_string == "-":
+            raise argparse.ArgumentError(action, "it takes no pipe; name a file (one that is called - is ./-)")
         try:
             return super()._get_value(action, arg_string)
         except argparse.ArgumentError:

@@ -160,8 +160,8 @@ seed = whole(0, 2**32 - 1)
 port = whole(0, 65535, "port")
 
 
-def sound_in(text: str) -> Path:
-    """A recording, or standard input."""
+def file_in(text: str) -> Path:
+    """A file to read, or standard input."""
     return Path("/dev/stdin" if text == "-" else text)
 
 

@@ -6,6 +6,7 @@ import argparse
 import re
 import shlex
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 import pytest
 
@@ -44,6 +45,11 @@ from tests.control.conftest import Refuse
         (["drive", "forward", "1m"], "argument M: '1m' is not a number from -10 to 10 m; see"),
         (["evaluate", "wak"], "'wak' is not one of the choices; did you mean 'wake'? See"),
         (["say", "-o", "x.MP3", "stop"], "argument -o/--output: only WAV is written; name it x.wav; see"),
+        (
+            ["report", "--html", "-"],
+            "argument --html: it takes no pipe; name a file (one that is called - is ./-); see",
+        ),
+        (["mcap", "-", "-"], "argument FILE: it takes no pipe; name a file"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),
     ],
 )
@@ -142,6 +148,20 @@ def test_a_command_alone_takes_the_same_options_as_among_all() -> None:
 def _parsers(parser: argparse.ArgumentParser) -> Mapping[str, argparse.ArgumentParser]:
     [commands] = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
     return commands.choices
+
+
+def test_whatever_reads_a_file_takes_a_pipe_or_refuses_it() -> None:
+    """A file of the name "-" was looked for, or written."""
+    parser = make_parser()
+    assert parser.parse_args(["mcap", "-", "x.mcap"]).recording == Path("/dev/stdin")
+    assert parser.parse_args(["mqtt", "--host", "x", "--password-file", "-"]).password_file == Path("/dev/stdin")
+    assert parser.parse_args(["hear", "-"]).file == [Path("/dev/stdin")]
+    assert parser.parse_args(["report", "--html", "./-"]).html == Path("-")
+
+
+def test_the_help_of_mcap_says_how_a_robots_sound_gets_in() -> None:
+    told = " ".join(_parsers(make_parser())["mcap"].format_help().split())
+    assert all(part in told for part in ("--json --poses", "--sound", "control: {sound: true}"))
 
 
 def test_a_tasks_number_may_be_written_as_it_is_spoken() -> None:

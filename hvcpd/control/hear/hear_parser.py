@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from hvcpd.control.arguments import Commands, add_command, add_json, add_key_file, add_team, sound_in
+from hvcpd.control.arguments import Commands, add_command, add_json, add_key_file, add_team, file_in
 
 _SEALS = "also hear seals; with the team's key, check them and decrypt"
 
@@ -14,7 +14,7 @@ def add_hear_commands(commands: Commands) -> None:
     text = "list every sentence in a recording, and where a robot would halt"
     hear = add_command(commands, "hear", text, "hear.hear", "hvcpctl hear yellow.wav", "hvcpctl hear yellow.wav --json")
     add_team(hear)
-    hear.add_argument("file", type=sound_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
+    hear.add_argument("file", type=file_in, nargs="+", metavar="FILE.wav", help="WAV, FLAC, AIFF or Ogg; - for a pipe")
     add_json(hear)
     hear.add_argument(
         "--learn-alternatives",

@@ -12,6 +12,7 @@ from hvcpd.control.arguments import (
     add_json,
     add_memory,
     add_tasks,
+    file_in,
     port,
     robot_name,
     task_number,
@@ -133,7 +134,9 @@ def _add_mqtt(commands: Commands) -> None:
     command.add_argument("--host", required=True, metavar="HOST", help="the broker")
     command.add_argument("--port", type=port, metavar="N", help="its port (default: 1883, with --tls 8883)")
     command.add_argument("--user", metavar="NAME", help="user name at the broker")
-    command.add_argument("--password-file", type=Path, metavar="FILE", help="a file with that user's password")
+    command.add_argument(
+        "--password-file", type=file_in, metavar="FILE", help="a file with that user's password; - for a pipe"
+    )
     command.add_argument("--tls", action="store_true", help="encrypt, and check the broker's certificate")
     command.add_argument(
         "--prefix", default="hvcpd", metavar="TOPIC", help="prefix of all topics (default: %(default)s)"
@@ -156,7 +159,9 @@ def _add_mcap(commands: Commands) -> None:
         epilog="RECORDING is the folder of `simulate --report DIR`, or what `follow --json --poses` printed "
         "(with --sound, too, and `control: {sound: true}` in the robot's settings: also what it heard).",
     )
-    command.add_argument("recording", type=Path, metavar="RECORDING", help="a folder, or a file of JSON lines")
+    command.add_argument(
+        "recording", type=file_in, metavar="RECORDING", help="a folder, or a file of JSON lines; - for a pipe"
+    )
     command.add_argument("output", type=Path, metavar="FILE", help="the MCAP file")
 
 
