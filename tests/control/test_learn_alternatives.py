@@ -79,5 +79,4 @@ def test_where_nothing_was_misunderstood_nothing_is_proposed(
 
 
 def test_options_that_do_not_go_together(basket: Path, refused: Refuse) -> None:
-    assert "--said goes with --learn-alternatives" in refused("hear", basket, "--said", "stop")
     assert "hear takes one recording" in refused("hear", basket, basket)

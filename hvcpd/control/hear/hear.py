@@ -16,8 +16,9 @@ from hvcpd.assembly.make import make_ears
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.control.simulate.team import Team
-from hvcpd.errors import AudioFileError, PhraseError, unwritable, writing
+from hvcpd.errors import AudioFileError, unwritable, writing
 from hvcpd.hardware.soundfile import read_wav
+from hvcpd.language.messages import Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
 from hvcpd.recognition.second_pass import AtOnce, Segment
@@ -34,13 +35,12 @@ def run(options: argparse.Namespace) -> int:
         from hvcpd.control.hear import learn_alternatives
 
         return learn_alternatives.run(options)
-    if options.said:
-        raise PhraseError("--said goes with --learn-alternatives; give both")
     if len(options.file) > 1:
         raise AudioFileError("hear takes one recording; give several only with --learn-alternatives")
     [file] = options.file
     samples = read_wav(file)
     team, sealing = listening_team(options)
+    said = team.phrasebook.parse_text(options.said) if options.said else None
     if options.plot:
         _check_plot(options.plot, samples)
     teller = Teller(team, sealing, options)
@@ -50,9 +50,26 @@ def run(options: argparse.Namespace) -> int:
         teller.tell(event)
     if teller.sentences == 0 and not options.json:
         sys.stderr.write(f"hvcpctl: {_nothing(samples, team.names, file)}\n")
+    if said is not None:
+        _tell_nearness(samples, events, said, team, options)
     if options.plot:
         _draw(options.plot, samples, events, file.name)
     return 0
+
+
+def _tell_nearness(
+    samples: Samples, events: list[Event], utterance: Utterance, team: Team, options: argparse.Namespace
+) -> None:
+    """Print how near the sentence that was said came to being understood."""
+    from hvcpd.control.hear.how_near import as_line, nearness, understood
+
+    said, text = team.phrasebook.render(utterance), team.phrasebook.write(utterance)
+    if understood(events, said, team):
+        return
+    found = [as_line(near, text, options.json) for near in nearness(samples, events, said, team)]
+    sys.stdout.writelines(line + "\n" for line in found)
+    if not found:
+        sys.stderr.write(f"hvcpctl: no speech was noticed in {options.file[0]}\n")
 
 
 def _nothing(samples: Samples, names: Sequence[str], file: Path) -> str:

@@ -21,7 +21,7 @@ from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.language.graph import Arc, graph_of
+from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
@@ -90,11 +90,10 @@ def missed(samples: Samples, team: Team, said: tuple[str, ...] | None) -> list[E
 
 def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | None, file: str) -> Iterator[Proposal]:
     """Yield what the doubtful words of one stretch of a recording, shape (n,), float32 at 16 kHz, sounded like."""
-    begin = max(miss.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
-    piece = samples[begin : miss.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
+    begin, piece = _around(samples, miss)
     graph = graph_of(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
-    bank = {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
-    near = _longest(_hear(Recogniser(graph, bank, ANYTHING), piece))
+    bank = _bank(team)
+    near = closest(samples, miss, graph, team)
     if near is None:
         return
     sentence = team.phrasebook.write(team.phrasebook.parse(near.words))
@@ -106,6 +105,22 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
         if phrase != (span.word,):
             at_s = (begin + span.start_sample) / SAMPLE_RATE_HZ
             yield Proposal(span.word, phrase, sentence, file, at_s, (begin + span.end_sample) / SAMPLE_RATE_HZ)
+
+
+def closest(samples: Samples, stretch: Event, graph: WordGraph, team: Team) -> Recognised | None:
+    """The likeliest sentence of the graph in a stretch of a recording, shape (n,), float32 at 16 kHz, in a robot's
+    voice, however badly it fits."""
+    return _longest(_hear(Recogniser(graph, _bank(team), ANYTHING), _around(samples, stretch)[1]))
+
+
+def _around(samples: Samples, stretch: Event) -> tuple[int, Samples]:
+    """The recording around a stretch, and its first sample."""
+    begin = max(stretch.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
+    return begin, samples[begin : stretch.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
+
+
+def _bank(team: Team) -> dict[str, dict[str, list[Samples]]]:
+    return {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
 
 
 def _needed(near: Recognised, heard: Mapping[int, Recognised | None]) -> Iterator[tuple[int, tuple[str, ...]]]:
