@@ -101,9 +101,9 @@ class Shift:
 
     @property
     def done(self) -> Counter[int]:
-        """How often each task was done; by several robots together is once."""
+        """How often each task was done: by several robots together is once, by some of them not yet."""
         deeds = Counter(number for member in self.members for number in member.done)
-        return Counter({number: math.ceil(n / self.together.get(number, 1)) for number, n in deeds.items()})
+        return +Counter({number: n // self.together.get(number, 1) for number, n in deeds.items()})
 
 
 def read_shift(

@@ -200,7 +200,8 @@ def _tasks(shift: Shift) -> Markup:
     for task in shift.story.tasks:
         acts = [f"{wall_clock(shift.begin_s + act.at_s, shift)} by {act.robot}" for act in task.performed]
         name = tag("th", badge(task.icon, task.name), task.name, scope="row")
-        done = tag("td", ", ".join(acts) or "not done", data_head="Done")
+        half = "half done: " if acts and not shift.done[task.number] else ""
+        done = tag("td", half + (", ".join(acts) or "not done"), data_head="Done")
         rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))
     return _table(heads, rows)
 

@@ -16,8 +16,9 @@ from hvcpd.control.cli import make_parser
 from hvcpd.control.live import report
 from hvcpd.errors import ConfigError
 from hvcpd.memory.store import Store, TranscriptReader, TranscriptRecord, TranscriptRow
+from hvcpd.reporting.occurrences import occurrences
 from hvcpd.reporting.shift import BINS, SAME_REPORT_S, Shift, read_shift
-from hvcpd.reporting.shift_page import as_text, page, wall_clock
+from hvcpd.reporting.shift_page import as_json, as_text, page, wall_clock
 from tests.coordination.mission import Mission, plants
 from tests.reporting.shift_example import flower_tasks, made_up
 
@@ -92,14 +93,24 @@ def test_a_task_counts_once_however_often_it_is_reported_and_again_if_it_is_done
     assert shift(talk=talk).done == {1: 2}
 
 
-def test_what_two_robots_did_together_counts_once() -> None:
-    both = tuple(
-        (10.0 * k, "heard", who, f"Hi all, I am {who}, task one complete") for k, who in enumerate(("Bot", "Rob"))
+def test_what_two_robots_do_together_counts_once() -> None:
+    """The figures said "11 tasks done", and the list of what was due "10 done"."""
+    deeds = [(BEGIN_S, 1, "Rob"), (BEGIN_S + 5.0, 1, "Bot"), (BEGIN_S + 10.0, 2, "Bot"), (BEGIN_S + 20.0, 3, "Bot")]
+    tasks = tuple(replace(task, robots=2 if task.number < 3 else 1) for task in plants(3))
+    talk = (
+        (0.0, "said", "Rob", "Hi all, I am Rob, task one complete"),
+        (5.0, "heard", "Bot", "Hi all, I am Bot, task one complete"),
+        (10.0, "heard", "Bot", "Hi all, I am Bot, task two complete"),
+        (20.0, "heard", "Bot", "Hi all, I am Bot, task three complete"),
     )
-    tasks = [replace(plants(1)[0], robots=2)]
-    found = read_shift(rows(both), BOOK, tasks, (BEGIN_S, BEGIN_S + HOUR_S))  # type: ignore[arg-type]
-    assert found.done == {1: 1}
-    assert shift(talk=both).done == {1: 2}, "each by itself"
+    span_s = BEGIN_S, BEGIN_S + HOUR_S
+    found = read_shift(rows(talk), BOOK, tasks, span_s, occurrences(tasks, deeds, *span_s))
+    text = as_text(found)
+    assert "  2  tasks done" in text
+    assert "What was due: 2 done, 1 not done" in text
+    assert ">2</dd>" in page(found)
+    assert page(found).count("half done: ") == 1
+    assert as_json(found)["done"] == {1: 1, 3: 1}
 
 
 def test_every_sentence_is_in_one_part_of_the_shift() -> None:
