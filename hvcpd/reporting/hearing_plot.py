@@ -36,6 +36,7 @@ QUIETEST_DBFS = -100.0
 
 _SOUND, _NOISE, _GARBLED, _INK = "#7d8da1", "#d9480f", "#868e96", "#22262b"
 _SURE, _UNSURE = "#0a7355", "#c2255c"
+_LABELS: dict[type[Event], str] = {Garbled: "garbled", Urgent: "stop, by itself", Released: "halt, let go"}
 
 
 class PlotError(HvcpdError):
@@ -149,13 +150,12 @@ def _draw_confidence(axes: Any) -> None:
 def _draw_event(axes: tuple[Any, Any, Any], event: Event) -> None:
     start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
     top, middle, bottom = axes
-    if isinstance(event, Held | Released):
+    if isinstance(event, Held):
         return  # what became of it is told by another event
-    if isinstance(event, Garbled | Urgent):
+    if not isinstance(event, Recognised):
         for each in axes:
             each.axvspan(start_s, end_s, color=_GARBLED, alpha=0.25, linewidth=0)
-        said = "garbled" if isinstance(event, Garbled) else "stop, over talk"
-        _label(top, (start_s + end_s) / 2, said, _GARBLED, italic=True)
+        _label(top, (start_s + end_s) / 2, _LABELS[type(event)], _GARBLED, italic=True)
         return
     middle.axvspan(start_s, end_s, color=_SURE, alpha=0.07, linewidth=0)
     _draw_path(top, bottom, event)

@@ -12,7 +12,7 @@ import pytest
 from hvcpd.control.cli import main
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Event, Garbled, Recognised, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Released, Urgent, WordSpan
 from hvcpd.reporting.hearing_plot import PlotError, hearing_png, levels_of, spectrum_of
 from tests.control.conftest import Refuse
 
@@ -62,8 +62,9 @@ def test_words_and_garbled_speech_change_the_picture() -> None:
     spans = (WordSpan("hi", 16_000, 20_000, 0.9), WordSpan("rob", 20_000, 26_000, 0.3))
     heard = Recognised(("hi", "rob"), "oak", 16_000, 26_000, 0.8, 12.0, spans)
     none, words, unsure = ([], [heard], [heard, Garbled(30_000, 40_000)])
-    pictures = {hearing_png(sound, events, "x.wav") for events in (none, words, unsure)}
-    assert len(pictures) == 3
+    halts = ([heard, Released(30_000, 40_000)], [heard, Urgent(30_000, 40_000)])
+    pictures = {hearing_png(sound, events, "x.wav") for events in (none, words, unsure, *halts)}
+    assert len(pictures) == 5
     assert {size_of(png)[1] for png in pictures} == {792}
 
 
