@@ -76,11 +76,14 @@ def read_trails(path: Path) -> tuple[Trail, ...]:
     return tuple(trails)
 
 
-def objects(path: Path) -> Iterable[tuple[int, dict[str, Any]]]:
-    """Each line's number and JSON object. Raises ConfigError, with the line that is wrong."""
+def objects(path: Path, *, growing: bool = False) -> Iterable[tuple[int, dict[str, Any]]]:
+    """Each line's number and JSON object. Raises ConfigError, with the line that is wrong.
+
+    `growing`: a part of a line at the end is left out; who writes the file is still at it, or was killed.
+    """
     what = "is this a transcript of `simulate --report`, or the output of `follow --json`?"
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     except OSError as error:
         raise ConfigError(f"{path}: {unreadable(error)}") from None
     except UnicodeDecodeError:
@@ -91,5 +94,7 @@ def objects(path: Path) -> Iterable[tuple[int, dict[str, Any]]]:
         except (ValueError, RecursionError):
             value = None
         if not isinstance(value, dict):
+            if growing and not text.endswith("\n"):
+                return
             raise ConfigError(f"{path}, line {number}: no JSON object; {what}")
         yield number, value

@@ -72,11 +72,21 @@ def test_a_shift_has_its_sound(tmp_path: Path) -> None:
     assert base64.b64decode(body["data"]) == b"\x01\x02" * 4000
 
 
+@pytest.mark.parametrize("end", ['{"event": "sound", "at_s": 2.0, "pcm": "AgA', "\0\0\0"], ids=["killed", "power cut"])
+def test_a_shift_whose_last_line_is_cut_has_all_before(end: str, tmp_path: Path) -> None:
+    lines, file = tmp_path / "shift.jsonl", tmp_path / "shift.mcap"
+    lines.write_text(line(SAID) + end)
+    assert main(["mcap", str(lines), str(file)]) == 0
+    assert [topic for topic, *_ in read(file)] == ["/said", "/events/said"]
+
+
 @pytest.mark.parametrize(
     "text",
     [
         "",
         "no JSON\n",
+        "no JSON",
+        '{"event": "said", "at_s"\n{"event": "said", "at_s": 1}\n',
         "[1]\n",
         '{"event": "moved", "at_s": 1, "poses": [1]}\n',
         '{"event": "sound", "at_s": 1, "pcm": "no base64"}\n',

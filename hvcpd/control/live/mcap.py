@@ -44,7 +44,7 @@ def messages_of(recording: Path) -> Iterator[Message]:
 
 
 def _of_lines(path: Path) -> Iterator[Message]:
-    for number, event in objects(path):
+    for number, event in objects(path, growing=True):
         at_s = event.get("wall_s", event.get("at_s")) if event.get("event") != "summary" else None
         try:
             if at_s is not None:
