@@ -45,6 +45,8 @@ def open_due(me: Knowledge, now: float) -> None:
             continue
         due_s, coming_s = every.last(wall_s), every.next(wall_s)
         me.due_next_s = min(me.due_next_s, coming_s if coming_s is not None else math.inf)
+        if entry.due_s is not None and due_s is not None and coming_s is not None and coming_s < entry.due_s:
+            _number(entry, every, due_s)  # the clock was ahead; what was done by it counts for this time
         if due_s is None or (entry.due_s is not None and due_s <= entry.due_s):
             entry.change = entry.change or (every.number(entry.due_s) if entry.due_s is not None else 0)
             continue

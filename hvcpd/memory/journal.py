@@ -133,7 +133,7 @@ class Journal:
                 case SaveTask(number, state, owner):
                     self._store.save_task(TaskRecord(number, self._names[number], cast(TaskState, state), owner, now))
                 case SaveDue(number, due_s):
-                    self._store.raise_counter(f"{DUE}{number}", int(due_s))
+                    self._store.set_counter(f"{DUE}{number}", int(due_s))  # a clock that was ahead is set back
                 case SaveChange(number, count, skipped):
                     self._store.raise_counter(f"{CHANGE}{number}", 2 * count + skipped)
                 case SavePeer(name, team, heard_at_s):

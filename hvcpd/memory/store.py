@@ -164,6 +164,10 @@ class Store:
         query = "INSERT INTO counters VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET value = max(value, excluded.value)"
         self._write(query, (name, value))
 
+    def set_counter(self, name: str, value: int) -> None:
+        """Remember a counter's value, whichever is remembered."""
+        self._write("INSERT OR REPLACE INTO counters VALUES (?, ?)", (name, value))
+
     def flags(self) -> frozenset[str]:
         """All flags that an earlier version has set."""
         return frozenset(name for (name,) in self._read("SELECT name FROM flags"))

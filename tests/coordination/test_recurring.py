@@ -116,6 +116,20 @@ def test_whoever_has_a_clock_however_wrong_and_misses_whatever_each_time_is_done
     assert (result.missed, result.repeated) == (0, 0)
 
 
+@pytest.mark.parametrize("clocks", [("Rob", "Bot"), ("Rob",)], ids=["all", "one"])
+def test_once_a_clock_that_was_two_days_ahead_is_right_again_each_time_is_done_once(clocks: tuple[str, ...]) -> None:
+    """What was done by the wrong clock counted as done for two days."""
+    plan = replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], clocks=dict.fromkeys(clocks, 2 * 86_400.0))
+    mission = WordMission(plan)
+    mission.air.run_until(HOUR_S)
+    right_s = mission.air.now
+    for name in clocks:
+        mission.robots[name].set_clock(plan.begin_s, right_s)
+    mission.air.refresh()
+    mission.air.run_until(right_s + 6 * HOUR_S)
+    assert len([at_s for at_s, _, _ in mission.done if at_s > right_s]) == 6
+
+
 def shortly_before_the_next() -> tuple[WordMission, float]:
     """A minute before the first task is due again, which was done, and when that is."""
     mission = WordMission(replace(PLAN, names=("Rob", "Bot"), tasks=EVERY_HOUR[:1], clocks={"Rob": 0.0}))

@@ -64,6 +64,20 @@ def test_changes_of_tasks_and_what_they_were_done_for_are_remembered(wiring: Wir
     run(scene())
 
 
+def test_what_was_done_by_a_clock_that_was_ahead_gives_way_to_what_is_done_by_the_right_one(wiring: Wiring) -> None:
+    async def scene() -> None:
+        for due_s in (1.8e9, 1.7e9):
+            journal = JournalService(wiring)
+            await journal.open()
+            journal.write((SaveDue(1, due_s),), 1.0)
+            await journal.close()
+        again = JournalService(wiring)
+        assert (await again.open()).dues == {1: 1.7e9}
+        await again.close()
+
+    run(scene())
+
+
 def test_what_is_remembered_at_the_next_start(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)
