@@ -45,6 +45,7 @@ class Clips:
         self._blocks: deque[tuple[float, Samples]] = deque()
         self._length = 0
         self._flights: set[asyncio.Task[None]] = set()
+        self._turn = asyncio.Lock()
         self.lost = 0
         """Clips that were not kept, because the disk was too slow or failing."""
 
@@ -93,7 +94,8 @@ class Clips:
         folder = settings.folder or Path()
         path = folder / f"garbled-{self._name}-{self._clock():%Y%m%dT%H%M%S.%f}.wav"
         try:
-            await asyncio.to_thread(self._store, path, samples, settings)
+            async with self._turn:  # so what is named later when it is written, is of a clock that was ahead
+                await asyncio.to_thread(self._store, path, samples, settings)
         except (OSError, HvcpdError) as error:
             self.lost += 1
             _log.warning("clip not kept", path=str(path), reason=str(error))
@@ -104,11 +106,12 @@ class Clips:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_wav(path, samples)
         path.chmod(0o640)
-        self._delete_oldest(path.parent, settings)
+        self._delete_oldest(path, settings)
 
-    def _delete_oldest(self, folder: Path, settings: ClipSettings) -> None:
-        """Delete the oldest clips beyond the limits; only files that have our names."""
-        clips = sorted(folder.glob(f"garbled-{self._name}-*.wav"), reverse=True)
+    def _delete_oldest(self, newest: Path, settings: ClipSettings) -> None:
+        """Delete the oldest clips beyond the limits; only files that have our names. Names later than the newest's are
+        of a clock that was ahead, or is behind since the power was cut; they go first."""
+        clips = sorted(newest.parent.glob(f"garbled-{self._name}-*.wav"), key=lambda c: (c <= newest, c), reverse=True)
         total = 0
         for number, clip in enumerate(clips):
             with suppress(FileNotFoundError):  # somebody else has deleted it meanwhile

@@ -97,6 +97,21 @@ def test_the_oldest_go_and_other_files_stay(settings: ClipSettings, tmp_path: Pa
     run(scene())
 
 
+def test_a_new_clip_stays_though_the_clock_was_ahead_when_the_others_were_made(tmp_path: Path) -> None:
+    async def scene() -> None:
+        ahead = [f"garbled-rob-20270101T00000{number}.000000.wav" for number in range(3)]
+        for name in ahead:
+            (tmp_path / name).write_bytes(b"x")
+        recorder = Recorder(ClipSettings(folder=tmp_path, keep=3))
+        recorder.live(3.0, GarbledRecord(3.0, 1.0, 2.0), GarbledRecord(3.0, 1.5, 2.5))
+        await recorder.clips.close()
+        kept = names(tmp_path)
+        assert [name[:16] for name in kept[:2]] == ["garbled-rob-2026"] * 2
+        assert kept[2:] == ahead[2:]
+
+    run(scene())
+
+
 def test_a_reload_begins_and_ends_it(tmp_path: Path) -> None:
     async def scene() -> None:
         recorder = Recorder(ClipSettings())
