@@ -297,7 +297,7 @@ class Coordination:
     def actions(self, now: float) -> tuple[Action, ...]:
         """The actions to carry out now, in order; each is returned once."""
         me = self.knowledge
-        for number in me.board.changed:
+        for number in dict.fromkeys(me.board.changed):
             me.board[number].since_s = now
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
             due_s = schedule.note_done(me, number, now)

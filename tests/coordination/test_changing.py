@@ -8,6 +8,7 @@ import pytest
 
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
+from hvcpd.coordination.actions import SaveTask
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -132,6 +133,7 @@ def test_the_owner_of_a_robot_changes_tasks_and_is_told_why_not() -> None:
     assert rob.change(7, False, now) == "there is no task 7; the tasks are 1, 2"
     assert rob.change(2, True, now) == "task 2 is done already"
     assert rob.change(2, False, now) is None
+    assert [each.state for each in rob.actions(now) if isinstance(each, SaveTask)] == ["open"], "told once"
     assert rob.change(2, False, now) == "task 2 is still to be done"
     mission.air.refresh()
     run_until(mission, AGAIN_S + LATER_S)
