@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import io
+import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -27,6 +29,7 @@ from hvcpd.errors import ConfigError, DeviceError, HvcpdError, PhraseError
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples
 
+BLOCK_S = BLOCK / SAMPLE_RATE_HZ
 STOP_S = 21.0
 """When nobody speaks: both have greeted, and nobody has a task yet."""
 
@@ -163,6 +166,28 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert "I have stopped" in out.getvalue()
     assert "Anna: bot stop\n" in out.getvalue()
     assert UNHEARD not in out.getvalue()
+
+
+@pytest.mark.slow
+def test_a_terminal_that_is_closed_ends_it_in_order(tmp_path: Path, units: Path) -> None:
+    """A hangup killed it, and its folder and those of its motors stayed in /tmp."""
+
+    def watch(now_s: float) -> None:
+        if round(now_s / BLOCK_S) == round(1.0 / BLOCK_S):
+            os.kill(os.getpid(), signal.SIGHUP)
+        if now_s >= 3.0:
+            raise OverError("it lives on")
+
+    before = signal.signal(signal.SIGHUP, lambda *_: None)  # not to end the tests
+    try:
+        with duet(tmp_path, units, watch) as (both, room, _), (tmp_path / "nothing").open("w+") as typed:
+            for stream, daemon in zip(room.streams, both.daemons, strict=True):
+                stream.settled = daemon.settled
+            asyncio.run(both.live(typed))
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert not any(daemon.robot is None for daemon in both.daemons), "they had not begun"
+    assert room.now_s < 3.0
 
 
 def block(level: float) -> Samples:

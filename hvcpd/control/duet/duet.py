@@ -231,6 +231,8 @@ class Duet:
         lives = [asyncio.ensure_future(daemon.run()) for daemon in self.daemons]
         for number in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(number, self.leave, lives)
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # which is how nohup has it
+            loop.add_signal_handler(signal.SIGHUP, self._end, lives)  # its terminal is closed: nobody reads on
         beside = [asyncio.ensure_future(self._watch(drain))]
         beside += [asyncio.ensure_future(self._onlooker.follow(socket_path(s), s.name)) for s in self._settings]
         listening = self._listen(typed)
@@ -277,15 +279,18 @@ class Duet:
     def leave(self, lives: list[asyncio.Task[None]]) -> None:
         """Have the robots say that they leave; end at once on the second call, or LEAVE_S after the first."""
         if self._ended or not all(daemon.listening for daemon in self.daemons):
-            self._ended = True
-            for life in lives:
-                life.cancel()
+            self._end(lives)
             return
         self._ended = True
         self._onlooker.note(_LEAVING)
         for daemon in self.daemons:
             daemon.leave()
         asyncio.get_running_loop().call_later(LEAVE_S, self.leave, lives)
+
+    def _end(self, lives: list[asyncio.Task[None]]) -> None:
+        self._ended = True
+        for life in lives:
+            life.cancel()
 
     def _listen(self, typed: Any) -> bool:
         """Take lines as they are typed; False for an input that cannot be polled, such as a file."""
