@@ -31,6 +31,7 @@ from benchmarks.hearing.material import BLOCK, GAP_S
 from benchmarks.stop_callers import Callers, ended, is_held_out
 from hil_fakes.room import PinkNoise
 from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.names import Accent
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -41,6 +42,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.second_pass import AtOnce, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
@@ -73,7 +75,9 @@ class Stage:
         self.people = [v.name for v in VOICES if v.name not in robots]
 
     def ears(self) -> Recogniser:
-        return make_ears(self.book, self.names, self._sound)
+        """As a robot's with `voices: any`, which understands strangers, too."""
+        hearing = HearingPlan(channel=AtOnce(), second=AtOnce[Segment, Recognised | None](), any_voice=True)
+        return make_ears(self.book, self.names, self._sound, hearing)
 
     def sentence(self, chooser: random.Random, speaker: str) -> Samples:
         """A random sentence of a robot that does not say "stop"."""

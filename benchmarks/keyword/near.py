@@ -2,11 +2,12 @@
 and by synthesizers that the net has not learned from.
 
     nice python -m benchmarks.keyword.near [--net stop.npz ...] [--part test] [--words 40] [--seed 0]
-        [--sources formant,natural,espeak-ng,flite] [--text "top,shop,i have stopped"]
+        [--sources formant,natural,espeak-ng,flite] [--ear] [--text "top,shop,i have stopped"]
 
-Nothing but the nets listen, all to the same words, in a quiet room, at -45 to -25 dBFS. `--part test`: words that no
-voice said in the training, and none with the keyword in it ("stopper"); --text: these instead. Halts and latches are as
-in `benchmarks.keyword.curve`, at the thresholds of the robot; intervals are Wilson's, 95 %.
+Nothing but the nets listen, all to the same words, in a quiet room, at -45 to -25 dBFS; --ear: also whole ears that
+understand strangers. `--part test`: words that no voice said in the training, and none with the keyword in it
+("stopper"); --text: these instead. Halts and latches are as in `benchmarks.keyword.curve`, at the thresholds of the
+robot; intervals are Wilson's, 95 %.
 """
 
 from __future__ import annotations
@@ -25,9 +26,10 @@ from benchmarks.keyword.curve import called
 from benchmarks.keyword.texts import alike, includes, near_part_of
 from benchmarks.people_material import RATES_WPM, foreigners
 from benchmarks.phones.material import common_words
+from benchmarks.stop import SPEECH_DBFS, Listener, Stage, at_level, room
 from benchmarks.stop_callers import HELD_OUT_VOICES
 from hvcpd.evaluation.statistics import wilson
-from hvcpd.ports import Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.keyword.belief import CERTAIN
 from hvcpd.recognition.keyword.net import POSSIBLE, WEIGHTS, Weights
 from hvcpd.synthesis.lexicon import Lexicon
@@ -35,6 +37,8 @@ from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
 ROBOTS = ("formant", "natural")
+EAR_S = 4
+"""A whole ear listens for so long to a word, which begins after 1 s."""
 CURVES = {"halt": POSSIBLE, "latch": CERTAIN}
 
 
@@ -63,6 +67,22 @@ def report(chances: NDArray[np.float64], said_texts: Sequence[str], names: Seque
             print(line + (f", {alone} for this net alone" if len(names) > 1 else "") + most, flush=True)
 
 
+def whole(sounds: Sequence[Samples], texts: Sequence[str]) -> str:
+    """How often a whole ear is stopped for good by words said alone, and by which most often."""
+    stage, stopped = Stage(("Rob", "Bot")), Counter[str]()
+    for k, sound in enumerate(sounds):
+        listener = Listener(stage.ears())
+        heard = room(EAR_S * SAMPLE_RATE_HZ + len(sound), k)
+        heard[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += at_level(sound, SPEECH_DBFS)
+        listener.listen(heard)
+        stopped[texts[k % len(texts)]] += bool(listener.stopped_s)
+    n, often = stopped.total(), ", ".join(f"{text} {k}" for text, k in stopped.most_common(5) if k)
+    low, high = wilson(n, len(sounds))
+    return (
+        f"{n} of {len(sounds)} stop it for good ({100 * low:.0f} to {100 * high:.0f} %); most often: {often or 'none'}"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--net", type=Path, nargs="+", default=[WEIGHTS])
@@ -70,6 +90,7 @@ def main() -> None:
     parser.add_argument("--words", type=int, default=40)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sources", default=",".join((*ROBOTS, "espeak-ng", "flite")))
+    parser.add_argument("--ear", action="store_true")
     parser.add_argument("--text", help="words or phrases, separated by commas")
     o = parser.parse_args()
     nets, chooser = [Weights.load(path) for path in o.net], random.Random(o.seed)
@@ -81,6 +102,8 @@ def main() -> None:
     for source in o.sources.split(","):
         words = said(source, texts, chooser)
         heard = [called(nets, sound, None, chooser.uniform(-10.0, 10.0), o.seed + k) for k, sound in enumerate(words)]
+        if o.ear:
+            print(f"whole ear {source}: {whole(list(said(source, texts, random.Random(o.seed))), texts)}", flush=True)
         report(np.array(heard), texts * (len(heard) // len(texts)), [path.stem for path in o.net], source)
 
 
