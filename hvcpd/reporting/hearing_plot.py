@@ -36,7 +36,7 @@ QUIETEST_DBFS = -100.0
 
 _SOUND, _NOISE, _GARBLED, _INK = "#7d8da1", "#d9480f", "#868e96", "#22262b"
 _SURE, _UNSURE = "#0a7355", "#c2255c"
-_LABELS: dict[type[Event], str] = {Garbled: "garbled", Urgent: "stop, by itself", Released: "halt, let go"}
+_HALTS: dict[type[Event], str] = {Urgent: "stop", Released: "halt"}
 
 
 class PlotError(HvcpdError):
@@ -155,7 +155,11 @@ def _draw_event(axes: tuple[Any, Any, Any], event: Event) -> None:
     if not isinstance(event, Recognised):
         for each in axes:
             each.axvspan(start_s, end_s, color=_GARBLED, alpha=0.25, linewidth=0)
-        _label(top, (start_s + end_s) / 2, _LABELS[type(event)], _GARBLED, italic=True)
+        if isinstance(event, Garbled):
+            _label(top, (start_s + end_s) / 2, "garbled", _GARBLED, italic=True)
+        else:  # it may lie within a sentence, whose words are above the spectrum
+            level = middle.get_xaxis_transform()
+            middle.text(start_s, 1.02, _HALTS[type(event)], transform=level, fontsize=8, style="italic", color=_INK)
         return
     middle.axvspan(start_s, end_s, color=_SURE, alpha=0.07, linewidth=0)
     _draw_path(top, bottom, event)
