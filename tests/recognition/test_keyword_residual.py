@@ -74,6 +74,19 @@ def test_a_sentence_that_is_known_poorly_leaves_itself_and_no_call(at: int) -> N
     assert alone < LEFT < over
 
 
+def test_a_sentence_that_explains_all_leaves_no_call() -> None:
+    recent = RecentSound(KeywordNet(Weights.load()))
+    talk = mixed(TALK, CALL, 6_000)
+    for chunk in FrameStream().push(np.pad(talk, SAMPLE_RATE_HZ), masked=False):
+        recent.hear(chunk)
+    heard = recent.since(0)
+    assert heard is not None
+    told = Recognised(("green",), "oak", BEGIN, BEGIN + len(talk), 1.0, 20.0, (), received=Received(0, heard))
+    residual = recent.without(told, BEGIN + 6_000, BEGIN + 6_000 + len(CALL))
+    assert residual is not None
+    assert residual.log_odds == -np.inf
+
+
 def test_from_a_sentence_of_which_nothing_is_known_nothing_follows() -> None:
     over = left(mixed(TALK, CALL, 6_000), 6_000, np.float32(0.01) * TALK)
     assert over is not None

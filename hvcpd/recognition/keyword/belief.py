@@ -67,7 +67,6 @@ class Residual(NamedTuple):
     """The probability, by the residual, that a call was said."""
     share: float
     """The share of it, 0 to 1, that this sentence does not leave elsewhere."""
-
     alone: float
     """The probability of a call by the sentence alone, as it is known to have been received."""
 

@@ -88,7 +88,8 @@ class RecentSound:
         return Residual(max(left), share, max(like)) if left is not None and like is not None else None
 
     def with_noise(self, start: int, end: int) -> Probabilities | None:
-        """The same, with white noise NOISE_POWER below the word; None if the sound is no longer kept.
+        """The highest probabilities of the word, and of a call, between two samples, with white noise NOISE_POWER below
+        the word; None if the sound is no longer kept.
 
         What the net takes for the word by chance, in a voice of which it has learned nothing, changes with a little
         noise; the mean of its answers is surer than each (as in test-time augmentation: G. Wang et al., "Aleatoric
@@ -129,7 +130,7 @@ def _share_over(heard: Samples, rest: Samples, word: slice, told: slice) -> floa
     if beside < LEAST_EXPLAINED:
         return 1.0
     there = _explained(heard, rest, word)
-    return max(beside - there, 0.0) / (1.0 - there)
+    return (beside - there) / (1.0 - there) if there < beside else 0.0
 
 
 def _explained(heard: Samples, rest: Samples, *where: slice) -> float:
