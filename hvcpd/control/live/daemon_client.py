@@ -156,7 +156,9 @@ class DaemonClient:
             except OSError as error:
                 raise NotRunningError(f"the daemon at {self.path} has ended ({error.strerror})") from None
             if not more:
-                raise NotRunningError(f"the daemon at {self.path} has ended")
+                raise NotRunningError(
+                    f"the daemon at {self.path} has ended, or has hung up because what it sent was not read in time"
+                )
             self._unread += more
         line, _, self._unread = self._unread.partition(b"\n")
         return bytes(line)
