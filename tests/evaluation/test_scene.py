@@ -66,17 +66,18 @@ def test_the_hall_decays_as_it_is_stated() -> None:
 @pytest.mark.slow
 def test_a_block_of_calls_is_the_same_again_and_hears_near_and_not_far() -> None:
     pytest.importorskip("pyroomacoustics", reason="needs pyroomacoustics, of the eval extra")
-    settings = {"text": calls.WAKE, "listeners": [listeners.OURS], "robot_noise_db_spl": 50.0}
-    (near,) = calls.blocks("wake", 1, 2, {**settings, "distance_m": 1.0})
-    (far,) = calls.blocks("wake", 1, 2, {**settings, "distance_m": 10.0, "robot_noise_db_spl": 85.0})
+    settings = {"text": calls.WAKE, "listeners": [listeners.OURS]}
+    (near,) = calls.blocks("wake", 1, 2, [1.0], **settings, robot_noise_db_spl=50.0)
+    (far,) = calls.blocks("wake", 1, 2, [10.0], **settings, robot_noise_db_spl=85.0)
     row = calls.call(near)
     assert row == calls.call(near)
     assert (row[listeners.OURS], calls.call(far)[listeners.OURS]) == (2, 0)
 
 
 def test_blocks_hold_all_trials_once() -> None:
-    found = calls.blocks("wake", 1, 45, {"distance_m": 1.0})
-    assert sum(t.settings["calls"] for t in found) == 45
+    found = calls.blocks("wake", 1, 45, [1.0, 2.0])
+    for distance_m in (1.0, 2.0):
+        assert sum(t.settings["calls"] for t in found if t.settings["distance_m"] == distance_m) == 45
     assert len({t.key for t in found}) == len(found)
 
 
