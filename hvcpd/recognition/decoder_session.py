@@ -122,7 +122,7 @@ class DecoderSession:
     def since(self) -> int | None:
         """The frame at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
         there is none."""
-        return self._since if self.awake and self.best.cost < -2.0 * FOLLOWED_GAIN else None
+        return self._since if self.best.cost < -2.0 * FOLLOWED_GAIN else None
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
         """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""

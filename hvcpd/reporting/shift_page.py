@@ -197,10 +197,11 @@ def _deeds(shift: Shift, member: Member) -> Markup:
 def _tasks(shift: Shift) -> Markup:
     heads = ("No.", "Task", "Done")
     rows = []
+    done_often = shift.done
     for task in shift.story.tasks:
         acts = [f"{wall_clock(shift.begin_s + act.at_s, shift)} by {act.robot}" for act in task.performed]
         name = tag("th", badge(task.icon, task.name), task.name, scope="row")
-        half = "half done: " if acts and not shift.done[task.number] else ""
+        half = "half done: " if acts and not done_often[task.number] else ""
         done = tag("td", half + (", ".join(acts) or "not done"), data_head="Done")
         rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))
     return _table(heads, rows)

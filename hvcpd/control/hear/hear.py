@@ -74,10 +74,11 @@ def _tell_nearness(
 
 def _nothing(samples: Samples, names: Sequence[str], file: Path) -> str:
     """Why no sentence was heard, if that is known."""
-    level_db = 20.0 * math.log10(max(float(np.abs(samples).max(initial=0.0)), 1e-9))
+    peak = float(np.abs(samples).max(initial=0.0))
+    level_db = 20.0 * math.log10(peak) if peak else -math.inf
     length = f"{len(samples) / SAMPLE_RATE_HZ:.1f} s"
     if level_db < SILENT_DB:
-        loudest = "all of its samples are zero" if level_db < -150.0 else f"its loudest sample has {level_db:.0f} dBFS"
+        loudest = f"its loudest sample has {level_db:.0f} dBFS" if peak else "all of its samples are zero"
         return f"{file} is silent ({length}): {loudest}; was the microphone muted, or another one meant?"
     return f"no sentence of the phrasebook in {file} ({length}; names known: {', '.join(names)})"
 

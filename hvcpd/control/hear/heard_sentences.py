@@ -62,8 +62,7 @@ def sentence_of(event: Recognised, team: Team, sealing: Sealing | None) -> Heard
         utterance, verdict = sealing.judge(utterance, team.phrasebook, event.end_sample / SAMPLE_RATE_HZ)
         seal = _SEALS.get(verdict.trust, "wrong")
     return HeardSentence(
-        event.start_sample / SAMPLE_RATE_HZ,
-        event.end_sample / SAMPLE_RATE_HZ,
+        *_seconds(event),
         written(utterance, team.phrasebook) if is_cipher else team.phrasebook.write(utterance),
         utterance.speaker,
         str(utterance.addressee) if utterance.addressee is not None else None,
@@ -87,8 +86,8 @@ class Teller:
     def __init__(self, team: Team, sealing: Sealing | None, options: argparse.Namespace) -> None:
         self._team, self._sealing, self._options = team, sealing, options
         self._held = False
-        self.sentences = self.halts = 0
-        """What has been printed."""
+        self.sentences = 0
+        """How many have been printed."""
 
     def tell(self, event: Event) -> None:
         """Print a sentence, or where a robot would halt; of several holds in a row the first."""
@@ -98,7 +97,6 @@ class Teller:
             self._write(as_json(sentence) if self._options.json else as_text(sentence))
         elif type(event) in HALTS and not (self._held and isinstance(event, Held)):
             self._held = isinstance(event, Held)
-            self.halts += 1
             self._write(halt_as_json(event) if self._options.json else halt_as_text(event))
 
     def _write(self, line: str) -> None:
@@ -108,20 +106,22 @@ class Teller:
 
 def halt_as_json(event: Event) -> str:
     """One of the events of HALTS as a JSON object, with the place of the word."""
-    return json.dumps({**_place(event), "event": HALTS[type(event)][0]})
+    start_s, end_s = _seconds(event)
+    return json.dumps({"start_s": round(start_s, 3), "end_s": round(end_s, 3), "event": HALTS[type(event)][0]})
 
 
 def halt_as_text(event: Event) -> str:
     """The same as a line."""
-    place = _place(event)
-    return f"{place['start_s']:8.2f} – {place['end_s']:6.2f} s        [{HALTS[type(event)][1]}]"
+    return line_at(*_seconds(event), f"[{HALTS[type(event)][1]}]")
 
 
-def _place(event: Event) -> dict[str, float]:
-    return {
-        "start_s": round(event.start_sample / SAMPLE_RATE_HZ, 3),
-        "end_s": round(event.end_sample / SAMPLE_RATE_HZ, 3),
-    }
+def _seconds(event: Event) -> tuple[float, float]:
+    return event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
+
+
+def line_at(start_s: float, end_s: float, text: str, sure: str = "") -> str:
+    """A line of what was heard from when to when, and how sure that is, if that is known."""
+    return f"{start_s:8.2f} – {end_s:6.2f} s  {sure:4}  {text}"
 
 
 def as_json(s: HeardSentence) -> str:
@@ -144,4 +144,4 @@ def as_text(s: HeardSentence) -> str:
     """The sentence as a line."""
     kind = "encrypted, seal" if s.encrypted else "seal"
     seal = f"  [{kind} {s.seal}]" if s.seal is not None else ""
-    return f"{s.start_s:8.2f} – {s.end_s:6.2f} s  {s.confidence:4.0%}  {s.text}{seal}"
+    return line_at(s.start_s, s.end_s, s.text + seal, f"{s.confidence:4.0%}")

@@ -10,7 +10,8 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from hvcpd.control.hear.learn_alternatives import LEAD_S, closest
+from hvcpd.control.hear.heard_sentences import line_at
+from hvcpd.control.hear.learn_alternatives import around, bank_of, closest
 from hvcpd.control.simulate.team import Team
 from hvcpd.people.fusion import Words, alike, evidence, probability
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
@@ -48,19 +49,19 @@ def nearness(samples: Samples, events: Sequence[Event], said: Words, team: Team)
     people = None
     if team.settings.voices == "any":
         people = SecondPassRecogniser(team.phrasebook.people_graph, team.sound.lexicon, team.people, strangers=True)
-    for stretch in events:
-        if isinstance(stretch, Garbled | Recognised):
-            near = closest(samples, stretch, team.phrasebook.graph, team)
-            yield _told(stretch, "robot", RecogniserSettings().min_confidence, near, None, said, team)
-            if people is not None:
-                yield _by_people(people, samples, stretch, said, team)
+    stretches = [event for event in events if isinstance(event, Garbled | Recognised)]
+    bank = bank_of(team) if stretches else {}
+    for stretch in stretches:
+        near = closest(around(samples, stretch)[1], team.phrasebook.graph, bank)
+        yield _told(stretch, "robot", RecogniserSettings().min_confidence, near, None, said, team)
+        if people is not None:
+            yield _by_people(people, samples, stretch, said, team)
 
 
 def _by_people(
     people: SecondPassRecogniser, samples: Samples, stretch: Garbled | Recognised, said: Words, team: Team
 ) -> Nearness:
-    begin = max(stretch.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
-    sound = samples[begin : stretch.end_sample + SAMPLE_RATE_HZ]
+    begin, sound = around(samples, stretch)
     segment = Segment(sound, stretch.start_sample - begin, stretch.start_sample, stretch.end_sample, begin)
     likeliest = people.likeliest(segment)
     own = probability(evidence(people.hypotheses(segment), said))
@@ -99,7 +100,7 @@ def as_line(near: Nearness, said: str, json_wanted: bool) -> str:
     if json_wanted:
         rounded = {key: round(value, 4) if isinstance(value, float) else value for key, value in vars(near).items()}
         return json.dumps({"said": said} | rounded)
-    return f"{near.start_s:8.2f} – {near.end_s:6.2f} s        as a {near.voice}'s: {_verdict(near, said)}"
+    return line_at(near.start_s, near.end_s, f"as a {near.voice}'s: {_verdict(near, said)}")
 
 
 def _verdict(near: Nearness, said: str) -> str:

@@ -39,6 +39,8 @@ DOUBTFUL = 0.5
 """Words of lower confidence are examined: words that were said have 0.95 and more, others 0.02."""
 MOST_DOUBTFUL = 2
 """Words of a sentence that are examined, the most doubtful first; with three wrong words it is another sentence."""
+Bank = Mapping[str, Mapping[str, Sequence[Samples]]]
+
 LEAD_S = 3.0
 """Length of recording heard before the stretch, so that the noise tracker can settle: its memory."""
 TAIL_S = 1.0
@@ -90,10 +92,10 @@ def missed(samples: Samples, team: Team, said: tuple[str, ...] | None) -> list[E
 
 def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | None, file: str) -> Iterator[Proposal]:
     """Yield what the doubtful words of one stretch of a recording, shape (n,), float32 at 16 kHz, sounded like."""
-    begin, piece = _around(samples, miss)
+    begin, piece = around(samples, miss)
     graph = graph_of(said, frozenset(range(1, len(said)))) if said else team.phrasebook.graph
-    bank = _bank(team)
-    near = closest(samples, miss, graph, team)
+    bank = bank_of(team)
+    near = closest(piece, graph, bank)
     if near is None:
         return
     sentence = team.phrasebook.write(team.phrasebook.parse(near.words))
@@ -107,19 +109,20 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
             yield Proposal(span.word, phrase, sentence, file, at_s, (begin + span.end_sample) / SAMPLE_RATE_HZ)
 
 
-def closest(samples: Samples, stretch: Event, graph: WordGraph, team: Team) -> Recognised | None:
-    """The likeliest sentence of the graph in a stretch of a recording, shape (n,), float32 at 16 kHz, in a robot's
+def closest(piece: Samples, graph: WordGraph, bank: Bank) -> Recognised | None:
+    """The likeliest sentence of the graph in a piece of a recording, shape (n,), float32 at 16 kHz, in a robot's
     voice, however badly it fits."""
-    return _longest(_hear(Recogniser(graph, _bank(team), ANYTHING), _around(samples, stretch)[1]))
+    return _longest(_hear(Recogniser(graph, bank, ANYTHING), piece))
 
 
-def _around(samples: Samples, stretch: Event) -> tuple[int, Samples]:
-    """The recording around a stretch, and its first sample."""
+def around(samples: Samples, stretch: Event) -> tuple[int, Samples]:
+    """The first sample of the piece of a recording, shape (n,), around a stretch of it, and that piece."""
     begin = max(stretch.start_sample - round(LEAD_S * SAMPLE_RATE_HZ), 0)
     return begin, samples[begin : stretch.end_sample + round(TAIL_S * SAMPLE_RATE_HZ)]
 
 
-def _bank(team: Team) -> dict[str, dict[str, list[Samples]]]:
+def bank_of(team: Team) -> Bank:
+    """The templates of all words in the voices of the team, by voice and word; to render them takes seconds."""
     return {name: templates(team.phrasebook, voice, team.sound) for name, voice in team_voices(team).items()}
 
 
@@ -151,7 +154,7 @@ def _longest(events: Sequence[Event]) -> Recognised | None:
 
 
 def _sounds_like(
-    piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team
+    piece: Samples, near: Recognised, index: int, known: Mapping[str, Sequence[Samples]], team: Team
 ) -> Recognised | None:
     """The sentence with the words that are heard instead of the one at `index` when they may be any; None when nothing
     is heard.
@@ -170,7 +173,7 @@ def _sounds_like(
 
 
 def _heard_freely(
-    piece: Samples, near: Recognised, index: int, known: dict[str, list[Samples]], team: Team, n_words: int
+    piece: Samples, near: Recognised, index: int, known: Mapping[str, Sequence[Samples]], team: Team, n_words: int
 ) -> Recognised | None:
     """`near` heard once more with any 1 to `n_words` words instead of the one at `index`."""
     within = index + 1 < len(near.words)
