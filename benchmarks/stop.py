@@ -42,7 +42,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.second_pass import AtOnce, Segment
+from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
@@ -76,7 +76,7 @@ class Stage:
 
     def ears(self) -> Recogniser:
         """As a robot's with `voices: any`, which understands strangers, too."""
-        hearing = HearingPlan(channel=AtOnce(), second=AtOnce[Segment, Recognised | None](), any_voice=True)
+        hearing = HearingPlan(channel=AtOnce(), second=AtOnce())
         return make_ears(self.book, self.names, self._sound, hearing)
 
     def sentence(self, chooser: random.Random, speaker: str) -> Samples:

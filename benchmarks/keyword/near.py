@@ -76,11 +76,9 @@ def whole(sounds: Sequence[Samples], texts: Sequence[str]) -> str:
         heard[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += at_level(sound, SPEECH_DBFS)
         listener.listen(heard)
         stopped[texts[k % len(texts)]] += bool(listener.stopped_s)
-    n, often = stopped.total(), ", ".join(f"{text} {k}" for text, k in stopped.most_common(5) if k)
+    n, often = stopped.total(), ", ".join(f"{text} {k}" for text, k in (+stopped).most_common(5))
     low, high = wilson(n, len(sounds))
-    return (
-        f"{n} of {len(sounds)} stop it for good ({100 * low:.0f} to {100 * high:.0f} %); most often: {often or 'none'}"
-    )
+    return f"{n} of {len(sounds)} stop it ({100 * low:.0f} to {100 * high:.0f} %); most often: {often or 'none'}"
 
 
 def main() -> None:
@@ -100,10 +98,12 @@ def main() -> None:
     texts = o.text.split(",") if o.text else near
     texts = chooser.sample(texts, min(o.words, len(texts)))
     for source in o.sources.split(","):
-        words = said(source, texts, chooser)
-        heard = [called(nets, sound, None, chooser.uniform(-10.0, 10.0), o.seed + k) for k, sound in enumerate(words)]
+        sounds, heard = [], []
+        for k, sound in enumerate(said(source, texts, chooser)):
+            sounds.append(sound)
+            heard.append(called(nets, sound, None, chooser.uniform(-10.0, 10.0), o.seed + k))
         if o.ear:
-            print(f"whole ear {source}: {whole(list(said(source, texts, random.Random(o.seed))), texts)}", flush=True)
+            print(f"whole ear {source}: {whole(sounds, texts)}", flush=True)
         report(np.array(heard), texts * (len(heard) // len(texts)), [path.stem for path in o.net], source)
 
 
