@@ -127,8 +127,10 @@ def _moved(before: KeyPath, now: KeyPath) -> Callable[[KeyPath], KeyPath | None]
 
 
 def read_bytes(path: Path) -> bytes:
-    """The bytes of a configuration file. Raises ConfigError when it cannot be read or is too large."""
+    """The bytes of a configuration file. Raises ConfigError if it cannot be read, is no regular file or is too large."""
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():  # to open a pipe would wait for its writer
+            raise ConfigError(f"{path}: this is a pipe or a device, which cannot be read again; name a regular file")
         with path.open("rb") as file:
             data = file.read(MAX_FILE_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name

@@ -6,6 +6,7 @@ Nothing in a line can forge another one, tell a secret, or flood the disk.
 from __future__ import annotations
 
 import logging
+import math
 import os
 import sys
 import time
@@ -57,12 +58,19 @@ def clean_values(_logger: Any, _method: str, event: EventDict) -> EventDict:
 
 
 def _cleaned(key: str, value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
     if value is None or isinstance(value, bool | int | float):
         return value
     text = str(value)
     if key == "exception":
         return "\n".join(map(clean, text[-MAX_TRACE_LENGTH:].splitlines()))  # what was raised stands at its end
     return clean(text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 1] + "…")
+
+
+def leave_out_unknown(_logger: Any, _method: str, event: EventDict) -> EventDict:
+    """What has no value has no place in a line for people."""
+    return {key: value for key, value in event.items() if value is not None}
 
 
 def hide_secrets(_logger: Any, _method: str, event: EventDict) -> EventDict:
@@ -175,7 +183,10 @@ def set_up_logging(
     if not journal:
         short = form == "console" and out.isatty()
         processors.append(structlog.processors.TimeStamper(fmt="%H:%M:%S" if short else "iso", utc=False))
-    processors += [structlog.processors.format_exc_info, clean_values, _renderer(form, out.isatty())]
+    processors += [structlog.processors.format_exc_info, clean_values]
+    if form != "json":
+        processors.append(leave_out_unknown)
+    processors.append(_renderer(form, out.isatty()))
     if journal:
         processors.append(with_priority)
     structlog.configure(
@@ -215,7 +226,7 @@ def tell(record: Record, tasks: TaskRepository) -> None:
                 speaker=record.utterance.speaker,
                 confidence=round(record.confidence, 3),
                 snr_db=round(record.snr_db, 1),
-                voice=record.voice,
+                voice=record.voice or None,
                 at_s=_s(record.start_s),
             )
         case GarbledRecord():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 
@@ -80,6 +81,13 @@ def test_files_that_cannot_be_opened(tmp_path: Path) -> None:
         read_bytes(tmp_path)
     with pytest.raises(ConfigError, match="not a file name"):
         read_bytes(Path("a\0b"))
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with pytest.raises(ConfigError, match=r"pipe: this is a pipe .*; name a regular file"):
+        load_settings(path)
 
 
 def test_a_bomb_of_aliases_is_defused() -> None:

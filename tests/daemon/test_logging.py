@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ import structlog
 from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
 from hvcpd.daemon.logging import set_up_logging, tell
-from hvcpd.language.messages import ToAll, Utterance
+from hvcpd.language.messages import Stop, ToAll, Utterance
 from hvcpd.robot.records import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord
 
 TASKS = TaskRepository((TaskDefinition(1, "water the rose", None, ()),))
@@ -53,6 +54,14 @@ def test_logfmt_has_the_words_and_the_confidence() -> None:
     assert 'text="Hi all, I am Bot" at_s=1.0 duration_s=2.0' in lines[0]
     assert "speaker=Bot confidence=0.988 snr_db=21.0 voice=oak at_s=3.0" in lines[1]
     assert 'number=1 name="water the rose" state=claimed owner=Bot' in lines[3]
+
+
+def test_what_a_word_heard_by_itself_lacks_is_left_out() -> None:
+    out = io.StringIO()
+    set_up_logging("info", out, {})
+    stop = Utterance(None, statement=Stop())
+    tell(HeardRecord(5.0, stop, "stop", 3.0, 4.9, math.nan, math.nan, ""), TASKS)
+    assert out.getvalue().endswith("level=info event=heard text=stop at_s=3.0\n")
 
 
 def test_under_systemd_the_journal_keeps_the_time_and_learns_the_priority(tmp_path: Path) -> None:
