@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.hearing.noises import steady
 from benchmarks.judging import Phrases, program
@@ -91,7 +92,7 @@ class Place:
         measured = Rooms(data / "rooms" if data is not None else None, self._rng)
         self._rooms = measured, Rooms(None, self._rng, boxes=True)
         n = 30 * SAMPLE_RATE_HZ
-        self._noises: list[Samples] = [steady("white", n, seed), steady("pink", n, seed)]
+        self._noises: list[NDArray[np.floating]] = [steady("white", n, seed), steady("pink", n, seed)]
         self._noises += noises(data, "train") if data is not None else []
 
     def heard(self, sound: Samples) -> Segment:
@@ -100,9 +101,10 @@ class Place:
         response = self._rooms[rng.integers(2)].draw() if rng.random() < IN_ROOMS else None
         if response is not None:
             size = 1 << (len(sound) + len(response)).bit_length()
-            sound = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(response, size), size)[: len(sound) + 2000]
+            whole = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(response, size), size)
+            sound = np.asarray(whole[: len(sound) + 2000], np.float32)
         lead, tail = round(LEAD_S * SAMPLE_RATE_HZ), SAMPLE_RATE_HZ
-        clean = np.pad(levelled(np.asarray(sound, np.float32)), (lead, tail))
+        clean = np.pad(levelled(sound), (lead, tail))
         snr_db = SNRS_DB[rng.integers(len(SNRS_DB))]
         rms = QUIET_RMS if snr_db is None else SPEECH_RMS * 10.0 ** (-snr_db / 20.0)
         noise = self._noises[rng.integers(len(self._noises))]

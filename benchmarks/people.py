@@ -27,6 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import people_strangers as strangers
+from benchmarks.judging import Phrases
 from benchmarks.people_material import (
     CALLS,
     DIGITS,
@@ -83,12 +84,13 @@ def hear_voice(
 
 def voices_row(stage: Stage, row: str, voices: Sequence[Foreigner], n: int, seed: int) -> None:
     total = np.zeros(3, int)
+    phrases: Sequence[Phrases]
     for number, voice in enumerate(voices):
         if row == "stop":
             phrases = [[c.split()] for c in CALLS] * max(n // len(CALLS), 1)
         else:
-            phrases = sentences(stage.book, n, seed + number)
-            phrases += [[c.split()] for c in FIRST_WORDS] if row == "strangers" else []
+            first = [[c.split()] for c in FIRST_WORDS] if row == "strangers" else []
+            phrases = [*sentences(stage.book, n, seed + number), *first]
         spoken = [(tuple(w for p in ps for w in p), voice.say(ps)) for ps in phrases]
         people = []
         if row == "enrolled":

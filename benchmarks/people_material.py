@@ -49,6 +49,7 @@ class Foreigner:
 def foreigners() -> list[Foreigner]:
     """Five voices of espeak-ng, four of flite, one of pico, as far as installed; a line tells which are not."""
     found = []
+    commands: dict[int, tuple[str, ...]]
     for voice in ("en-us", "en-gb", "en-gb-scotland", "en-us+f3", "en-gb+m3"):
         commands = {r: ("espeak-ng", "-v", voice, "-s", str(r), "-w", "{wav}", "{text}") for r in RATES_WPM}
         found.append(Foreigner(f"espeak-ng {voice}", commands))

@@ -38,6 +38,6 @@ def random_room(seed: int, plants: tuple[int, int], noise_db: tuple[float, float
     """A room drawn by seed: the ranges of the number of plants and of the noise, both ends included."""
     rng = random.Random(f"plants {seed}")
     colours = rng.sample(COLOURS, rng.randint(*plants))
-    place = lambda: rng.uniform(-ROOM_M, ROOM_M)  # noqa: E731
-    drawn = tuple((colour, place(), place(), rng.uniform(*WATERING_S)) for colour in colours)
+    side_m = -ROOM_M, ROOM_M
+    drawn = tuple((colour, rng.uniform(*side_m), rng.uniform(*side_m), rng.uniform(*WATERING_S)) for colour in colours)
     return PlantRoom(drawn, round(rng.uniform(*noise_db), 1))

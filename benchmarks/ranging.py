@@ -109,7 +109,8 @@ def _heard(parts: Sequence[Part], skew: float, snr_db: float, rng: np.random.Gen
         carried = _convolved(SMALL.play(sound), way) * gain
         heard += _shifted(carried, at + delay - LEAD, skew, n)
         levels.append(float(np.std(carried[: len(sound)])))
-    return heard + _pink(n, rng) * min(levels) * 10.0 ** (-snr_db / 20.0)
+    heard += _pink(n, rng) * min(levels) * 10.0 ** (-snr_db / 20.0)
+    return heard
 
 
 def _shifted(sound: NDArray[np.float64], at: float, skew: float, n: int) -> NDArray[np.float64]:
@@ -120,7 +121,7 @@ def _shifted(sound: NDArray[np.float64], at: float, skew: float, n: int) -> NDAr
     size = 1 << (len(sound) + 64).bit_length()
     fine = np.fft.irfft(np.fft.rfft(sound, size), FINE * size) * FINE
     times = (np.arange(n) / skew - at) * FINE
-    return np.interp(times, np.arange(len(fine)), fine, left=0.0, right=0.0)
+    return np.asarray(np.interp(times, np.arange(len(fine)), fine, left=0.0, right=0.0), np.float64)
 
 
 def _convolved(sound: NDArray[np.float64], way: Way) -> NDArray[np.float64]:
@@ -172,7 +173,7 @@ def simulated_way(hall: Hall, distance_m: float, shift_m: float) -> Way:
 
 def own_way(far: Way) -> Way:
     """To a robot's own microphone: the direct sound, and the room, as far below it as the loudspeaker is nearer."""
-    own = far / (OWN_GAIN * np.abs(far[: LEAD + 8]).max())
+    own = np.asarray(far / (OWN_GAIN * np.abs(far[: LEAD + 8]).max()), np.float64)
     own[: LEAD + 16] = 0.0
     own[LEAD] = 1.0
     return own

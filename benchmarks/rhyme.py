@@ -105,7 +105,7 @@ def main() -> None:
     options = parser.parse_args()
     decoder = listener()
     lexicon = Lexicon.load()
-    ours = Lexicon(lexicon.entries | {word: (tuple(said.split()),) for word, said in SPOKEN.items()})
+    ours = Lexicon({**lexicon.entries, **{word: (tuple(said.split()),) for word, said in SPOKEN.items()}})
     conditions: dict[str, float | None] = {"quiet": None, f"{options.snr:g} dB": options.snr}
     floor = 10.0 ** (ROOM_DBFS / 20.0)
     n_words = sum(map(len, SETS))

@@ -41,7 +41,8 @@ def person(name: str, speaker: Speaker, words: Sequence[str]) -> Person:
 
 def stretched(energies: Energies, factor: float) -> Energies:
     """A take with its number of frames multiplied."""
-    return energies[np.linspace(0, len(energies) - 1, round(len(energies) * factor)).round().astype(int)]
+    frames = np.linspace(0, len(energies) - 1, round(len(energies) * factor)).round().astype(int)
+    return np.asarray(energies[frames], np.float32)
 
 
 def told(label: str, opinion: SecondPassRecogniser, segments: Sequence[Segment]) -> None:

@@ -34,7 +34,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language import messages as m
 from hvcpd.language.marks import is_sealed
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
 from hvcpd.robot.sealing import Sealing
 from hvcpd.robot.speech_output import spoken
@@ -102,7 +102,7 @@ def honest(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
         print(f"{colour} noise, 0 dB: {_accepted(book, heard, sound)} of {n} accepted")
 
 
-def _accepted(book: Phrasebook, heard: np.ndarray, sound: Sound) -> int:  # type: ignore[type-arg]
+def _accepted(book: Phrasebook, heard: Samples, sound: Sound) -> int:
     """How many sentences come with a seal that fits, as a robot judges them that is none of the four."""
     sealing = Sealing(Guard("Bot", KeyRing(TeamKey(bytes(KEY_BYTES))), patience=CALM))
     ears = make_ears(book, NAMES, sound)

@@ -90,7 +90,7 @@ async def timed(kind: Kind, rng: random.Random, times: Times) -> None:
         await kind.before()
     loop, longest_s = asyncio.get_running_loop(), 0.0
     asked_s = time.monotonic()
-    task = loop.create_task(kind.runner.perform(kind.call, lambda _share, _text: None))  # type: ignore[arg-type]
+    task = loop.create_task(kind.runner.perform(kind.call, lambda _share, _text: None))
     while not kind.begun():
         if task.done():
             times.failed += 1

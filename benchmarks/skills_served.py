@@ -258,8 +258,8 @@ def kinds(folder: Path) -> tuple[Kind, ...]:
 @contextmanager
 def child(*words: str, environment: Mapping[str, str] | None = None) -> Iterator[None]:
     """A process that is ended afterwards; what it says is left out."""
-    both = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    process = subprocess.Popen(words, env={**os.environ, **(environment or {})}, **both)
+    whole = {**os.environ, **(environment or {})}
+    process = subprocess.Popen(words, env=whole, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         yield
     finally:

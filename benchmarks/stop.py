@@ -40,8 +40,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
@@ -74,7 +73,7 @@ class Stage:
         self._speakers = {v.name: Speaker(v, self._sound.lexicon, self._sound.cache) for v in voices}
         self.people = [v.name for v in VOICES if v.name not in robots]
 
-    def ears(self) -> Recogniser:
+    def ears(self) -> Ears:
         """As a robot's with `voices: any`, which understands strangers, too."""
         hearing = HearingPlan(channel=AtOnce(), second=AtOnce())
         return make_ears(self.book, self.names, self._sound, hearing)
@@ -103,7 +102,7 @@ def room(n: int, seed: int, dbfs: float = NOISE_DBFS) -> Samples:
 class Listener:
     """One robot's ears, and when it halted for what it heard, s: holds, how long those released took, and stops."""
 
-    def __init__(self, ears: Recogniser | Peer) -> None:
+    def __init__(self, ears: Ears | Peer) -> None:
         self._ears = ears
         self._held: float | None = None
         self.now_s = self.spent_s = 0.0
@@ -165,7 +164,7 @@ class Peer:
         self._decoder.start_utt()
 
     def push(self, samples: Samples) -> list[Event]:
-        """As `Recogniser.push`."""
+        """As `Ears.push`."""
         self._decoder.process_raw((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes(), False, False)
         if self._decoder.hyp() is None:
             return []

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import argparse
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judging import program
+from benchmarks.judging import Phrases, program
 from benchmarks.people_material import levelled, sentences
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -34,12 +34,14 @@ LOUD_DB = 35.0
 RIDGE = 1.0
 """Added to the bands' sums of squares, against chance."""
 
+Floats = NDArray[np.float64]
+
 
 def spoken(n: int, seed: int) -> Iterator[Samples]:
     """Sentences of the phrasebook by all voices."""
     sound = make_sound(None, user_cache_folder())
     book = make_phrasebook(("Rob", "Bot", "Anna"), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
-    voices = [Speaker(voice, sound.lexicon, sound.cache).render for voice in VOICES]
+    voices: list[Callable[[Phrases], Samples]] = [Speaker(voice, sound.lexicon, sound.cache).render for voice in VOICES]
     if shutil.which("espeak-ng") and shutil.which("sox"):
         voices += [program(("espeak-ng", "-v", voice, "-w", "{wav}", "{text}")) for voice in OTHERS]
     else:
@@ -49,7 +51,7 @@ def spoken(n: int, seed: int) -> Iterator[Samples]:
             yield levelled(speak(phrases))
 
 
-def log_bands(sound: Samples) -> NDArray[np.float64]:
+def log_bands(sound: Samples) -> Floats:
     """Of the loud frames of one sentence, shape (n, N_BANDS)."""
     bands = bands_of(sound)
     power = bands.sum(axis=1)
@@ -57,11 +59,12 @@ def log_bands(sound: Samples) -> NDArray[np.float64]:
     return np.asarray(np.log(without_noise(bands, np.zeros(bands.shape[1])) + LEAST)[loud])
 
 
-def regression(known: NDArray[np.float64], wanted: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+def regression(known: Floats, wanted: Floats) -> tuple[Floats, Floats]:
     """By ridge regression: the weights of what is known, the constants first, and what they tell of what is wanted."""
     known = np.pad(known, ((0, 0), (1, 0)), constant_values=1.0)
-    weights = np.linalg.solve(known.T @ known + RIDGE * np.eye(known.shape[1]), known.T @ wanted)
-    return weights, known @ weights
+    ridge = RIDGE * np.eye(known.shape[1])
+    weights = np.asarray(np.linalg.solve(known.T @ known + ridge, known.T @ wanted), np.float64)
+    return weights, np.asarray(known @ weights)
 
 
 def main() -> None:

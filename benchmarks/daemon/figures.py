@@ -31,7 +31,7 @@ from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.coordination.actions import Role
-from hvcpd.hardware.audio_stream import LEAD_BLOCKS
+from hvcpd.hardware.audio_exchange import LEAD_BLOCKS
 from hvcpd.language.messages import ToRobot, Utterance, WhatDoing
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ

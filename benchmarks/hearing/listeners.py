@@ -17,20 +17,19 @@ from benchmarks.hearing.material import BLOCK, Spoken, Team
 from benchmarks.hearing.scoring import Outcome, Score, judge_events
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.events import Ears, Event
 
 PAD_S = 0.5
 """Of noise before and after a sentence, for PocketSphinx."""
 
 
-def listen(recogniser: Recogniser, sound: Samples) -> tuple[list[tuple[int, Event]], float]:
-    """The recogniser's events, each with the sample at which it was reported; and the processor time, s."""
+def listen(ears: Ears, sound: Samples) -> tuple[list[tuple[int, Event]], float]:
+    """What the ears report, each with the sample at which it was reported; and the processor time, s."""
     began = time.process_time()
     events = []
     for start in range(0, len(sound), BLOCK):
-        events += [(start + BLOCK, event) for event in recogniser.push(sound[start : start + BLOCK])]
-    events += [(len(sound), event) for event in recogniser.flush()]
+        events += [(start + BLOCK, event) for event in ears.push(sound[start : start + BLOCK])]
+    events += [(len(sound), event) for event in ears.flush()]
     return events, time.process_time() - began
 
 

@@ -21,7 +21,8 @@ def _axes(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]
     from matplotlib import pyplot
 
     pyplot.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
-    return pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    figure, axes = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+    return figure, axes
 
 
 def _legend(figure: Any) -> None:

@@ -19,6 +19,7 @@ import random
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +29,7 @@ from benchmarks.judging import in_noise, text_of
 from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
 from benchmarks.keyword.texts import inside
 from benchmarks.people_material import foreigners
-from benchmarks.phones.material import common_words
-from benchmarks.phones.texts import Texts
+from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, festival, kokoro
 from benchmarks.stop import Stage, at_level, kitchen, room
 from benchmarks.stop_callers import CALLS, HELD_OUT_VOICES, ended
@@ -60,12 +60,14 @@ class Part:
     """Over which it is called."""
 
 
+def _call(say: Callable[..., Samples], chooser: random.Random) -> Samples:
+    return say(chooser, [chooser.choice(CALLS).split()])
+
+
 def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
     """Voices, people and recordings of that part."""
     texts, speak, clatter = Texts(common_words(), 77), _voices(name), kitchen(data)
-    callers: dict[str, Speak] = {
-        kind: lambda chooser, say=say: say(chooser, [chooser.choice(CALLS).split()]) for kind, say in speak.items()
-    }
+    callers: dict[str, Speak] = {kind: partial(_call, say) for kind, say in speak.items()}
     people = [p for p in sorted((data / "words" / KEYWORD).glob("*.wav")) if part_of(p.name.split("_")[0]) == name]
     callers["people"] = lambda chooser: read(chooser.choice(people))
     callers["robots"] = stage.call
@@ -182,7 +184,7 @@ def called(
 def rises(chances: NDArray[np.float64], threshold: float) -> int:
     """How often it reaches the threshold, while it does not stand for the time before."""
     stands, n, last = round(STANDS_S * SAMPLE_RATE_HZ / CHUNK_SAMPLES), 0, -(10**9)
-    for at in np.flatnonzero(chances >= threshold):
+    for at in map(int, np.flatnonzero(chances >= threshold)):
         n += at - last >= stands
         last = at if at - last >= stands else last
     return n

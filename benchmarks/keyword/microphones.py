@@ -44,7 +44,7 @@ def _controlled(takes: Energies, rng: np.random.Generator) -> Energies:
     """By the level, which follows the power, and a gain that follows the level."""
     n = len(takes)
     target_db, most_db = rng.uniform(*TARGET_DBFS, n), rng.uniform(*MOST_DB, n)
-    up, down = (_step(np.exp(rng.uniform(*np.log(span), n))) for span in (ATTACK_S, RELEASE_S))
+    up, down = (_step(np.exp(rng.uniform(np.log(a), np.log(b), n))) for a, b in (ATTACK_S, RELEASE_S))
     powers = np.maximum(takes @ _WEIGHTS, 1e-10).astype(np.float64)
     level = powers[:, :START].mean(axis=1)
     gain_db = np.clip(target_db - 10.0 * np.log10(level), -most_db, most_db)

@@ -73,8 +73,8 @@ LEAST = 0.15
 MOST = 4.0
 """What a hard clip's loss counts as: it may be mislabelled."""
 
-_mel = 2595.0 * np.log10(1.0 + np.array([LOW_HZ, HIGH_HZ]) / 700.0)
-CENTRES_HZ = 700.0 * (10.0 ** (np.linspace(*_mel, N_BANDS + 2)[1:-1] / 2595.0) - 1.0)
+_low_mel, _high_mel = 2595.0 * np.log10(1.0 + np.array([LOW_HZ, HIGH_HZ]) / 700.0)
+CENTRES_HZ = 700.0 * (10.0 ** (np.linspace(_low_mel, _high_mel, N_BANDS + 2)[1:-1] / 2595.0) - 1.0)
 _WEIGHTS = power_weights()
 
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from benchmarks.keyword.curve import called
 from benchmarks.keyword.texts import alike, includes, near_part_of
 from benchmarks.people_material import RATES_WPM, foreigners
-from benchmarks.phones.material import common_words
+from benchmarks.phones.texts import common_words
 from benchmarks.stop import SPEECH_DBFS, Listener, Stage, at_level, room
 from benchmarks.stop_callers import HELD_OUT_VOICES
 from hvcpd.evaluation.statistics import wilson

@@ -65,10 +65,10 @@ def _groups(words: Sequence[Word], numbered: Mapping[str, int]) -> Iterator[Grou
         yield numbers, letters, np.array([[numbered[phone] for phone in words[n][1]] for n in numbers])
 
 
-def _chunk(said: Ints, begin: int, end: int, width: int) -> Ints | int:
+def _chunk(said: Ints, begin: int, end: int, width: int) -> Ints:
     """Columns of the table for the phones from `begin` to `end`, at most two."""
     if begin == end:
-        return 0
+        return np.zeros(len(said), np.int64)
     return said[:, begin] * width + (said[:, begin + 1] if end - begin == MOST_PHONES else 0)
 
 

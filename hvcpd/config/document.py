@@ -127,7 +127,7 @@ def _moved(before: KeyPath, now: KeyPath) -> Callable[[KeyPath], KeyPath | None]
 
 
 def read_bytes(path: Path) -> bytes:
-    """The bytes of a configuration file. Raises ConfigError if it cannot be read, is no regular file or is too large."""
+    """The bytes of a configuration file. Raises ConfigError for what is no file, cannot be read or is too large."""
     try:
         if path.exists() and not path.is_file() and not path.is_dir():  # to open a pipe would wait for its writer
             raise ConfigError(f"{path}: this is a pipe or a device, which cannot be read again; name a regular file")

@@ -201,6 +201,8 @@ def _plain_action(action: Action) -> dict[str, Any]:
             return {"wait": duration_s}
         case SayAction(text):
             return {"say": text}
+        case _:
+            raise AssertionError(f"not drawn: {action}")
 
 
 def _plain(repository: TaskRepository) -> dict[str, Any]:

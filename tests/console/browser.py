@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from axe_core_python.selenium import Axe
 from selenium import webdriver
@@ -86,7 +86,7 @@ class Served:
         self.url = ""
 
     @contextmanager
-    def up(self) -> Iterator[Served]:
+    def up(self) -> Iterator[Self]:
         """Serve meanwhile."""
         with open_port("127.0.0.1", 0) as listener:
             self.url = f"http://127.0.0.1:{listener.getsockname()[1]}/" + (f"?key={self._key}" if self._key else "")

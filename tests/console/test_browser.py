@@ -5,7 +5,9 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -27,7 +29,10 @@ from tests.daemon.test_control_service import heard as recognised
 from tests.reporting.example import example
 from tests.reporting.shift_example import flower_tasks
 
-browser = pytest.importorskip("tests.console.browser", reason="needs selenium and axe-core-python (dev)")
+if TYPE_CHECKING:
+    from tests.console import browser
+else:
+    browser = pytest.importorskip("tests.console.browser", reason="needs selenium and axe-core-python (dev)")
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(browser.MISSING, reason=browser.WHY)]
 
@@ -156,7 +161,7 @@ def test_eight_hours_of_talk_are_shown_a_window_at_a_time(driver: browser.webdri
     seen: set[int] = set()
     for _ in range(8):
         first = driver.execute_script("chat.scrollTop = 0; return Number(chat.firstChild.dataset.n)")
-        browser.until(lambda n=first: driver.execute_script("return Number(chat.firstChild.dataset.n)") < n)
+        browser.until(partial(driver.execute_script, f"return Number(chat.firstChild.dataset.n) < {first}"))
         seen.add(items())
     assert max(seen) <= 600
     press(driver, "#latest")

@@ -164,8 +164,8 @@ def test_play_goes_to_the_loudspeaker_louder() -> None:
     with simulate.pacing(paced(True), card) as pace:
         pace(0.025, quiet)
         pace(0.05, np.full(400, 0.9, np.float32))
-    np.testing.assert_allclose(card.stream.played[0], quiet * simulate.LISTENER_GAIN)
-    assert float(card.stream.played[1].max()) == 1.0
+    np.testing.assert_allclose(card.played[0], quiet * simulate.LISTENER_GAIN)
+    assert float(card.played[1].max()) == 1.0
     assert card.stream.closed
 
 

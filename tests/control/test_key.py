@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from datetime import date, timedelta
 from pathlib import Path
@@ -34,6 +35,7 @@ from tests.coordination.mission import plants
 ROOT = Path(__file__).parents[2]
 DAY = date(2026, 11, 21)
 WEEK, MONTH = timedelta(days=7), timedelta(days=30)
+Change = Callable[[list[str]], list[str]]
 
 
 @pytest.fixture
@@ -280,7 +282,7 @@ def test_a_key_is_restored_from_its_words(made: Path, tmp_path: Path, capsys: py
         (lambda w: [w[1], w[0], *w[2:]], "do not fit together"),
     ],
 )
-def test_wrong_words_are_not_taken(made: Path, tmp_path: Path, change: object, said: str) -> None:
+def test_wrong_words_are_not_taken(made: Path, tmp_path: Path, change: Change, said: str) -> None:
     key = KeyFile((fresh_entry(DAY),))
     path = tmp_path / "known.key"
     write_key_file(path, key, replaces=False)
@@ -300,7 +302,7 @@ def test_wrong_words_are_not_taken(made: Path, tmp_path: Path, change: object, s
         text=True,
         capture_output=True,
         cwd=Path(__file__).parents[2],
-        check=False,  # type: ignore[operator]
+        check=False,
     )
     assert (done.returncode, said in done.stderr) == (2, True), done.stderr
     assert not (tmp_path / "new.key").exists()

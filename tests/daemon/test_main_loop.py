@@ -176,13 +176,18 @@ def test_a_daemon_that_fails_on_the_way_goes_on_from_where_the_robot_stands(tmp_
     assert "going on where it was" in {line["event"] for line in logs}
 
 
+def two_outfits(folder: Path, units: Path, **settings: object) -> list[Wiring]:
+    """Of Rob and Bot, each with a folder of its own."""
+    outfits = []
+    for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2)):
+        (folder / name).mkdir()
+        outfits.append(wire_up(settings_of(folder / name, units, name, **{"start.y_m": y_m, "seed": seed, **settings})))
+    return outfits
+
+
 @pytest.mark.slow
 def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: Path) -> None:
-    outfits = [
-        wire_up(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed}))
-        for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2))
-        if (tmp_path / name).mkdir() is None
-    ]
+    outfits = two_outfits(tmp_path, units)
     with capture_logs() as logs:
         quiet_since: list[float] = []
 
@@ -201,11 +206,7 @@ def test_two_daemons_greet_each_other_and_share_one_task(tmp_path: Path, units: 
 
 @pytest.mark.slow
 def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other(tmp_path: Path, units: Path) -> None:
-    outfits = [
-        wire_up(settings_of(tmp_path / name, units, name, **{"start.y_m": y_m, "seed": seed, "names": ["Anna"]}))
-        for name, y_m, seed in (("Rob", -5.0, 1), ("Bot", -4.0, 2))
-        if (tmp_path / name).mkdir() is None
-    ]
+    outfits = two_outfits(tmp_path, units, names=["Anna"])
     with capture_logs() as logs:
 
         def done() -> bool:

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from structlog.testing import capture_logs
 
+from hil_fakes.shared_room import SimulatedAir
 from hvcpd.daemon.main_loop import NO_SOUND, Daemon
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.sound_service import TOO_BUSY
@@ -150,6 +151,7 @@ def test_a_robot_on_a_computer_that_is_too_busy_says_so(tmp_path: Path, units: P
     settings = settings_of(tmp_path, units, "Rob")
 
     def watch(now_s: float) -> None:
+        assert isinstance(room.medium, SimulatedAir)
         before = room.medium.counters
         room.medium.counters = replace(before, card_underflows=before.card_underflows + 1)
         if now_s >= 8.0:

@@ -140,7 +140,7 @@ async def until_heard(service: SoundService) -> list[Block]:
 
 
 def test_while_sound_flows_nothing_is_lost() -> None:
-    async def scene(service: SoundService, _: Streams) -> None:
+    async def scene(service: SoundService, _streams: Streams) -> None:
         for _ in range(20):
             block = await service.read()
             assert (block.samples.size, block.lost) == (BLOCK, None)
@@ -186,7 +186,7 @@ def test_attempts_are_made_ever_more_seldom_and_told() -> None:
 
 
 def test_a_stream_that_fails_again_at_once_does_not_begin_with_short_pauses() -> None:
-    async def scene(service: SoundService, _: Streams) -> None:
+    async def scene(service: SoundService, _streams: Streams) -> None:
         for _ in range(3):
             await until_heard(service)
 

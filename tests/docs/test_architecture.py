@@ -51,7 +51,7 @@ def test_every_file_that_is_named_exists() -> None:
 
 def names_in(path: Path) -> set[str]:
     """What a module defines: `Robot`, `Robot.step`, `TRANSITIONS`."""
-    found = set()
+    found: set[str] = set()
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         for each in node.targets if isinstance(node, ast.Assign) else [node]:
             name = getattr(each, "name", None) or getattr(getattr(each, "target", each), "id", None)

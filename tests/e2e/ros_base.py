@@ -66,7 +66,8 @@ class FakeMoveBase:
         from actionlib_msgs.msg import GoalID, GoalStatusArray  # type: ignore[import-not-found]
         from move_base_msgs import msg  # type: ignore[import-not-found]
 
-        self._msg, self._base, self._record, self._goal = msg, base, record, None
+        self._msg, self._base, self._record = msg, base, record
+        self._goal: Any = None
         self._status = rospy.Publisher("move_base/status", GoalStatusArray, queue_size=1)
         self._feedback = rospy.Publisher("move_base/feedback", msg.MoveBaseActionFeedback, queue_size=1)
         self._result = rospy.Publisher("move_base/result", msg.MoveBaseActionResult, queue_size=5)

@@ -12,7 +12,7 @@ import sys
 import xmlrpc.client
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from hil_fakes.sound_server import DIE_WITH_PARENT, wait_until
 from hvcpd.errors import ConfigError
@@ -83,7 +83,8 @@ class Roscore:
 
     def kill_node(self, name: str) -> None:
         """As `rosnode kill` does."""
-        _, _, uri = xmlrpc.client.ServerProxy(self.uri).lookupNode("/rosnode", name)
+        master: Any = xmlrpc.client.ServerProxy(self.uri)
+        _, _, uri = master.lookupNode("/rosnode", name)
         xmlrpc.client.ServerProxy(str(uri)).shutdown("/rosnode", "user request")
 
     def close(self) -> None:
@@ -95,13 +96,17 @@ class Roscore:
         """All nodes that its master knows; none while there is none."""
         if not self.answers():
             return set()
-        _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
-        return {node for part in state for _, nodes in part for node in nodes}
+        return {node for part in self._state() for _, nodes in part for node in nodes}
 
     def subscribers(self) -> dict[str, list[str]]:
         """Each topic with the nodes that listen to it."""
-        _, _, state = xmlrpc.client.ServerProxy(self.uri).getSystemState("/test")
-        return dict(state[1])
+        return dict(self._state()[1])
+
+    def _state(self) -> list[list[tuple[str, list[str]]]]:
+        """Publishers, subscribers and services: names, each with its nodes."""
+        master: Any = xmlrpc.client.ServerProxy(self.uri)
+        _, _, state = master.getSystemState("/test")
+        return cast(list[list[tuple[str, list[str]]]], state)
 
     def _end(self) -> None:
         process, self._process = self._process, None

@@ -30,10 +30,11 @@ from hvcpd.ports import STANDSTILL, Pose
 from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
 from hvcpd.robot.performer import Outcome, Performer
-from hvcpd.ros.action_rclpy import Listener, RclpyAction, Server
+from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.bridge import Ask, Bridge
 from hvcpd.ros.command import base_of
 from hvcpd.ros.parameters import Parameters
+from hvcpd.ros.port import Listener
 from hvcpd.ros.skills import Act, Skills, fill_message, values_of
 from hvcpd.skills.checks import faults
 from hvcpd.skills.life import Call

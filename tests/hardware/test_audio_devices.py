@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -88,7 +89,7 @@ CARDS = {"Headphones": 0, "Audio": 1, "Camera": 2}
 def test_a_card_is_found_by_its_id_whatever_its_number(wanted: str) -> None:
     card = FakeCard((device("one (hw:1,0)", 1, 1), device("two (hw:2,0)", 1, 1), device("twelve (hw:12,0)", 1, 1)))
     for number, index in ((1, 0), (2, 1), (12, 2)):
-        assert find_device(card, "input", wanted, lambda at=number: CARDS | {"Camera": at}).index == index
+        assert find_device(card, "input", wanted, partial(dict, CARDS, Camera=number)).index == index
 
 
 def test_one_of_a_cards_devices() -> None:

@@ -63,7 +63,7 @@ def test_lumps_of_a_sound_server_blur_it_by_no_more_than_a_lump() -> None:
     rng = np.random.default_rng(1)
     kept = 0.0
     for _ in range(400):
-        lump = rng.integers(0, 2 * BLOCK)
+        lump = float(rng.integers(0, 2 * BLOCK))
         card.waiting += kept - lump
         kept = lump
         card.read()

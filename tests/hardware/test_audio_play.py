@@ -18,7 +18,7 @@ def test_all_is_played_to_the_end_on_the_wanted_device() -> None:
     play(sound, "headset", card)
     assert card.stream.options["device"] == 1
     assert card.stream.options["samplerate"] == 16_000
-    np.testing.assert_array_equal(np.concatenate(card.stream.played), sound)
+    np.testing.assert_array_equal(np.concatenate(card.played), sound)
     assert card.stream.stopped
     assert card.stream.closed
 
@@ -44,7 +44,7 @@ def test_a_loudspeaker_without_16_khz_is_given_its_own_rate(rate_hz: int) -> Non
         for begin in range(0, len(said), 700):
             player(0.0, said[begin : begin + 700])
     assert card.stream.options["samplerate"] == rate_hz
-    played = np.concatenate(card.stream.played)
+    played = np.concatenate(card.played)
     wanted = sine(1000.0, rate_hz)
     assert abs(len(played) - len(wanted)) <= 2, "to the last sample, though the conversion holds some back"
     n = min(len(played), len(wanted))
@@ -60,7 +60,7 @@ def test_a_card_that_is_stereo_only_is_given_both_channels() -> None:
     card = FakeCard((HEADSET | {"least_outputs": 2},))
     sound = np.linspace(-1, 1, 1000, dtype=np.float32)
     play(sound, None, card)
-    np.testing.assert_array_equal(np.concatenate(card.stream.frames), np.stack([sound, sound], axis=1))
+    np.testing.assert_array_equal(np.concatenate(card.outputs[-1].frames), np.stack([sound, sound], axis=1))
 
 
 def test_a_loudspeaker_that_is_pulled_out_is_let_go() -> None:

@@ -2,10 +2,10 @@
 
 import pytest
 
-from hvcpd.hardware.goals import GoalNavigator, PlaceGoal
+from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.motion import Forward, GoTo, MotionState
 from hvcpd.hardware.navigator import BLIND_LIMIT_S
-from hvcpd.ports import STANDSTILL, Pose, WheelReading
+from hvcpd.ports import STANDSTILL, PlaceGoal, Pose, WheelReading
 
 HERE = Pose(0.0, 0.0)
 READ = WheelReading(0.0, 0.0)

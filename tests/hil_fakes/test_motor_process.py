@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -17,6 +17,10 @@ from hil_fakes.sound_server import wait_until
 TORQUE, OPERATING_MODE, GOAL_VELOCITY = 64, 11, 104
 VELOCITY_MODE = 1
 PATIENCE_S = 60.0
+
+
+def _taken(write: Callable[[], tuple[int, int]]) -> bool:
+    return write()[0] == COMM_SUCCESS
 
 
 @pytest.fixture
@@ -49,8 +53,7 @@ def spin(port: PortHandler) -> None:
             (protocol.write1ByteTxRx, TORQUE, 1),
             (protocol.write4ByteTxRx, GOAL_VELOCITY, 100),
         ):
-            send = partial(write, port, motor, address, value)
-            wait_until(lambda send=send: send()[0] == COMM_SUCCESS, PATIENCE_S, "the motor answers")
+            wait_until(partial(_taken, partial(write, port, motor, address, value)), PATIENCE_S, "the motor answers")
 
 
 def test_its_port_keeps_its_name_and_its_trail_tells_where_the_wheels_roll(

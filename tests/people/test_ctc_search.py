@@ -12,7 +12,12 @@ from hypothesis import strategies as st
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.phones import PHONES, CtcSearch, any_words
 
-SAID = {"see": [("S", "IY")], "as": [("AE", "Z"), ("AH", "Z")], "zoos": [("Z", "UW", "Z")], "is": [("IH", "Z")]}
+SAID: dict[str, list[tuple[str, ...]]] = {
+    "see": [("S", "IY")],
+    "as": [("AE", "Z"), ("AH", "Z")],
+    "zoos": [("Z", "UW", "Z")],
+    "is": [("IH", "Z")],
+}
 PRONOUNCED = {**SAID, "sea": SAID["see"]}
 ARCS = (Arc(0, 1, "see"), Arc(0, 1, "as"), Arc(1, 2, "zoos"), Arc(1, 2, "is"), Arc(0, 2, "is"))
 GRAPH = WordGraph(3, ARCS, 0, frozenset((2,)), frozenset())

@@ -22,7 +22,7 @@ def test_only_the_newest_takes_are_kept() -> None:
 
 
 def test_templates_are_as_loud_as_one_another() -> None:
-    quiet = Person("Anna", {"stop": [take(1) * 1e-4], "will": [take(3)]})
+    quiet = Person("Anna", {"stop": [take(1) * np.float32(1e-4)], "will": [take(3)]})
     found = spoken_takes(quiet, ["stop", "will", "water"])
     assert sorted(found) == ["stop", "will"]
     assert [len(t) for of_word in found.values() for t in of_word] == [40, 40]

@@ -20,7 +20,11 @@ from hvcpd.people.fusion import MOST_LOG_ODDS, Fused, Hypotheses, alike, fuse, w
 from hvcpd.people.phones import PHONES, CtcSearch, any_words
 from hvcpd.recognition.events import Recognised, WordSpan
 
-SAID = {"turn": [("T", "ER", "N")], "left": [("L", "EH", "F", "T")], "right": [("R", "AY", "T")]}
+SAID: dict[str, list[tuple[str, ...]]] = {
+    "turn": [("T", "ER", "N")],
+    "left": [("L", "EH", "F", "T")],
+    "right": [("R", "AY", "T")],
+}
 GRAPH = WordGraph(3, (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(1, 2, "right")), 0, frozenset((2,)), frozenset())
 TALK = any_words(
     ("turn", "left", "right", "life", "earn"),

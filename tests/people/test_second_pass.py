@@ -18,9 +18,9 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people.enrolled import Person
+from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import Match, MatchedWord, probability
-from hvcpd.people.second_pass import STRANGER, SecondPassRecogniser
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.listener import ChannelListener, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised

@@ -81,7 +81,7 @@ def test_a_sentence_is_surer_than_what_is_left_where_it_is_not_known() -> None:
 
 def test_responses_solved_together_are_those_solved_alone() -> None:
     rng = np.random.default_rng(3)
-    signals = rng.standard_normal((5, 4000)).astype(np.float32) * np.float32([[0.01], [0.1], [1], [10], [0]])
+    signals = rng.standard_normal((5, 4000)).astype(np.float32) * np.array([[0.01], [0.1], [1], [10], [0]], np.float32)
     spectra = np.abs(np.fft.rfft(signals, 8192)) ** 2
     own = np.fft.irfft(spectra)[:, :128].astype(np.float32)
     across = (own[:, ::-1] + 0.1 * rng.standard_normal((5, 128))).astype(np.float32)

@@ -62,7 +62,7 @@ def sound_server(folder: Path) -> Iterator[None]:
         "load-module module-null-sink sink_name=air rate=16000 channels=1 norewinds=1\n"
         f"load-module module-native-protocol-unix socket={folder}/native auth-anonymous=1\n"
     )
-    command = ["pulseaudio", "-n", "-F", script, "--daemonize=no", "--exit-idle-time=-1", "--use-pid-file=no"]
+    command = ["pulseaudio", "-n", "-F", str(script), "--daemonize=no", "--exit-idle-time=-1", "--use-pid-file=no"]
     with (folder / "log").open("wb") as log:
         server = subprocess.Popen(
             [*command, "--disable-shm=yes"],

@@ -70,7 +70,7 @@ def example(
         ]
         clear_s = claim_s + TURN_S
         done[plant.name] = name
-    end_s = max(e.at_s for e in told.events) + 10.0
+    end_s = max(e.at_s for e in told.events if not isinstance(e, Summary)) + 10.0
     events = _in_order(told.events, names, ways, end_s)
     corridor = SharedPlace("corridor", 0.5, -2.0, 2.0, 0.5)
     head = Started(0.0, names, starts, plants, "volunteer", seed, 40.0, places=(corridor,))

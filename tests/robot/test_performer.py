@@ -4,10 +4,10 @@ import pytest
 
 from hil_fakes.virtual_robot import PERIOD_S, VirtualRobot
 from hvcpd.config.tasks import Action, Dock, Forward, GoTo, Place, SayAction, Turn, Wait
-from hvcpd.hardware.goals import GoalNavigator, PlaceGoal
+from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.kinematics import wrap_angle
 from hvcpd.hardware.navigator import Navigator
-from hvcpd.ports import STANDSTILL, Pose, WheelReading
+from hvcpd.ports import STANDSTILL, PlaceGoal, Pose, WheelReading
 from hvcpd.robot.performer import Outcome, Performer
 
 

@@ -10,6 +10,8 @@ from typing import Any, NoReturn
 
 from hvcpd.skills.objects import Result, SkillCall
 
+WRONG: dict[str, Any] = {"list": [1], "true": True, "infinite": float("inf")}
+
 
 class Wave:
     """Counts its calls, to show that it lives on."""
@@ -48,7 +50,7 @@ class Odd:
         return {
             "nothing": None,
             "at length": Result("x" * 20_000),
-            "lists": Result(results={"list": [1], "true": True, "infinite": float("inf"), "long": "x" * 20_000}),
+            "lists": Result(results=WRONG | {"long": "x" * 20_000}),
             "no results": Result(results=None),  # type: ignore[arg-type]
         }[str(how)]
 

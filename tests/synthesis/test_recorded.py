@@ -7,11 +7,12 @@ import pytest
 
 from hvcpd.errors import PhraseError
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.synthesis.articulation import LEAD_S, controls_for
+from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.frames import FRAME_S, frame_table
 from hvcpd.synthesis.leveling import TARGET_LUFS, audible
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.loudness import loudness_lufs
+from hvcpd.synthesis.placement import LEAD_S
 from hvcpd.synthesis.recorded import RecordedSpeaker, prepared
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import voice_named

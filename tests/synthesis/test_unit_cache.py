@@ -169,9 +169,9 @@ def tree_of(source: str) -> str:
     tree = ast.parse(source)
     for node in ast.walk(tree):
         if isinstance(body := getattr(node, "body", None), list):
-            node.body = [
+            body[:] = [
                 each for each in body if not (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
-            ]  # type: ignore[attr-defined]
+            ]
     return ast.dump(tree)
 
 
