@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from release.prose import code_faults, faults, pages, sources, words_a_sentence
+from release.prose import code_faults, faults, pages, words_a_sentence
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,3 @@ def test_all_pages_pass() -> None:
 def test_comments_that_continue_the_one_above_are_found() -> None:
     code = 'A = 1\n"""The first..."""\nB = 2\n"""...and the second."""\nC = 3\n"""So many."""\n"""So many of them."""\n'
     assert [number for number, _ in code_faults(code)] == [4, 7]
-
-
-def test_all_sources_pass() -> None:
-    assert [path for path in sources() if list(code_faults(path.read_text(encoding="utf-8")))] == []
