@@ -41,13 +41,26 @@ class NoCards(TwoCards):
         return []
 
 
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What was found when words were compared, which all robots here can share."""
+    return tmp_path_factory.mktemp("vocabulary")
+
+
 @pytest.fixture
-def ready(config: Path, units: Path) -> Path:
-    """Settings whose port is there, and units that were rendered before."""
-    config.write_text(config.read_text().replace(str(config.parent / "no-such-port"), "/dev/null"))
+def known(config: Path, units: Path, compared: Path) -> Path:
+    """Settings with a state directory of a robot that has been started before."""
     (config.parent / "state").mkdir()
     (config.parent / "state" / "units").symlink_to(units)
+    (config.parent / "state" / "vocabulary").symlink_to(compared)
     return config
+
+
+@pytest.fixture
+def ready(known: Path) -> Path:
+    """The same, with a port that is there."""
+    known.write_text(known.read_text().replace(str(known.parent / "no-such-port"), "/dev/null"))
+    return known
 
 
 def never(*_: Any) -> Any:
@@ -99,11 +112,11 @@ def test_check_says_what_is_there(config: Path, capsys: pytest.CaptureFixture[st
     assert not (config.parent / "state").exists()
 
 
-def test_check_warns_of_what_may_not_be_meant(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    tasks = config.parent / "tasks.yaml"
+def test_check_warns_of_what_may_not_be_meant(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tasks = known.parent / "tasks.yaml"
     tasks.write_text("tasks: [{number: 1, name: water the green rose, place: {x_m: 1, y_m: 2}, actions: [water: 5]}]\n")
-    config.write_text(config.read_text().replace("wheels: {", "wheels: {driver: none, ") + f"tasks: {tasks}\n")
-    assert main(["--config", str(config), "--name", "Rob", "--check"], Devices(TwoCards, never, never)) == EX_OK
+    known.write_text(known.read_text().replace("wheels: {", "wheels: {driver: none, ") + f"tasks: {tasks}\n")
+    assert main(["--config", str(known), "--name", "Rob", "--check"], Devices(TwoCards, never, never)) == EX_OK
     out, err = capsys.readouterr()
     assert err.startswith(
         f"hvcpd: warning: {tasks}: task 1, 'water the green rose': it has a place, but no action leads"
@@ -111,8 +124,8 @@ def test_check_warns_of_what_may_not_be_meant(config: Path, capsys: pytest.Captu
     assert "no action leads" not in out
 
 
-def test_check_tells_missing_and_present_apart(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+def test_check_tells_missing_and_present_apart(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
     out, err = capsys.readouterr()
     assert out.count("ok  ") == 3
     assert len(err.splitlines()) == 3
@@ -120,26 +133,26 @@ def test_check_tells_missing_and_present_apart(config: Path, capsys: pytest.Capt
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_an_output_that_cannot_be_written_changes_no_exit_status(
-    config: Path, capsys: pytest.CaptureFixture[str]
+    known: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with Path("/dev/full").open("w") as full, redirect_stdout(full):
-        assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+        assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
     lines = capsys.readouterr().err.splitlines()
     assert "cannot be written" in lines[0]
     assert len(lines) == 4, "every fault is told all the same"
 
 
-def test_closed_streams_change_no_exit_status(config: Path) -> None:
+def test_closed_streams_change_no_exit_status(known: Path) -> None:
     with redirect_stdout(None), redirect_stderr(None):
-        assert main(["--config", str(config), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+        assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
 
 
-def test_an_interrupt_before_it_began_is_no_traceback(config: Path) -> None:
-    assert main(["--config", str(config), "--name", "Rob"], Devices(interrupted, never, never)) == EX_INTERRUPTED
+def test_an_interrupt_before_it_began_is_no_traceback(known: Path) -> None:
+    assert main(["--config", str(known), "--name", "Rob"], Devices(interrupted, never, never)) == EX_INTERRUPTED
 
 
-def test_a_missing_library_is_one_line(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--config", str(config), "--name", "Rob"], Devices(no_library, never, never)) == EX_UNAVAILABLE
+def test_a_missing_library_is_one_line(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--config", str(known), "--name", "Rob"], Devices(no_library, never, never)) == EX_UNAVAILABLE
     assert capsys.readouterr().err.count("libportaudio2") == 1
 
 
