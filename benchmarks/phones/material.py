@@ -66,7 +66,7 @@ class Air:
         self._rng = np.random.default_rng(seed)
         self._in_rooms = 1.0 if boxes else 0.5
         n = 60 * SAMPLE_RATE_HZ
-        self._noises = [steady(colour, n, seed) for colour in ("white", "pink")]
+        self._noises: list[NDArray[np.floating]] = [steady(colour, n, seed) for colour in ("white", "pink")]
         self._noises += [fan(n, self._rng), motor(n, self._rng), *noises(data, "train")]
         self._others = joined(data / "negatives", "train")
         self._rooms = Rooms(data / "rooms", self._rng, boxes)
@@ -102,16 +102,17 @@ class Air:
             sound = resampled(sound, rng.uniform(0.85, 1.18))
         if rng.random() < 0.3:
             sound = stretched(sound, float(2.0 ** rng.uniform(-0.3, 0.4)))
+        arrived: NDArray[np.floating] = sound
         tail = self._rooms.draw() if rng.random() < self._in_rooms else None
         if tail is not None:
             n = len(sound) + len(tail)
             size = 1 << (n - 1).bit_length()
-            sound = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(tail, size), size)[:n]
-        spectrum = np.fft.rfft(sound)
+            arrived = np.fft.irfft(np.fft.rfft(sound, size) * np.fft.rfft(tail, size), size)[:n]
+        spectrum = np.fft.rfft(arrived)
         hz = np.linspace(0, SAMPLE_RATE_HZ / 2, len(spectrum))
         corners = np.array([0, 150, 400, 1000, 2000, 4000, 8000])
         tilt_db = np.interp(hz, corners, np.cumsum(rng.normal(0, 2.5, len(corners))))
-        return np.asarray(np.fft.irfft(spectrum * 10.0 ** (tilt_db / 20), len(sound)), np.float32)
+        return np.asarray(np.fft.irfft(spectrum * 10.0 ** (tilt_db / 20), len(arrived)), np.float32)
 
     def _noise(self, n: int) -> NDArray[np.float32]:
         rng = self._rng

@@ -180,7 +180,7 @@ def errors_of(net: Net, data: Data) -> tuple[float, float]:
 def weights_of(net: Net) -> dict[str, np.ndarray]:
     """Of each layer, its norm folded in: `weights0`, shape (inputs, outputs), bytes, with a scale for each output,
     `scale0`, and `bias0`, ...; the last layer's end in "_out"."""
-    found = {}
+    found: dict[str, np.ndarray] = {}
     for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
         gain = (norm.weight / torch.sqrt(norm.running_var + norm.eps)).detach()
         bias = ((layer.bias.detach() - norm.running_mean) * gain + norm.bias.detach()).numpy()
@@ -230,8 +230,8 @@ def main() -> None:
                 print(f"{done:.2f} step {step}: {np.mean(losses[-PRINTED:]):.3f}; check {errors}", flush=True)
             if done >= 1.0:
                 break
-    errors = {path.stem: errors_of(net, check) for path, check in zip(o.check, checks, strict=True)}
-    print(f"step {step}; check: loss, phone errors {errors}")
+    last = {path.stem: errors_of(net, check) for path, check in zip(o.check, checks, strict=True)}
+    print(f"step {step}; check: loss, phone errors {last}")
     net.eval()
     about = {
         "date": datetime.now(UTC).date().isoformat(),
@@ -239,7 +239,7 @@ def main() -> None:
         "seed": o.seed,
         "minutes": o.minutes,
         "steps": step,
-        "loss and phone errors": errors,
+        "loss and phone errors": last,
     }
     np.savez(o.out, about=np.array(json.dumps(about)), **weights_of(net))  # type: ignore[arg-type]
 
