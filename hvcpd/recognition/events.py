@@ -1,4 +1,4 @@
-"""The recogniser's events, and its interface to the robot. Positions are sample numbers since it was constructed."""
+"""The recogniser's events, and the interface of ears, one around another, to the robot. Positions are sample numbers since it was constructed."""
 
 from __future__ import annotations
 
@@ -107,17 +107,16 @@ Event = Recognised | Garbled | Held | Released | Urgent
 """The recogniser's events. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""
 
 
-class Ears(Protocol):
-    """The recogniser, as the robot needs it."""
+class FirstEars(Protocol):
+    """The streaming recogniser, as the ears around it see it."""
 
     @property
-    def busy(self) -> bool: ...
+    def speaking(self) -> bool:
+        """Whether somebody else is speaking right now, or paused a moment ago."""
 
     @property
-    def speaking(self) -> bool: ...
-
-    @property
-    def signs(self) -> bool: ...
+    def signs(self) -> bool:
+        """Whether the most recent sound may be speech, however faint."""
 
     @property
     def chunks(self) -> Sequence[Chunk]:
@@ -132,6 +131,18 @@ class Ears(Protocol):
         """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
         beginning; None if none is."""
 
+
+class Ears(Protocol):
+    """The recogniser, as the robot needs it, or with others around it."""
+
+    @property
+    def first(self) -> FirstEars:
+        """The innermost ears."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody else is speaking, or has spoken and may still be understood."""
+
     def flush(self) -> list[Event]:
         """The events that the end of a recording completes."""
 
@@ -142,4 +153,26 @@ class Ears(Protocol):
     def adopt(self, others: Self) -> None:
         """Know, between two sentences, what other ears of the same make know, which have heard nothing."""
 
-    def prepare(self, go_on: Callable[[], bool]) -> None: ...
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make the slow first-time preparations while `go_on` holds, in any thread."""
+
+
+class EarsAround:
+    """Ears around others: what a stage does not change passes through it."""
+
+    def __init__(self, ears: Ears) -> None:
+        self._ears = ears
+        self.first = ears.first
+
+    @property
+    def busy(self) -> bool:
+        """As `Ears.busy`."""
+        return self._ears.busy
+
+    def adopt(self, others: Self) -> None:
+        """As `Ears.adopt`."""
+        self._ears.adopt(others._ears)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `Ears.prepare`."""
+        self._ears.prepare(go_on)

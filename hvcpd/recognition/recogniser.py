@@ -92,6 +92,11 @@ class Recogniser:
         """Sound until this frame came too early for the decoder, which slept."""
 
     @property
+    def first(self) -> Recogniser:
+        """As `Ears.first`."""
+        return self
+
+    @property
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still being decoded."""
         return self.watch.activity.busy or self.under_way

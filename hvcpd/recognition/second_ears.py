@@ -88,13 +88,13 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         return self._ears.busy or bool(self._waiting or self._kept)
 
     def _follow(self) -> None:
-        speaking = self._ears.speaking
+        speaking = self.first.speaking
         if speaking:
             self._spoke_until = self._now
             if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
                 self._kept = [Garbled(self._last.start, self._last.end)]
                 self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
-        self._stretches += self._talk.push(self._ears.chunks, speaking)
+        self._stretches += self._talk.push(self.first.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
         quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ

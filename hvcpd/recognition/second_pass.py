@@ -13,9 +13,8 @@ from typing import Generic, Protocol, Self, TypeVar
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.around import EarsAround
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.events import Ears, Event
+from hvcpd.recognition.events import Ears, EarsAround, Event
 from hvcpd.recognition.frontend import frame_powers, snr_db
 from hvcpd.recognition.stream import History, cleaned
 

@@ -28,7 +28,7 @@ class Script:
 
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
-        self.now = 0
+        self.now, self.first = 0, self
         self.signs = self.speaking = self.busy = self.prepared = self.ends = False
         self.since: int | None = None
         self.learned: object = None

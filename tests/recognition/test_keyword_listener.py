@@ -107,6 +107,7 @@ class Silent:
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []
         self.events: list[Event] = []
+        self.first = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         told, self.events = self.events, []

@@ -29,6 +29,7 @@ class Script:
         self.blocks = 0
         self.chunks: list[Chunk] = []
         self._frames = FrameStream()
+        self.first = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.blocks += 1

@@ -143,7 +143,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
 
     def _follow(self) -> None:
         """Track beginnings and signs of speech."""
-        if self._ears.signs:
+        if self.first.signs:
             self._since = self._began if self._since is None else self._since
             self._sign = self._now
             self._note_sign()

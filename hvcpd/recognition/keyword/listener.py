@@ -8,8 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.around import EarsAround
-from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
+from hvcpd.recognition.events import Ears, EarsAround, Event, Garbled, Recognised
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Residual, Verdict, may_open
@@ -189,7 +188,7 @@ class KeywordEars(EarsAround):
         """The events of the other ears, and what follows from them and from the frames."""
         events = [self._supported(event) for event in events]
         told = [each for event in events for each in self._found(event)]
-        for chunk in self._ears.chunks:
+        for chunk in self.first.chunks:
             told += self._hear(chunk)
         return events + told
 
@@ -206,7 +205,7 @@ class KeywordEars(EarsAround):
         if self._word is not None and now >= self._span[1] + AFTER_CALL:
             told += self._hear_again(self._word, now)
             self._word = None
-        return told + self._tell(self._belief.at(now, self._ears.since))
+        return told + self._tell(self._belief.at(now, self.first.since))
 
     def _hear_again(self, word: Word, now: int) -> list[Event]:
         """Once all of it is there, listen with noise for a word that is still undecided."""
@@ -221,7 +220,7 @@ class KeywordEars(EarsAround):
             nats = self._check(sound) if sound is not None else 0.0
             checked = logistic(logit(call) - nats)
             call = max(checked, TWICE) if checked < CERTAIN <= call else checked
-        awaited = self._ears.ends or may_open(self._ears.since, self._span[0])
+        awaited = self.first.ends or may_open(self.first.since, self._span[0])
         return self._tell(self._belief.word(*self._span, call, now, awaited))
 
     def _interrupted(self) -> list[Event]:
