@@ -1,4 +1,4 @@
-"""The recogniser's events, and the interface of ears, one around another, to the robot. Positions are sample numbers since it was constructed."""
+"""The recogniser's events, and the interface of ears to the robot. Positions are sample numbers since it was constructed."""
 
 from __future__ import annotations
 

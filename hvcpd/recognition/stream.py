@@ -63,56 +63,40 @@ class FrameStream:
     """Keeps the samples that no whole chunk has used yet."""
 
     def __init__(self) -> None:
-        self._parts: list[Samples] = []
-        self._length = 0
-        self._hidden: list[tuple[int, int]] = []
-        """The masked range of the kept samples: from the first index up to but not including the second."""
+        self._sound: Samples = np.zeros(0, np.float32)
+        self._masked = np.zeros(0, np.bool_)
+        """Which of these samples are."""
         self.next_frame = 0
         """The first frame of the chunk to come."""
 
     def push(self, samples: Samples, masked: bool) -> Iterator[Chunk]:
         """Yield the chunks that `samples` complete. Iterate to the end, or samples are lost."""
         for begin in range(0, len(samples), _SLICE_SAMPLES):
-            part = np.array(samples[begin : begin + _SLICE_SAMPLES], np.float32)
-            if masked:
-                self._hidden.append((self._length, self._length + len(part)))
-            self._parts.append(part)
-            self._length += len(part)
-            if self._length >= _NEEDED_SAMPLES:
-                yield from self._chunks()
+            part = cleaned(samples[begin : begin + _SLICE_SAMPLES])
+            self._sound = np.concatenate([self._sound, part])
+            self._masked = np.concatenate([self._masked, np.full(len(part), masked)])
+            while len(self._sound) >= _NEEDED_SAMPLES:
+                yield self._chunk()
 
     def lose(self, n_samples: int) -> Iterator[Chunk]:
         """Advance time by lost samples, as `push` of masked silence, in bounded time and memory."""
         whole = max(n_samples // CHUNK_SAMPLES - _DRAIN_CHUNKS, 0)
-        yield from self.push(np.zeros(min(n_samples, _DRAIN_CHUNKS * CHUNK_SAMPLES), np.float32), masked=True)
-        self.next_frame += whole * CHUNK_FRAMES  # the rest of the stream is masked silence in both cases
-        remaining = n_samples - (whole + _DRAIN_CHUNKS) * CHUNK_SAMPLES
-        yield from self.push(np.zeros(max(remaining, 0), np.float32), masked=True)
+        yield from self.push(np.zeros(n_samples - whole * CHUNK_SAMPLES, np.float32), masked=True)
+        self.next_frame += whole * CHUNK_FRAMES  # what is left in the stream is masked silence in both cases
 
-    def _chunks(self) -> Iterator[Chunk]:
-        samples = self._joined()
-        used = 0
-        while len(samples) - used >= _NEEDED_SAMPLES:
-            end = used + _NEEDED_SAMPLES
-            hidden = any(first < end and last > used for first, last in self._hidden)
-            energies = energies_of(samples[used:end])
-            first_frame = self.next_frame
-            self.next_frame += CHUNK_FRAMES
-            new = samples[used : used + CHUNK_SAMPLES].copy()  # who keeps it does not keep the rest
-            used += CHUNK_SAMPLES
-            yield Chunk(first_frame, energies, hidden, new)
-        self._parts, self._length = [samples[used:].copy()], len(samples) - used
-        self._hidden = [(max(first - used, 0), last - used) for first, last in self._hidden if last > used]
+    def _chunk(self) -> Chunk:
+        first_frame, used = self.next_frame, slice(_NEEDED_SAMPLES)
+        new = self._sound[:CHUNK_SAMPLES].copy()  # who keeps it does not keep the rest
+        chunk = Chunk(first_frame, energies_of(self._sound[used]), bool(self._masked[used].any()), new)
+        self._sound, self._masked = self._sound[CHUNK_SAMPLES:], self._masked[CHUNK_SAMPLES:]
+        self.next_frame += CHUNK_FRAMES
+        return chunk
 
     def rest(self) -> Chunk:
         """The whole frames of the incomplete chunk, fewer than CHUNK_FRAMES; they stay in the stream."""
-        samples = self._joined()
-        energies = energies_of(samples)
-        return Chunk(self.next_frame, energies, bool(self._hidden), samples[: len(energies) * HOP_SAMPLES])
-
-    def _joined(self) -> Samples:
-        """All kept samples, with invalid values removed."""
-        return cleaned(np.concatenate(self._parts)) if self._parts else np.zeros(0, np.float32)
+        energies = energies_of(self._sound)
+        samples = self._sound[: len(energies) * HOP_SAMPLES]
+        return Chunk(self.next_frame, energies, bool(self._masked.any()), samples)
 
 
 class History:
