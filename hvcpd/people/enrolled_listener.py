@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -46,36 +45,6 @@ LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
 
 
-@dataclass(frozen=True)
-class MatchedWord:
-    """A word, its frames `start` up to `end` of the segment, and its fit.
-
-    `deficit`: the mean distance per frame to the take beyond that to the nearest frame of all takes. `margin`: the
-    extra cost of the cheapest other word that leads to the same place at the same time.
-    """
-
-    word: str
-    start: int
-    end: int
-    deficit: float
-    margin: float
-
-
-@dataclass(frozen=True)
-class Match:
-    """The best-fitting sentence, and its voice.
-
-    `passed_over`: the mean distance of a frame outside the words to the room's noise, beyond that to the nearest frame
-    of all takes: high where speech is taken for noise. `above_noise`: how much farther a frame of the words is from the
-    noise than from the takes, in the mean: near 0 where words are taken for what cannot be heard.
-    """
-
-    voice: str
-    words: tuple[MatchedWord, ...]
-    passed_over: float
-    above_noise: float
-
-
 class EnrolledListener:
     """Matches sound with the sentences that the enrolled people's takes of words can form."""
 
@@ -95,12 +64,11 @@ class EnrolledListener:
         if len(energies) <= begin:
             return None
         noise = np.asarray(quiet_mean(energies, start), np.float32)
-        match = self.match(energies[begin : end + AROUND_FRAMES], noise)
-        return _recognised(match, segment.origin + begin * HOP_SAMPLES) if match is not None else None
+        return self.match(energies[begin : end + AROUND_FRAMES], noise, segment.origin + begin * HOP_SAMPLES)
 
-    def match(self, energies: Energies, noise: Noise) -> Match | None:
-        """The sentence nearest to sound, shape (n, N_BANDS), which begins and ends with a little noise, of whose mean
-        energies, shape (N_BANDS,), it is told; None if the sound is too short for any."""
+    def match(self, energies: Energies, noise: Noise, origin: int = 0) -> Recognised | None:
+        """The sentence nearest to sound, shape (n, N_BANDS), from sample `origin` on, which begins and ends with a
+        little noise, of whose mean energies, shape (N_BANDS,), it is told; None if the sound is too short for any."""
         gain = max(self._bank.level_of(energies, noise), LEAST_GAIN)
         mask = self._bank.mask(gain)
         rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)
@@ -120,41 +88,46 @@ class EnrolledListener:
         best = decoder.best(math.inf)
         if best.node < 0:
             return None
-        return self._matched(best, decoder.trace(best.token), to_noise, np.minimum(nearest, to_noise))
+        return self._recognised(best, decoder.trace(best.token), to_noise, np.minimum(nearest, to_noise), origin)
 
-    def _matched(self, best: Best, path: Sequence[Step], to_noise: Costs, least: Costs) -> Match:
+    def _recognised(self, best: Best, path: Sequence[Step], to_noise: Costs, least: Costs, origin: int) -> Recognised:
         """`path` costs less than the noise would in its place; `least`: each frame's distance to the nearest of the
         takes' frames and the noise."""
-        words, inside = [], np.zeros(len(to_noise), np.bool_)
+        deficits, inside = [], np.zeros(len(to_noise), np.bool_)
         for step in path:
             frames = slice(step.start_frame, step.end_frame)
             cost = step.cost + float(to_noise[frames].sum())
-            deficit = (cost - float(least[frames].sum())) / (step.end_frame - step.start_frame)
-            word = self._net.word[step.instance]
-            words.append(MatchedWord(word, step.start_frame, step.end_frame, deficit, step.margin))
+            deficits.append((cost - float(least[frames].sum())) / (step.end_frame - step.start_frame))
             inside[frames] = True
         beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
-        above_noise = -best.cost / max(int(inside.sum()), 1)
-        return Match(self._net.voice_of_node(best.node), tuple(words), passed_over, above_noise)
+        sure = probability(path, deficits, passed_over, -best.cost / max(int(inside.sum()), 1))
+        spans = tuple(
+            WordSpan(
+                self._net.word[step.instance],
+                origin + step.start_frame * HOP_SAMPLES,
+                origin + step.end_frame * HOP_SAMPLES,
+                sure,
+            )
+            for step in path
+        )
+        words, voice = tuple(span.word for span in spans), self._net.voice_of_node(best.node)
+        return Recognised(words, voice, spans[0].start_sample, spans[-1].end_sample, sure, math.nan, spans)
 
 
-def probability(match: Match) -> float:
-    """Confidence of a sentence, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights)."""
-    frames = [word.end - word.start for word in match.words]
-    deficit = sum(n * word.deficit for n, word in zip(frames, match.words, strict=True)) / sum(frames)
-    worst = min(max(word.deficit for word in match.words), MOST_DEFICIT)
-    margin = min(max(min(word.margin for word in match.words), LEAST_MARGIN), MOST_MARGIN)
-    audible = math.log(max(match.above_noise, LEAST_ABOVE_NOISE))
-    features = (deficit, worst, match.passed_over, math.log(len(match.words)), math.log(margin), audible)
+def probability(path: Sequence[Step], deficits: Sequence[float], passed_over: float, above_noise: float) -> float:
+    """Confidence of a sentence, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights).
+
+    `deficits`: each word's mean distance per frame to the take beyond that to the nearest frame of all takes.
+    `passed_over`: the mean distance of a frame outside the words to the room's noise, beyond that to the nearest frame
+    of all takes: high where speech is taken for noise. `above_noise`: how much farther a frame of the words is from the
+    noise than from the takes, in the mean: near 0 where words are taken for what cannot be heard.
+    """
+    frames = [step.end_frame - step.start_frame for step in path]
+    deficit = sum(n * each for n, each in zip(frames, deficits, strict=True)) / sum(frames)
+    worst = min(max(deficits), MOST_DEFICIT)
+    margin = min(max(min(step.margin for step in path), LEAST_MARGIN), MOST_MARGIN)
+    audible = math.log(max(above_noise, LEAST_ABOVE_NOISE))
+    features = (deficit, worst, passed_over, math.log(len(path)), math.log(margin), audible)
     weights = fitted("enrolled_confidence")
     return curve(weights["bias"], weights["weights"].values(), features)
-
-
-def _recognised(match: Match, origin: int) -> Recognised:
-    sure = probability(match)
-    spans = tuple(
-        WordSpan(w.word, origin + w.start * HOP_SAMPLES, origin + w.end * HOP_SAMPLES, sure) for w in match.words
-    )
-    words = tuple(span.word for span in spans)
-    return Recognised(words, match.voice, spans[0].start_sample, spans[-1].end_sample, sure, math.inf, spans)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
@@ -78,18 +79,18 @@ class SecondPassRecogniser:
     def _sentence(self, segment: Segment) -> Recognised | None:
         if not self._strangers:
             listener = self._listener()
-            return _surely(listener.nearest(segment) if listener is not None else None, segment.snr_db)
+            return _surely(listener.nearest(segment) if listener is not None else None)
         hypotheses, fused = self._fused(segment)
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
-            return _recognised(fused, hypotheses, segment, segment.snr_db)
+            return _recognised(fused, hypotheses, segment)
         agreed = fused is not None and hypotheses.nearest is not None and fused.words == hypotheses.nearest.words
-        return _surely(hypotheses.nearest, segment.snr_db) if agreed else None
+        return _surely(hypotheses.nearest) if agreed else None
 
     def likeliest(self, segment: Segment) -> Recognised | None:
         """The most likely sentence in a segment, however unlikely."""
         hypotheses, fused = self._fused(segment)
-        return _recognised(fused, hypotheses, segment, segment.snr_db) if fused is not None else None
+        return _recognised(fused, hypotheses, segment) if fused is not None else None
 
     def _fused(self, segment: Segment) -> tuple[Hypotheses, Fused | None]:
         """By the net for anybody, and as sure as the likeliest of the layers adapted to people, if that finds the same
@@ -149,18 +150,20 @@ class SecondPassRecogniser:
         return known[1]
 
 
-def _surely(nearest: Recognised | None, snr_db: float) -> Recognised | None:
-    return replace(nearest, snr_db=snr_db) if nearest is not None and nearest.confidence >= MIN_PROBABILITY else None
+def _surely(nearest: Recognised | None) -> Recognised | None:
+    return nearest if nearest is not None and nearest.confidence >= MIN_PROBABILITY else None
 
 
-def _recognised(fused: Fused, hypotheses: Hypotheses, segment: Segment, snr_db: float) -> Recognised:
+def _recognised(fused: Fused, hypotheses: Hypotheses, segment: Segment) -> Recognised:
     """The sentence, in the voice of an enrolled person if that fits by itself."""
     words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.nearest
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
-        return replace(known, confidence=max(fused.probability, known.confidence), snr_db=snr_db)
+        return replace(known, confidence=max(fused.probability, known.confidence))
     first = max(segment.lead - segment.before, 0) + segment.origin
     spans = tuple(
         WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, fused.probability)
         for word, (start, end) in zip(words, hypotheses.spans(words), strict=True)
     )
-    return Recognised(words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, snr_db, spans, Source.PEOPLE)
+    return Recognised(
+        words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, math.nan, spans, Source.PEOPLE
+    )

@@ -1,4 +1,5 @@
-"""The recogniser's events, and the interface of ears to the robot. Positions are sample numbers since it was constructed."""
+"""The recogniser's events, and the interface of ears to the robot. Positions are numbers of samples since they
+were made."""
 
 from __future__ import annotations
 
@@ -57,8 +58,8 @@ class Recognised:
     """A whole sentence of the word network.
 
     `voice` is the name of the template voice that fitted best, `confidence` the probability that every word is
-    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise, `source` the listener that
-    found it.
+    right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise (NaN where only a second pass
+    knows of it), `source` the listener that found it.
     """
 
     words: tuple[str, ...]
@@ -130,6 +131,9 @@ class FirstEars(Protocol):
     def since(self) -> int | None:
         """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
         beginning; None if none is."""
+
+    def snr_db(self, start_sample: int, end_sample: int) -> float:
+        """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
 
 
 class Ears(Protocol):

@@ -249,8 +249,7 @@ class Recogniser:
         confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
-        start, end = sentence.steps[0].start_frame, sentence.steps[-1].end_frame
-        if sentence.pause > s.max_pause or self._session.lead_in(start) > s.max_lead_in:
+        if sentence.pause > s.max_pause or self._session.lead_in(sentence.steps[0].start_frame) > s.max_lead_in:
             return None
         spans = tuple(
             WordSpan(
@@ -267,13 +266,13 @@ class Recogniser:
             spans[0].start_sample,
             spans[-1].end_sample,
             confidence,
-            self._snr_db(start, end),
+            self.snr_db(spans[0].start_sample, spans[-1].end_sample),
             spans,
         )
 
-    def _snr_db(self, start_frame: int, end_frame: int) -> float:
-        speech, noise = self.watch.powers(start_frame, end_frame)
-        return snr_db(speech, noise)
+    def snr_db(self, start_sample: int, end_sample: int) -> float:
+        """As `FirstEars.snr_db`."""
+        return snr_db(*self.watch.powers(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES))
 
 
 def _merged(reported: Iterable[Sequence[Sequence[Event]]]) -> list[Event]:

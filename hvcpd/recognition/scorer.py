@@ -22,9 +22,6 @@ NOISE_DISTANCE = 1.7
 CODEBOOK_FRAMES = 3000
 """Number of template frames, evenly chosen, that represent all sounds of a voice (the cohort)."""
 
-FIRST_SLOTS = 4096
-"""Lines for composed frames at first, 0.4 MB; they double when they are full."""
-
 
 class Scorer:
     """Composes the templates in use with noise and gains, and measures distances to them."""
@@ -48,8 +45,9 @@ class Scorer:
         `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
         line 0 is unused.
         """
-        self._composed: Features = blank((FIRST_SLOTS, N_FEATURES), np.float32)
-        self._slots: NDArray[np.int32] = blank((len(self._gain_factors), self._bank.n_frames), np.int32)
+        shape = len(self._gain_factors), self._bank.n_frames
+        self._composed: Features = blank((1 + shape[0] * shape[1], N_FEATURES), np.float32)
+        self._slots: NDArray[np.int32] = blank(shape, np.int32)
         self._used: list[tuple[int, NDArray[np.intp]]] = []
         self._n_composed = 1
 
@@ -98,10 +96,6 @@ class Scorer:
 
     def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
         first, end = self._n_composed, self._n_composed + len(rows)
-        if end > len(self._composed):
-            grown: Features = blank((max(end, 2 * len(self._composed)), N_FEATURES), np.float32)
-            grown[:first] = self._composed[:first]
-            self._composed = grown
         self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * self._gain_factors[hypothesis])
         self._slots[hypothesis, rows] = np.arange(first, end)
         self._used.append((hypothesis, rows))

@@ -148,6 +148,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
 
     def _taken(self, segment: Segment, found: Recognised | None) -> list[Event]:
         """The events of a finished second pass."""
+        found = self._with_level(found) if found is not None else None
         if segment.within_talk:
             return [found] if found is not None else []
         events = self._let_go()

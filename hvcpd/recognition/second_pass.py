@@ -4,25 +4,18 @@ with a later block. Nothing here blocks.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, Protocol, Self, TypeVar
 
-import numpy as np
-
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.events import Ears, EarsAround, Event
-from hvcpd.recognition.frontend import frame_powers, snr_db
+from hvcpd.recognition.events import Ears, EarsAround, Event, Recognised
 from hvcpd.recognition.stream import History, cleaned
 
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Margins around the noticed speech, for its faint beginning and end; AFTER_S has been heard when the event is
 reported."""
-MIN_LEAD_S = 0.3
-"""Least sound before the speech that is enough to estimate its noise."""
 PAUSES_S = 0.2
 """Margin around the speech between two pauses of talk."""
 
@@ -60,23 +53,6 @@ class Segment:
     def beginnings(self) -> list[Segment]:
         """This segment, and its shorter versions from each later beginning on."""
         return [self, *(replace(self, lead=self.lead + at - self.start, start=at, later=()) for at in self.later)]
-
-    @property
-    def snr_db(self) -> float:
-        """The mean power of the speech over that of the noise before it; infinite without enough of that."""
-        lead = self.sound[: self.lead]
-        if len(lead) < MIN_LEAD_S * SAMPLE_RATE_HZ:
-            return math.inf
-        # Somebody may have spoken before: the quieter parts are the noise.
-        noise = quantile(frame_powers(lead, SAMPLE_RATE_HZ // 50), 0.3)
-        return snr_of(self.sound[self.lead : self.lead + self.end - self.start], noise)
-
-
-def snr_of(speech: Samples, noise_power: float) -> float:
-    """Signal-to-noise ratio from the mean power of speech with its noise, shape (n,), and the noise's; -30 dB at
-    least."""
-    power = float(np.sum(np.square(speech, dtype=np.float64))) / max(len(speech), 1)
-    return snr_db(power - noise_power, noise_power)
 
 
 Job = TypeVar("Job")
@@ -170,6 +146,10 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         """As `EarsAround.adopt`, and with their listener."""
         super().adopt(others)
         self._listener = others._listener
+
+    def _with_level(self, found: Recognised) -> Recognised:
+        """A sentence of the second pass, with its signal-to-noise ratio."""
+        return replace(found, snr_db=self.first.snr_db(found.start_sample, found.end_sample))
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:

@@ -43,6 +43,9 @@ class Script:
         self.now += n_samples
         return []
 
+    def snr_db(self, start_sample: int, end_sample: int) -> float:
+        return 12.0
+
     def flush(self) -> list[Event]:
         return []
 

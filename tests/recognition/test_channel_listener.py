@@ -16,7 +16,6 @@ from hvcpd.recognition.channel.listener import (
     ChannelListener,
     SearchResult,
     Stretch,
-    noise_power,
     quiet_part,
 )
 from hvcpd.recognition.channel.path import Said
@@ -53,7 +52,6 @@ def test_a_sentence_is_told_with_its_words_in_their_places(noise: float) -> None
     assert [span.word for span in sentence.spans] == list(sentence.words)
     starts = [span.start_sample for span in sentence.spans]
     assert starts == sorted(starts)
-    assert sentence.snr_db == pytest.approx(-20.0 * np.log10(noise), abs=3.0)
 
 
 @pytest.mark.parametrize("later", [0, 4000])
@@ -165,7 +163,6 @@ SOUNDS: dict[str, Callable[[int], Samples]] = {
 def test_any_sound_is_looked_at(name: str, n: int, lead: int) -> None:
     with np.errstate(divide="raise", invalid="raise"):
         found = LISTENER.search(Stretch(SOUNDS[name](n), 0, min(lead, n)))
-    assert all(np.isfinite(each.snr_db) for each in found.sentences)
     assert name == "a sentence and silence" or found == SearchResult()
 
 
@@ -179,16 +176,6 @@ def test_a_part_of_what_was_heard_is_the_noise(before: int, n: int) -> None:
     part = quiet_part(lead, sound)
     assert len(part) <= 8000
     assert not part.any() if before >= 16_000 else part.all()
-
-
-def test_speech_that_stands_in_for_the_noise_does_not_count_as_noise() -> None:
-    """An answer right after the robot's own words: there is no sound before it."""
-    rng = np.random.default_rng(5)
-    speech = (0.1 * rng.standard_normal(SAMPLE_RATE_HZ)).astype(np.float32)
-    speech[6000:10000] *= 0.01
-    assert noise_power(speech[:4000], speech) == pytest.approx(1e-6, rel=0.3)
-    assert noise_power(speech[6000:10000], speech) == pytest.approx(1e-6, rel=0.3)
-    assert noise_power(speech[:100], speech[:100]) > 1e-3
 
 
 def test_noise_is_known_by_a_quiet_part_but_not_the_quietest() -> None:

@@ -36,6 +36,9 @@ class Script:
         self.chunks = list(self._frames.push(samples, masked))
         return self.events.get(self.blocks - 1, [])
 
+    def snr_db(self, start_sample: int, end_sample: int) -> float:
+        return 20.0
+
     def lost(self, n_samples: int) -> list[Event]:
         return []
 

@@ -112,7 +112,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def _believed(self, stretch: OpenStretch, result: SearchResult) -> list[Recognised]:
         """The sentences of a search that are whole and not reported yet."""
         whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
-        return [self._report(each) for each in whole if not self._is_reported(each)]
+        return [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
 
     def _let_go(self, stretch: OpenStretch, everything: bool = True) -> list[Event]:
         """The events to report for what a stretch held: `everything`, or what the search agrees with, since what goes

@@ -14,7 +14,6 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
 from hvcpd.recognition.channel.path import GREETING, Path, Voicebook
 from hvcpd.recognition.channel.search import ChannelSearch
@@ -22,8 +21,7 @@ from hvcpd.recognition.channel.weighting import SHIFT, Signal, WeightedSound, fo
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
-from hvcpd.recognition.frontend import TINY, frame_powers
-from hvcpd.recognition.second_pass import snr_of
+from hvcpd.recognition.frontend import TINY
 
 EXPECTED = 60.0
 """Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
@@ -244,7 +242,7 @@ class ChannelListener:
                 return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
-            sentences.append(_recognised(evidence, stretch.origin + begin, heard, noise, received))
+            sentences.append(_recognised(evidence, stretch.origin + begin, received))
             heard -= received
         return SearchResult(tuple(sentences))
 
@@ -322,23 +320,13 @@ def quiet_part(before: Samples, heard: Samples) -> Samples:
     return where[at : at + n]
 
 
-def noise_power(noise: Samples, heard: Samples) -> float:
-    """Mean power of the noise in a stretch `heard`: of `noise`, or of the quietest tenth of the stretch if less, since
-    speech may stand in for noise where there was hardly any sound before it."""
-    powers = frame_powers(heard, FRAME)
-    quietest = quantile(powers, 0.1) if len(powers) else np.inf
-    return min(float(np.mean(np.square(noise, dtype=np.float64))), quietest)
-
-
-def _recognised(evidence: Evidence, origin: int, heard: Samples, noise: Samples, received: Samples) -> Recognised:
+def _recognised(evidence: Evidence, origin: int, received: Samples) -> Recognised:
     path, sure = evidence.path, evidence.confidence
     delay = path.delay + origin
     spans = tuple(
         WordSpan(word, start + delay, start + delay + said.length, sure)
         for word, start, said in zip(path.words, path.starts, path.said, strict=True)
     )
-    speech = heard[max(path.starts[0], 0) : path.end]
-    ratio_db = snr_of(speech, noise_power(noise, heard))
     start, end = spans[0].start_sample, spans[-1].end_sample
     sound = Received(origin, received)
-    return Recognised(path.words, path.book.voice, start, end, sure, ratio_db, spans, Source.CHANNEL, sound)
+    return Recognised(path.words, path.book.voice, start, end, sure, math.nan, spans, Source.CHANNEL, sound)
