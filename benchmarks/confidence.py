@@ -31,8 +31,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.confidence import ConfidenceFeatures, confidence_features
-from hvcpd.recognition.decoder_session import Sentence
+from hvcpd.recognition.decoder_session import ConfidenceFeatures, Sentence, confidence_features
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import curve
 from hvcpd.recognition.frontend import HOP_SAMPLES

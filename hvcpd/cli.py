@@ -152,7 +152,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     from hvcpd.daemon.allocator import give_back_memory
     from hvcpd.daemon.library_output import LibraryOutput
     from hvcpd.daemon.logging import tell_held_back
-    from hvcpd.people import stored
+    from hvcpd.recognition import fitted
 
     log = structlog.get_logger(__name__)
     output = LibraryOutput()
@@ -161,7 +161,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     def clean_up() -> None:
         tell_held_back(limiter)
         output.report()
-        stored.rest()
+        fitted.rest()
         if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
             give_back_memory()
 

@@ -16,7 +16,7 @@ PEOPLE = "hvcpd.people"
 RECOGNISER = f"{HEARING}.recogniser:Recogniser"
 SETTINGS = f"{HEARING}.recogniser:RecogniserSettings"
 SESSION = f"{HEARING}.decoder_session"
-ACTIVITY = f"{HEARING}.activity"
+ACTIVITY = f"{HEARING}.watch"
 SECOND_PASS = f"{PEOPLE}.second_pass"
 
 
@@ -57,7 +57,7 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._judge", None),
-        _files("recognition", "decoder_session decoder scorer network lattice confidence templates"),
+        _files("recognition", "decoder_session decoder scorer network lattice templates"),
     ),
 )
 RULES = (

@@ -7,13 +7,14 @@ The noise is estimated from the sound before the speech and subtracted. Where ev
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.people.stored import stored
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
+from hvcpd.recognition.fitted import stored
 from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
 from hvcpd.recognition.second_pass import Segment
 
@@ -155,7 +156,7 @@ def upper_lost(bands: Bands) -> bool:
 def _regression() -> NDArray[np.float64]:
     """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + UPPER, N_BANDS - UPPER),
     the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
-    return np.asarray(stored("upper_bands.npz")["weights"], np.float64)
+    return np.asarray(stored(Path(__file__).with_name("upper_bands.npz"))["weights"], np.float64)
 
 
 def _extrapolated(lower: NDArray[np.float64]) -> NDArray[np.float64]:

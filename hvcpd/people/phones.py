@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,8 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.bands import Bands
-from hvcpd.people.stored import stored
 from hvcpd.recognition.arrays import first_of_each
+from hvcpd.recognition.fitted import stored
 
 Logs = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]
@@ -125,13 +126,13 @@ class PhoneNet:
 @cache
 def near_net() -> PhoneNet:
     """Sees 0.35 s on either side of a frame, and so knows sounds alone: it tells best what was not said."""
-    return PhoneNet.of(stored("phones_near.npz"))
+    return PhoneNet.of(stored(Path(__file__).with_name("phones_near.npz")))
 
 
 @cache
 def far_net() -> PhoneNet:
     """Sees 1.2 s on either side, and so knows words, too: the better one by itself."""
-    return PhoneNet.of(stored("phones_far.npz"))
+    return PhoneNet.of(stored(Path(__file__).with_name("phones_far.npz")))
 
 
 def nets() -> tuple[PhoneNet, PhoneNet]:

@@ -1,13 +1,21 @@
-"""Fitted weights: one reviewed file, `fitted.json`, which `make fit` writes; and the logistic curve."""
+"""Fitted weights: one reviewed file, `fitted.json`, which `make fit` writes, and the arrays of nets, mapped; and the
+logistic curve."""
 
 from __future__ import annotations
 
 import importlib.resources
 import json
 import math
+import mmap
+import struct
+import zipfile
 from collections.abc import Iterable
 from functools import cache
-from typing import Any
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
 
 CERTAIN = 1e-4
 """As good as impossible, or as certain: the recognisers know nothing better than that."""
@@ -41,3 +49,35 @@ def _file() -> dict[str, Any]:
     text = importlib.resources.files("hvcpd.recognition").joinpath("fitted.json").read_text(encoding="utf-8")
     sections: dict[str, Any] = json.loads(text)
     return sections
+
+
+NAME_LENGTHS = 26
+"""Where a member's header in a zip file has the lengths of its name and of an extra field, which follow in 4 bytes."""
+
+_mapped: list[mmap.mmap] = []
+
+
+def stored(path: Path) -> dict[str, NDArray[Any]]:
+    """The arrays in a file, by name, as `numpy.savez` wrote them, to be read only. Raises ValueError if they are
+    compressed. A robot needs the nets of phones, 3.3 MB, when somebody speaks whom it does not understand; while nobody
+    does, they are in the system's file cache alone."""
+    with path.open("rb") as file, zipfile.ZipFile(file) as archive:
+        pages = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        _mapped.append(pages)
+        members = archive.infolist()
+        return {each.filename.removesuffix(".npy"): _array(file, pages, each.header_offset) for each in members}
+
+
+def _array(file: BinaryIO, pages: mmap.mmap, header: int) -> NDArray[Any]:
+    file.seek(header + NAME_LENGTHS)
+    file.seek(sum(struct.unpack("<HH", file.read(4))), 1)
+    np.lib.format.read_magic(file)
+    shape, by_columns, dtype = np.lib.format.read_array_header_1_0(file)
+    flat = np.frombuffer(pages, dtype, math.prod(shape), file.tell())
+    return flat.reshape(shape, order="F" if by_columns else "C")
+
+
+def rest() -> None:
+    """Take no memory until the arrays are used again."""
+    for pages in _mapped:
+        pages.madvise(mmap.MADV_DONTNEED)

@@ -12,15 +12,13 @@ from dataclasses import dataclass, field, replace
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
-from hvcpd.recognition.activity import LONGER_WAIT_FRAMES, SegmentTracker
-from hvcpd.recognition.confidence import confidence_features
-from hvcpd.recognition.decoder_session import DecoderSession, Sentence
+from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confidence_features
 from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
-from hvcpd.recognition.watch import RECENT_FRAMES, Watch
+from hvcpd.recognition.watch import LONGER_WAIT_FRAMES, RECENT_FRAMES, SegmentTracker, Watch
 
 UNHEARD_LEAD_FRAMES = 28
 """A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""

@@ -16,11 +16,11 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.activity import WAIT_FRAMES
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.second_pass import AFTER_S, PAUSES_S, LaterEars, Segment, SegmentListener, Worker
 from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.watch import WAIT_FRAMES
 
 LEAD_S = 3.0
 """Sound kept before the speech, for its noise: the noise tracker's memory."""

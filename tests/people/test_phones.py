@@ -10,11 +10,11 @@ import pytest
 
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
-from hvcpd.people import stored as stored_files
+from hvcpd.people import phones
 from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
 from hvcpd.people.phones import PHONES, Logs, PhoneNet, _beside, _shifted, centred, far_net, nets
-from hvcpd.people.stored import rest, stored
 from hvcpd.ports import Samples
+from hvcpd.recognition.fitted import rest, stored
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -47,8 +47,9 @@ def resident_kb(name: str) -> int:
 
 def test_nets_take_memory_only_while_they_are_used() -> None:
     name = "phones_near.npz"
-    arrays = stored(name)
-    with np.load(Path(stored_files.__file__).with_name(name)) as file:
+    path = Path(phones.__file__).with_name(name)
+    arrays = stored(path)
+    with np.load(path) as file:
         assert all(np.array_equal(arrays[key], file[key]) for key in file.files)
         assert resident_kb(name) > 1_000
         rest()

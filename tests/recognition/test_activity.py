@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.recognition.activity import LONG_FRAMES, ActivityDetector
 from hvcpd.recognition.frontend import N_BANDS, Energies
 from hvcpd.recognition.noise import STEADY_NOISE
+from hvcpd.recognition.watch import LONG_FRAMES, ActivityDetector
 
 NOISE = np.full(N_BANDS, 1e-6, np.float32)
 

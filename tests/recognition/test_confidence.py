@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.confidence import confidence_features
-from hvcpd.recognition.decoder_session import Sentence
+from hvcpd.recognition.decoder_session import Sentence, confidence_features
 from hvcpd.recognition.lattice import Step
 
 STEPS = (Step(0, 0, 30, -24.0, 20.0), Step(1, 30, 70, -30.0, 9.0), Step(2, 70, 110, -36.0, 30.0))

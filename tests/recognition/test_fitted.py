@@ -7,7 +7,7 @@ from datetime import date
 import pytest
 
 from hvcpd.people.fusion import PROBABILITY
-from hvcpd.recognition.confidence import ConfidenceFeatures
+from hvcpd.recognition.decoder_session import ConfidenceFeatures
 from hvcpd.recognition.fitted import fitted
 
 MODELS = (
