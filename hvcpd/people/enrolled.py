@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.arrays import median
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.frontend import Energies
 
 MAX_TAKES = 6
@@ -93,5 +93,5 @@ def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energie
 def levelled(energies: Energies) -> Energies:
     """The take with a mean power of 1 in the louder half of its frames."""
     power = energies.sum(axis=1)
-    out: Energies = energies / power[power >= median(power)].mean()
+    out: Energies = energies / power[power >= quantile(power, 0.5)].mean()
     return out

@@ -1,6 +1,6 @@
-"""Distinct numbers, medians, quantiles and large arrays, as NumPy has them, with less memory.
+"""Distinct numbers, quantiles and large arrays, as NumPy has them, with less memory.
 
-NumPy's own functions for the first three load its masked arrays, which keep 2 MB of memory for good.
+NumPy's own functions for the first two load its masked arrays, which keep 2 MB of memory for good.
 """
 
 from __future__ import annotations
@@ -24,15 +24,9 @@ def first_of_each(ordered: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.flatnonzero(np.diff(ordered, prepend=-1))
 
 
-def median(values: NDArray[np.floating[Any]]) -> float:
-    """The median of all values, at least one, none of them NaN; as `numpy.median`."""
-    ordered = np.sort(values, axis=None)
-    middle = len(ordered) // 2
-    return float(ordered[middle] if len(ordered) % 2 else (ordered[middle - 1] + ordered[middle]) / 2)
-
-
 def quantile(values: NDArray[np.floating[Any]], share: float) -> float:
-    """The value below which there is a share, 0 to 1, of all values, interpolated, likewise; as `numpy.quantile`."""
+    """The value below which there is a share, 0 to 1, of all values, at least one, none of them NaN; interpolated, as
+    `numpy.quantile`."""
     ordered = np.sort(values, axis=None)
     place = (len(ordered) - 1) * share
     before = int(place)

@@ -109,10 +109,8 @@ class NoiseTracker:
         moved = rise < -FALL_NEPER
         risen = (rise > TONE_RISE_NEPER) & (level < TONE_SHARE * estimate.sum())
         if risen.any():
-            logs = np.log(window)
-            half = TONE_FRAMES // 2
-            drift = np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0))
-            moved |= risen & (logs.std(axis=0) < TONE_SPREAD * STEADY_NOISE.std_log) & (drift < TONE_DRIFT_NEPER)
+            drift, spread = _drift_and_spread(window)
+            moved |= risen & (spread < TONE_SPREAD) & (drift < TONE_DRIFT_NEPER)
         if moved.any():
             self._past[:-TONE_FRAMES, moved] = (level * STEADY_NOISE.percentile_ratio)[moved]
             estimate[moved] = np.maximum(level, ENERGY_FLOOR)[moved]
@@ -131,15 +129,21 @@ class NoiseTracker:
             return False
         window = self._past[-STEP_FRAMES:]
         rise = np.log(np.add.reduce(window, axis=0) / (STEP_FRAMES * self.estimate))
-        if float(np.add.reduce(rise)) < N_BANDS * STEP_NEPER or not self._is_steady(window):
+        if float(np.add.reduce(rise)) < N_BANDS * STEP_NEPER or not _is_steady(window):
             return False
         self._past = self._past[:0]
         self.push(window)
         return True
 
-    def _is_steady(self, window: Energies) -> bool:
-        logs = np.log(window)
-        half = STEP_FRAMES // 2
-        drift = float(np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0)).mean())
-        spread = float((logs.std(axis=0) / STEADY_NOISE.std_log).mean())
-        return drift < STEADY_DRIFT_NEPER and spread < STEADY_SPREAD
+
+def _is_steady(window: Energies) -> bool:
+    drift, spread = _drift_and_spread(window)
+    return float(drift.mean()) < STEADY_DRIFT_NEPER and float(spread.mean()) < STEADY_SPREAD
+
+
+def _drift_and_spread(window: Energies) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Each band's difference between the halves of a window, neper; its spread in time, relative to steady noise's."""
+    logs = np.log(window)
+    half = len(window) // 2
+    drift = np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0))
+    return drift, logs.std(axis=0) / STEADY_NOISE.std_log

@@ -84,10 +84,8 @@ class Recogniser:
         """Everything until this frame was heard."""
         self._dealt_with = 0
         """Everything until this frame was reported."""
-        self._lost_until = -UNHEARD_LEAD_FRAMES
-        """Sound was lost until this frame."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
-        """Sound until this frame came too early for the decoder, which slept."""
+        """Sound until this frame was lost, or came too early for the decoder, which slept."""
 
     @property
     def first(self) -> Recogniser:
@@ -156,7 +154,7 @@ class Recogniser:
 
     def begin_late(self) -> None:
         """Note that speech that begins now may be the end of something longer that was lost."""
-        self._lost_until = self.watch.stream.next_frame + CHUNK_FRAMES
+        self._unheard_until = max(self._unheard_until, self.watch.stream.next_frame + CHUNK_FRAMES)
 
     def adopt(self, others: Recogniser) -> None:
         """As `Ears.adopt`."""
@@ -242,7 +240,7 @@ class Recogniser:
 
     def _judge(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
-        if sentence.steps[0].start_frame < max(self._lost_until, self._unheard_until) + UNHEARD_LEAD_FRAMES:
+        if sentence.steps[0].start_frame < self._unheard_until + UNHEARD_LEAD_FRAMES:
             return None
         confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:

@@ -110,22 +110,17 @@ class SegmentTracker:
     def __init__(self) -> None:
         self._start: int | None = None
         self._end = 0
-        self._count = 0
-        self._sum = 0.0
-        self._squares = 0.0
+        self._loudness: list[float] = []
+        """Mean log energy of each frame."""
 
     def push(self, first_frame: int, energies: Energies, busy: bool) -> None:
         """Take the next frames, shape (n, N_BANDS), and whether somebody speaks in them."""
         if not busy:
             return
         if self._start is None:
-            self._start = first_frame
-            self._count, self._sum, self._squares = 0, 0.0, 0.0
+            self._start, self._loudness = first_frame, []
         self._end = first_frame + len(energies)
-        loudness = np.log(energies).mean(axis=1)
-        self._count += len(energies)
-        self._sum += float(loudness.sum())
-        self._squares += float((loudness**2).sum())
+        self._loudness += np.log(energies).mean(axis=1).tolist()
 
     def ended(self, frame: int, under_way: bool) -> Garbled | None:
         """The speech that ended long enough before `frame`; anything else that ended is forgotten.
@@ -143,8 +138,7 @@ class SegmentTracker:
             return None
         start, end = self._start, min(self._end, frame)
         self._start = None
-        variance = self._squares / self._count - (self._sum / self._count) ** 2
-        speech_like = variance >= MIN_MODULATION**2
+        speech_like = np.std(self._loudness) >= MIN_MODULATION
         lasted = end - start >= MIN_FRAMES
         return Garbled(start * HOP_SAMPLES, end * HOP_SAMPLES) if speech_like and lasted else None
 

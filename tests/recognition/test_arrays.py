@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from hvcpd.recognition.arrays import blank, distinct, median, quantile
+from hvcpd.recognition.arrays import blank, distinct, quantile
 
 LOADED = """
 import sys
@@ -35,7 +35,6 @@ def test_as_numpy_has_them(kind: type[np.float32 | np.float64]) -> None:
     for n in (1, 2, 3, 4, 5, 10, 99, 1000, 4001):
         values = (rng.standard_normal((2, n)) ** 2 * 1e-3).astype(kind)
         for some in (values, values[0]):
-            assert median(some) == float(np.median(some))
             for share in (0.0, 0.1, 0.3, 0.5, 0.77, 0.95, 1.0):
                 assert quantile(some, share) == float(np.quantile(some, share))
 

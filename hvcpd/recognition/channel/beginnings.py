@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
-from hvcpd.recognition.arrays import median
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.path import GREETING, Said, Voicebook
 from hvcpd.recognition.channel.whitening import (
     BINS,
@@ -104,7 +104,7 @@ class BeginningDetector:
         lags = np.fft.irfft(self._spectra * received, SIZE)[:, : STEP + WINDOW]
         energies = _windows(np.square(lags, dtype=np.float32)) / np.maximum(self._powers @ there, TINY)[:, None]
         way, block = divmod(int(energies.argmax()), energies.shape[1])
-        if energies[way, block] < LEAST_RATIO * max(median(energies), TINY):
+        if energies[way, block] < LEAST_RATIO * max(quantile(energies, 0.5), TINY):
             return None
         lead: int = self._greetings[way].lead
         return int(block) * BLOCK + lead

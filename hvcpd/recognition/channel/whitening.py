@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import median
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.frontend import TINY, rfft
 
 FRAME = 1024
@@ -70,7 +70,7 @@ def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64
     """The weight of each sample, at most 1: less where the whitened sound is louder than the whitened noise."""
     gains = np.sqrt(inverse)
     power = _power(filtered(heard, gains))
-    floor = max(median(_power(filtered(noise, gains))), LEAST_NOISE * float(power.mean()), TINY)
+    floor = max(quantile(_power(filtered(noise, gains)), 0.5), LEAST_NOISE * float(power.mean()), TINY)
     return (1.0 + power / (LOUD * floor)) ** -0.5
 
 
