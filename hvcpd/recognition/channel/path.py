@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -133,9 +133,9 @@ class Path:
         length."""
         return self.said[-1].final and self.thirds == thirds_of(len(self.words))
 
-    def energy(self, sound: WeightedSound, until: int) -> float:
-        """The energy received from its first word on, until a sample."""
-        return sound.energy(self.starts[0], until)
+    def energy(self, sound: WeightedSound) -> float:
+        """The energy received from its first word to its last."""
+        return sound.energy(self.starts[0], self.end)
 
     def explained_until(self, sample: int) -> float:
         """The energy explained by its words that end before that sample."""
@@ -176,7 +176,7 @@ class Path:
 
 @dataclass(frozen=True, eq=False)
 class Next:
-    """A possible next word of a path, `SHIFT` around its place, and the expected score of the path with it."""
+    """A possible next word of a path, `SHIFT` around its place, and the expected `score` of the path with it."""
 
     path: Path
     word: str
@@ -185,12 +185,11 @@ class Next:
     said: Said
     at: int
     shift: int
-    expected_score: float
+    score: float
 
-    @property
-    def end(self) -> int:
-        """The sample after its signal."""
-        return self.at + self.said.length
+    def energy(self, sound: WeightedSound) -> float:
+        """The energy received from the path's first word to this one."""
+        return sound.energy(self.path.starts[0], self.at + self.said.length)
 
 
 def first_lag(n: int) -> int:
@@ -230,20 +229,17 @@ def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Pat
     ]
 
 
-def best_first(sound: WeightedSound, paths: Sequence[Path]) -> list[Path]:
+Tried = TypeVar("Tried", Path, Next)
+
+
+def best_first(sound: WeightedSound, paths: Sequence[Tried]) -> list[Tried]:
     """Paths by their deficit in explained energy against the best path over the same sound: they end at different
     places."""
-    heard = [path.energy(sound, path.end) for path in paths]
-    share = share_of_best([(path.score, energy) for path, energy in zip(paths, heard, strict=True)])
+    heard = [path.energy(sound) for path in paths]
+    score, energy = max(((path.score, e) for path, e in zip(paths, heard, strict=True)), default=(0.0, 0.0))
+    share = score / max(energy, TINY)
     order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
     return [paths[k] for k in order]
-
-
-def share_of_best(explained: Sequence[tuple[float, float]]) -> float:
-    """The share of explained energy for the pair with most explained energy, of pairs of explained and received
-    energy."""
-    score, energy = max(explained, default=(0.0, 0.0))
-    return score / max(energy, TINY)
 
 
 def leaders(paths: Sequence[Path], n: int) -> list[Path]:

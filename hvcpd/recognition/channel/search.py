@@ -25,7 +25,6 @@ from hvcpd.recognition.channel.path import (
     kept,
     leaders,
     may_have,
-    share_of_best,
 )
 from hvcpd.recognition.channel.weighting import SHIFT, TAPS, Taps, WeightedSound
 from hvcpd.recognition.frontend import TINY
@@ -97,13 +96,10 @@ class ChannelSearch:
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
-        promising = [each for path in level for each in self._next(sound, path)]
+        promising = best_first(sound, [each for path in level for each in self._next(sound, path)])[:TRIED]
         if not promising:
             return []
-        share = share_of_best([(each.expected_score, each.path.energy(sound, each.end)) for each in promising])
-        promising.sort(key=lambda each: share * each.path.energy(sound, each.end) - each.expected_score)
-        promising = promising[:TRIED]
-        enough = max(max(each.expected_score for each in promising) / ENOUGH, 1.0)
+        enough = max(max(each.score for each in promising) / ENOUGH, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
         paths = best_first(sound, joined(sound, promising, n_taps))
         return kept(paths, leaders(paths, 4))[:WIDTH]
