@@ -20,6 +20,7 @@ END = AT + len(HEARD)
 SOUND = scene(160_000, (AT, HEARD))
 RIGHT = ("hi", "rob", "water", "rose")
 GARBLED = Garbled(AT, END)
+SNR_DB = 12.0
 Times = Sequence[tuple[int, int]]
 
 
@@ -44,7 +45,7 @@ class Script:
         return []
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
-        return 12.0
+        return SNR_DB
 
     def flush(self) -> list[Event]:
         return []
@@ -102,6 +103,6 @@ def guess(
 def the_sentence(told: Sequence[Event]) -> Recognised:
     [event] = told
     assert isinstance(event, Recognised)
-    assert (event.words, event.source) == (RIGHT, Source.CHANNEL)
+    assert (event.words, event.source, event.snr_db) == (RIGHT, Source.CHANNEL, SNR_DB)
     assert abs(event.start_sample - AT) <= 32
     return event

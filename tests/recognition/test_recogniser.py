@@ -64,6 +64,21 @@ def test_position_confidence_and_snr_are_told() -> None:
     assert all(a.end_sample <= b.start_sample for a, b in zip(event.spans, event.spans[1:], strict=False))
 
 
+def test_the_noise_of_an_answer_is_that_from_before_the_own_words() -> None:
+    """It was told as 0 dB: with no other sound before it, its own beginning counted as noise."""
+    said = sentence("hi rob, water green")
+    sound, own = in_noise(said, noise_dbfs=-40.0), np.asarray(3.0 * said, np.float32)
+    first = RATE - 4000  # the answer begins 0.25 s after the own words
+    r = recogniser()
+    r.push(sound[:first])
+    r.push(own, masked=True)
+    [event] = r.push(sound[first:])
+    assert isinstance(event, Recognised)
+    assert event.snr_db == pytest.approx(19.0, abs=2.0)
+    level_db = r.first.snr_db(event.start_sample, event.end_sample)
+    assert level_db == pytest.approx(event.snr_db, abs=0.5)
+
+
 def test_sentence_is_reported_within_300_ms_of_its_end_plus_the_chunk() -> None:
     sound = in_noise(sentence("hi rob, stop"), before_s=1.0, after_s=1.0)
     end = RATE + len(sentence("hi rob, stop"))
