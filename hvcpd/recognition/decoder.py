@@ -109,6 +109,8 @@ class Decoder:
         self._lattice.clear()
         self._rest.fill(UNREACHABLE)
         self._rest_best = float(UNREACHABLE)
+        self._bound = np.float32(self._beam.above_filler)
+        """The cost from which on no path leaves a word."""
         nothing = np.zeros(0, np.intp)
         self._take_layout(lay_out(self._net, self._n_hypotheses, nothing, nothing, nothing))
         self.prepare()
@@ -120,24 +122,23 @@ class Decoder:
         self._cost_next: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
         self._token: Tokens = np.zeros(layout.n_states, np.int32)
         self._token_next: Tokens = np.zeros(layout.n_states, np.int32)
-        self._end_bound: Costs = np.full(len(layout.last), np.float32(self._beam.above_filler))
         self._ahead = (layout.begin[:, None] + np.arange(AHEAD)).ravel()
         self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
 
     def prepare(self) -> Layout:
         """Choose the paths to follow for the next HORIZON_FRAMES frames."""
+        if self._lattice.is_full:
+            self.reset(self._frame)
         old, cost, token = self.layout, self._cost, self._token
         net = self._net
         n_pairs = self._n_hypotheses * net.n_instances
         low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
-        bound = np.full(n_pairs, self._beam.above_filler, np.float32)
         reached = (self._rest < self._beam.above_filler) & net.may_pause
         if len(old.pair):
             hypothesis, instance = np.divmod(old.pair, net.n_instances)
             target = hypothesis * net.n_nodes + net.target_node[instance]
-            began = self._lattice.start_of(token)
-            kept = survivors(old, net.length[instance], target, cost, began, self._lattice.oldest_frame(), self._beam)
-            low[kept.pair], high[kept.pair], bound[kept.pair] = kept.low, kept.high, kept.bound
+            kept = survivors(old, net.length[instance], target, cost, self._beam)
+            low[kept.pair], high[kept.pair], self._bound = kept.low, kept.high, np.float32(kept.bound)
             reached.reshape(-1)[kept.reached] = True
         entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
         low[entering] = 0
@@ -147,7 +148,6 @@ class Decoder:
         were, are = common_states(old, self.layout)
         self._cost[are] = cost[were]
         self._token[are] = token[were]
-        self._end_bound = np.minimum(bound[pairs[self.layout.ends]], np.float32(self._beam.above_filler))
         return self.layout
 
     def _open(self, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -173,7 +173,7 @@ class Decoder:
             self._cost, self._cost_next = self._cost_next, self._cost
             self._token, self._token_next = token, self._token
         ends = self._cost[self.layout.last]
-        passing = np.flatnonzero(ends < self._end_bound)
+        passing = np.flatnonzero(ends < self._bound)
         self._cost[self._ahead] = UNREACHABLE
         if len(passing) or self._rest_best < UNREACHABLE:
             self._pass_nodes(passing, ends[passing], np.float32(noise_cost))
@@ -275,12 +275,11 @@ class Decoder:
         return Best(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
 
     def forget_rests(self, longest_frames: int) -> None:
-        """Drop the paths that have paused for longer than `longest_frames`, or began too long ago."""
+        """Drop the paths that have paused for longer than `longest_frames`."""
         if self._rest_best >= UNREACHABLE:
             return
         age = self._frame - 1 - self._lattice.frame_of(self._rest_token)
-        too_old = self._lattice.start_of(self._rest_token) <= self._lattice.oldest_frame()
-        self._rest[(age > longest_frames) | too_old] = UNREACHABLE
+        self._rest[age > longest_frames] = UNREACHABLE
         self._rest_best = float(self._rest.min())
 
     def trace(self, token: int) -> list[Step]:

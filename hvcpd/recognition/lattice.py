@@ -1,7 +1,7 @@
 """Word lattice: the word ends that paths have passed, to which the decoder's tokens point.
 
-A token is the number of a record, or, when negative, the beginning of a sentence: -1 - frame. Records are kept in a
-ring; the oldest are overwritten, and the decoder drops paths before they can point there.
+A token is the number of a record, or, when negative, the beginning of a sentence: -1 - frame. When nearly all records
+are used, the decoder forgets all paths.
 """
 
 from __future__ import annotations
@@ -49,7 +49,6 @@ class Lattice:
         self._token = blank((CAPACITY,), np.int32)
         self._cost = blank((CAPACITY,), np.float32)
         self._rival = blank((CAPACITY,), np.float32)
-        self._start = blank((CAPACITY,), np.int32)
         self._frame = blank((CAPACITY,), np.int32)
         self._count = 0
 
@@ -65,25 +64,18 @@ class Lattice:
         self._token[numbers] = token
         self._cost[numbers] = cost
         self._rival[numbers] = rival
-        self._start[numbers] = self.start_of(token)
         self._frame[numbers] = frame
         return numbers
-
-    def start_of(self, token: Tokens) -> Tokens:
-        """The frame at which each path's sentence began."""
-        starts: Tokens = np.where(token < 0, -1 - token, self._start[np.maximum(token, 0)])
-        return starts
 
     def frame_of(self, token: Tokens) -> Tokens:
         """The last frame of the word or pause that each record ends."""
         frames: Tokens = np.where(token < 0, -2 - token, self._frame[np.maximum(token, 0)])
         return frames
 
-    def oldest_frame(self) -> int:
-        """Paths that began before this frame may point to records that will soon be overwritten."""
-        if self._count < CAPACITY:
-            return -1
-        return int(self._frame[(self._count + CAPACITY // 8) % CAPACITY])
+    @property
+    def is_full(self) -> bool:
+        """Whether few records are left."""
+        return self._count > CAPACITY * 7 // 8
 
     def trace(self, token: int) -> list[Step]:
         """The words of the path that ends in `token`, first to last."""

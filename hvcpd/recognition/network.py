@@ -4,9 +4,8 @@ Each voice has its own copy of the word graph, because one speaker utters the wh
 holds, for every template of its word, a word instance, a row of states, one a frame.
 
 Pruning is beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than
-another is hardly ever the right one. Only paths of sentences that began later count as rivals: a long sentence costs
-less and less, and would drown the beginning of the next one. Beside the beam the number of instances is limited (V.
-Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
+another is hardly ever the right one. Beside the beam the number of instances is limited (V. Steinbiss et al.,
+"Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
 
 The active set consists of stretches of word instances, their states one after the other in one vector. A path may be at
 any gain hypothesis, so each entry is a pair of hypothesis and instance. Extra states stand before each stretch, so that
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.recognition.arrays import first_of_each
-from hvcpd.recognition.lattice import Costs, Tokens
+from hvcpd.recognition.lattice import Costs
 from hvcpd.recognition.templates import Template
 
 Index = NDArray[np.intp]
@@ -177,11 +176,9 @@ class Beam:
     """Thresholds of the pruning; costs in units of distance."""
 
     width: float = 30.0
-    """A path is dropped if it costs this much more than the best path whose sentence began later."""
+    """A path is dropped if it costs this much more than the best one."""
     above_filler: float = 10.0
     """A path is dropped if it costs this much more than the filler."""
-    same_time_frames: int = 12
-    """A sentence that began less than this after another one did not begin later."""
     max_pairs: int = 100
     """Maximum number of active pairs of instance and hypothesis."""
 
@@ -190,27 +187,23 @@ class Beam:
 class Survivors:
     """The stretches of a layout that hold promising paths, and the nodes that they may reach soon.
 
-    `bound`: the cost from which on the paths of each are dropped.
+    `bound`: the cost from which on paths are dropped.
     """
 
     pair: Index
     low: Index
     high: Index
-    bound: NDArray[np.float32]
+    bound: float
     reached: Index
 
 
-def survivors(
-    layout: Layout, length: Index, target: Index, cost: Costs, began: Tokens, oldest: int, beam: Beam
-) -> Survivors:
-    """Select the next layout. For each pair: `length` in frames and `target`; for each state: `cost` and `began`.
-
-    Paths that began at `oldest` or earlier are dropped.
-    """
-    size = layout.high - layout.low + AHEAD
+def survivors(layout: Layout, length: Index, target: Index, cost: Costs, beam: Beam) -> Survivors:
+    """Select the next layout. For each pair: `length` in frames and `target`; for each state: `cost`."""
     lowest = np.minimum.reduceat(cost, layout.begin)
-    bound = _bounds(layout, size, lowest, cost, began, oldest, beam)
-    at = np.flatnonzero(cost < np.repeat(bound, size))
+    bound = min(float(lowest.min()) + beam.width, beam.above_filler)
+    if len(lowest) > beam.max_pairs:
+        bound = min(bound, float(np.partition(lowest, beam.max_pairs)[beam.max_pairs]))
+    at = np.flatnonzero(cost < bound)
     owner = np.searchsorted(layout.begin, at, side="right") - 1
     first = first_of_each(owner)  # in whose order they are
     last = np.flatnonzero(np.diff(owner, append=len(layout.begin)))
@@ -219,23 +212,4 @@ def survivors(
     low = np.maximum(offset[first], 0)
     far = offset[last] + 1 + REACH
     ends_soon = far >= length[alive]
-    return Survivors(layout.pair[alive], low, np.minimum(far, length[alive]), bound[alive], target[alive[ends_soon]])
-
-
-def _bounds(
-    layout: Layout, size: Index, lowest: Costs, cost: Costs, began: Tokens, oldest: int, beam: Beam
-) -> NDArray[np.float32]:
-    """For each pair, the cost from which on its paths are dropped."""
-    at = np.flatnonzero(cost <= np.repeat(lowest, size))
-    first = np.searchsorted(at, layout.begin)
-    start = began[at[first]].astype(np.int64)
-    floor = beam.above_filler - beam.width
-    order = np.argsort(-start, kind="stable")
-    best_since = np.minimum.accumulate(np.minimum(lowest[order], floor))
-    newer = np.searchsorted(-start[order], -(start + beam.same_time_frames), side="right") - 1
-    rival = np.where(newer >= 0, best_since[np.maximum(newer, 0)], floor)
-    excess = np.where(start > oldest, lowest - rival, np.inf)
-    width = beam.width
-    if len(excess) > beam.max_pairs:
-        width = min(width, float(np.partition(excess, beam.max_pairs)[beam.max_pairs]))
-    return np.where(start > oldest, rival + width, -np.inf).astype(np.float32)
+    return Survivors(layout.pair[alive], low, np.minimum(far, length[alive]), bound, target[alive[ends_soon]])

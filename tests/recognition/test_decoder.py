@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.decoder import Decoder, StepCosts
 from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.lattice import CAPACITY
 from hvcpd.recognition.network import AHEAD, HORIZON_FRAMES, REACH, Beam, Network
 from hvcpd.recognition.templates import TemplateBank
 
@@ -204,6 +205,19 @@ def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) ->
     assert ends[0] == ends[1]
     assert ends[0][2][0].start_frame == 8_640_000 + 9
     assert ends[0][1] == 26
+
+
+def test_a_decoder_without_records_left_forgets_all_paths_and_goes_on() -> None:
+    net = random_network(4)
+    given_input, words = clean_input(net, 4)
+    decoder = Decoder(net, N_RUNGS, Beam())
+    starts, costs = np.full(CAPACITY - 100, -1, np.int32), np.zeros(CAPACITY - 100, np.float32)
+    decoder._lattice.add(0, 0, starts, costs, costs)
+    for frame in range(len(given_input.distances)):
+        layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
+        hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
+        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
+    assert [net.word[step.instance] for step in decoder.trace(decoder.best().token)] == words
 
 
 def test_it_follows_only_what_is_promising() -> None:
