@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from hvcpd.recognition.channel.beginnings import Beginning
+from hvcpd.recognition.channel.listener import SearchResult
+from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.stretches import CUT, LONG, MORE, QUIET, OpenStretch
+from tests.recognition.hisses import BOOKS
 
 GREETING = Beginning(0, greeting=True)
 
@@ -39,3 +44,10 @@ def test_a_voice_that_stands_out_shows_its_end_in_any_noise() -> None:
             faint.note_sign(at, at + 400, clatters=False)
     assert loud.is_over(32_000 + QUIET)
     assert not faint.is_over(32_000 + QUIET)
+
+
+def test_what_goes_on_is_searched_again_from_its_first_beginning_whatever_path_is_best() -> None:
+    ended, before = stretch(), Path.before(BOOKS["oak"], 0)
+    assert not ended.in_progress
+    ended.result = SearchResult(in_progress=(replace(before, starts=(30_000,)), replace(before, starts=(9_000,))))
+    assert ended.begun == 9_000

@@ -100,7 +100,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
                     if self._open is not None and self._open.after is each:
                         self._open.due = min(self._open.due, result.sure_at)
                     out += self._believed(each, result)
-                    if self._open is None and result.in_progress and result.in_progress.end_sample > each.end:
+                    if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
                         self._open_after(each)
         for each in self._closed:
             over = self._is_over(each)
@@ -214,10 +214,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             stretch.end = self._now
             self._open_after(stretch)
         before = next((each for each in self._closed if each.in_progress), None)
-        near = before is not None and before.begin >= self._whole_from and stretch.begin - before.end < AGAIN
-        if before is not None and before.in_progress is not None and near:
-            begun = before.in_progress.start_sample
-            stretch.begin = max(begun - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
+        if before is not None and before.begin >= self._whole_from and stretch.begin - before.end < AGAIN:
+            stretch.begin = max(before.begun - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
+            stretch.earlier = before.in_progress
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
         stretch.closed_at = self._now
@@ -228,7 +227,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             return
         sound, lead = self._history.around(stretch.begin - LEAD, stretch.begin, self._now)
         origin = stretch.begin - lead
-        stretch.job = Stretch(sound, origin, lead, cut)
+        stretch.job = Stretch(sound, origin, lead, cut, stretch.earlier)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()

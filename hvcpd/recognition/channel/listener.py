@@ -19,7 +19,7 @@ from hvcpd.recognition.channel.path import GREETING, Path, Voicebook
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.weighting import SHIFT, Signal, WeightedSound, forget_words
 from hvcpd.recognition.channel.whitening import FRAME
-from hvcpd.recognition.events import Received, Recognised, Source, Span, WordSpan
+from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY
 
@@ -124,7 +124,7 @@ GOES_ON = SAMPLE_RATE_HZ
 REACH = SAMPLE_RATE_HZ
 """A sentence that ends earlier than this (1 s) before the end of the sound has ended."""
 MOST_IN_PROGRESS = 16
-"""Number of paths, the likeliest that may go on, where the first of which began the next search begins."""
+"""Maximum number of paths with which the next search goes on."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
 ROBOTS_SHARE = 0.3
@@ -150,22 +150,23 @@ MOST_AT_ONCE = 2
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech.
-    `cut`: sound went on after it."""
+    `cut`: sound went on after it. `earlier`: the `in_progress` of the search before."""
 
     sound: Samples
     origin: int
     lead: int
     cut: bool = False
+    earlier: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The sentences in a stretch; whether a robot said something else there; and whether something seems to go on at
-    its end: from where the first of the paths in progress began to the end of the likeliest."""
+    """The sentences in a stretch; whether a robot said something else there; and the paths in progress at its end, the
+    best first, by the samples that `origin` counts."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
-    in_progress: Span | None = None
+    in_progress: tuple[Path, ...] = ()
     likeliest: tuple[str, ...] = ()
     """The words of the whole sentence that is likeliest, however unsure it is; none if there is none."""
     sure_at: int = sys.maxsize
@@ -223,7 +224,7 @@ class ChannelListener:
         sentences: list[Recognised] = []
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
-            paths, evidence = self._found(sound, stretch.cut, reported)
+            paths, evidence = self._found(sound, stretch, begin, reported)
             goes_on = evidence is not None and stretch.cut and evidence.path.end + GOES_ON > sound.n
             if evidence is not None and not goes_on and self._is_unlike(evidence.path, heard, noise):
                 evidence = None
@@ -236,9 +237,8 @@ class ChannelListener:
                 last = _in_progress(paths, len(heard), least) if robot or stretch.cut else []
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
-                origin = stretch.origin + begin
-                going_on = Span(origin + min(p.starts[0] for p in last), origin + last[0].end) if last else None
-                sure_at = best.end + GOES_ON + origin if goes_on else sys.maxsize
+                going_on = tuple(path.moved(stretch.origin + begin) for path in last)
+                sure_at = best.end + GOES_ON + stretch.origin + begin if goes_on else sys.maxsize
                 return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
@@ -246,17 +246,23 @@ class ChannelListener:
             heard -= received
         return SearchResult(tuple(sentences))
 
-    def _found(self, sound: WeightedSound, cut: bool, reported: Sequence[Path]) -> tuple[list[Path], Evidence | None]:
-        """The candidates in a sound, apart from the `reported` sentences, most likely first; and the sentence that was
-        surely said. Other speaking rates are searched only where the usual rate finds nobody who may go on."""
+    def _found(
+        self, sound: WeightedSound, stretch: Stretch, begin: int, reported: Sequence[Path]
+    ) -> tuple[list[Path], Evidence | None]:
+        """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `reported` sentences,
+        most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
+        rate finds nobody, or a sentence at another one is in progress."""
+        earlier = [path.moved(-stretch.origin - begin) for path in stretch.earlier]
+        others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         best = None
         for search in self._searches[:1] if reported else self._searches:
-            found = search.paths(sound, reported)
+            found = search.paths(sound, reported, earlier)
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._sure(sound, paths)
-            if best is not None or not found or (cut and _in_progress(found, sound.n)):
+            done = not others and (not found or (stretch.cut and _in_progress(found, sound.n)))
+            if best is not None or done:
                 break
         return paths, best
 

@@ -10,7 +10,7 @@ words is neglected, which makes no difference.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Protocol, TypeVar
 
@@ -167,6 +167,10 @@ class Path:
         """The correlation with a signal at the lags of this path's response, and SHIFT more on either side."""
         begin = first_lag(len(self.taps))
         return fit.correlation[begin : begin + len(self.taps) + 2 * SHIFT]
+
+    def moved(self, samples: int) -> Path:
+        """The same path in a sound that begins this much earlier."""
+        return replace(self, starts=tuple(start + samples for start in self.starts))
 
     @property
     def delay(self) -> int:

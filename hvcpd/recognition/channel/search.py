@@ -8,6 +8,7 @@ later, because each tap explains one variance of noise by chance.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -63,13 +64,15 @@ class ChannelSearch:
         self._graph = graph
         self._lengths = lengths_of(graph)
 
-    def paths(self, sound: WeightedSound, reported: Sequence[Path] = ()) -> list[Path]:
-        """Return sentences and partial sentences, those that explain most first. They begin anywhere. None that
-        begins within a sentence `reported` is in the same voice, of which late echoes remain: a robot does not say two
-        things at once."""
+    def paths(self, sound: WeightedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = ()) -> list[Path]:
+        """Return sentences and partial sentences, those that explain most first. They begin anywhere, and where
+        `earlier` ones did, found in less of this sound. None that begins within a sentence `reported` is in the same
+        voice, of which late echoes remain: a robot does not say two things at once."""
         found: list[Path] = []
-        new = [path for path in self._begun(sound) if not any(_is_within(path, each) for each in reported)]
-        for level in _by_place(new, FAINT_BESIDE if reported else FAINT):
+        begun = (self._begun_again(sound, earlier), self._begun(sound))
+        new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
+        least = FAINT_BESIDE if reported else FAINT
+        for level in chain.from_iterable(_by_place(paths, least) for paths in new):
             best = leaders(found, 1)
             while level := kept(level, best):
                 found += level
@@ -93,6 +96,17 @@ class ChannelSearch:
                 places = sorted(_places(sound, said), key=lambda place: -place[0])
                 begun += [Next(empty, word, node, 0, way, at, SHIFT, 0.0) for _, way, at in places[:PLACES]]
         return joined(sound, begun, FIRST_TAPS)
+
+    def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path]) -> list[Path]:
+        """The first words of paths found in less of this sound."""
+        nodes = dict(self._graph.following[self._graph.start])
+        known = dict.fromkeys((path.book, path.words[0], path.said[0], path.starts[0]) for path in earlier)
+        words = [
+            Next(Path.before(book, self._graph.start), word, nodes[word], 0, said, at, SHIFT, 0.0)
+            for book, word, said, at in known
+            if book in self._books
+        ]
+        return joined(sound, words, FIRST_TAPS)
 
     def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.beginnings import Beginning
 from hvcpd.recognition.channel.listener import SearchResult, Stretch
-from hvcpd.recognition.events import Garbled, Recognised, Span
+from hvcpd.recognition.channel.path import Path
+from hvcpd.recognition.events import Garbled, Recognised
 
 EARLIER = SAMPLE_RATE_HZ // 4
 """Longest time (samples) from the beginning of speech to its first sign."""
@@ -59,6 +60,8 @@ class OpenStretch:
     closed_at: int = 0
     whole_from: int = 0
     """A sentence that begins before this sample may lack its beginning."""
+    earlier: tuple[Path, ...] = ()
+    """Paths in progress at the end of the stretch with which it was joined."""
     job: Stretch | None = None
     result: SearchResult | None = None
 
@@ -70,9 +73,14 @@ class OpenStretch:
         return self.signed >= max(SHOWN * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
 
     @property
-    def in_progress(self) -> Span | None:
-        """Where speech seems to go on at the stretch's end."""
-        return self.result.in_progress if self.result is not None else None
+    def in_progress(self) -> tuple[Path, ...]:
+        """The paths in progress at the stretch's end, the best first."""
+        return self.result.in_progress if self.result is not None else ()
+
+    @property
+    def begun(self) -> int:
+        """The sample at which the first of the paths in progress began. Raises ValueError if there is none."""
+        return min(path.starts[0] for path in self.in_progress)
 
     def note_sign(self, at: int, now: int, clatters: bool) -> None:
         """There were signs of speech from sample `at` up to `now`; `clatters`: there have been signs for so long that
