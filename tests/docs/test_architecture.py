@@ -72,4 +72,4 @@ def test_the_bounds_are_those_of_the_code() -> None:
     assert f"{MAX_CLIENTS} clients, {MAX_LINE_BYTES >> 10} KiB a line, {MAX_UNREAD_BYTES >> 10} KiB unread each" in PAGE
     assert f"{journal_service.MAX_WAITING} records; further" in PAGE
     recognition = (ROOT / "docs" / "recognition.md").read_text(encoding="utf-8")
-    assert f"a ring of {lattice.CAPACITY:,} records" in recognition
+    assert f"There are {lattice.CAPACITY:,} back-pointers" in recognition
