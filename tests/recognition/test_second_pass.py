@@ -150,9 +150,9 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
     looker = Looker(half, goes_on=True)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, AtOnce())
     assert run(ears, 30) == []
-    ears._ears.speaking = True  # type: ignore[misc]
+    ears.first.speaking = True  # type: ignore[misc]
     assert run(ears, 10, 30) == []
-    ears._ears.speaking = False  # type: ignore[misc]
+    ears.first.speaking = False  # type: ignore[misc]
     looker.found, looker.goes_on = SENTENCE, False
     assert run(ears, 10, 40) == [SENTENCE]
     [_, whole] = looker.segments
@@ -164,9 +164,9 @@ def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late
     looker = Looker(replace(SENTENCE, words=("hi", "rob")), goes_on=True)
     ears = SecondEars(Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, AtOnce())
     assert run(ears, 30) == []
-    ears._ears.speaking = True  # type: ignore[misc]
+    ears.first.speaking = True  # type: ignore[misc]
     assert run(ears, 10, 30) == []
-    ears._ears.speaking = False  # type: ignore[misc]
+    ears.first.speaking = False  # type: ignore[misc]
     assert run(ears, 20, 40) == [Garbled(32000, 40000)]
     looker.found, looker.goes_on = SENTENCE, False
     assert run(ears, 10, 60) == [SENTENCE]
