@@ -179,16 +179,24 @@ class DecoderSession:
     @property
     def follows(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        if not self.under_way or len(self._bests) < FOLLOWED_BLOCKS:
-            return False
-        first, last = self._bests[0], self._bests[-1]
-        return first < -FOLLOWED_GAIN and last < first - FOLLOWED_GAIN
+        return self.gain > FOLLOWED_GAIN and self._bests[0] < -FOLLOWED_GAIN
+
+    @property
+    def gain(self) -> float:
+        """How much better than the filler a sentence in progress fits the last half second; 0 if none is."""
+        known = self.under_way and len(self._bests) == FOLLOWED_BLOCKS
+        return max(self._bests[0] - self._bests[-1], 0.0) if known else 0.0
 
     @property
     def since(self) -> int | None:
         """The frame at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
         there is none."""
         return self._since if self.best.cost < -2.0 * FOLLOWED_GAIN else None
+
+    @property
+    def ending(self) -> str:
+        """The last word of the best path, if that may have ended; else ""."""
+        return self.word_of(self._decoder.trace(self.best.token)[-1]) if self.best.node >= 0 else ""
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
         """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""

@@ -124,13 +124,18 @@ class FirstEars(Protocol):
         """The frames of the last push."""
 
     @property
-    def ends(self) -> bool:
-        """Whether a sentence that ended just now may soon be reported."""
+    def ending(self) -> str:
+        """The last word of a robot's sentence that may have ended just now, and be reported soon; "" if none may."""
 
     @property
     def since(self) -> int | None:
         """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
         beginning; None if none is."""
+
+    @property
+    def gain(self) -> float:
+        """How much better a robot's sentence explains the last half second than other sound would, in units of the
+        templates' distance; 0 if none is in progress."""
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
         """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""

@@ -118,9 +118,9 @@ class Recogniser:
         return self.watch.chunks
 
     @property
-    def ends(self) -> bool:
-        """Whether a sentence that ended just now may soon be reported."""
-        return self._session.best.node >= 0
+    def ending(self) -> str:
+        """As `Ears.ending`."""
+        return self._session.ending
 
     @property
     def follows(self) -> bool:
@@ -132,6 +132,11 @@ class Recogniser:
         """As `Ears.since`."""
         since = self._session.since
         return since * HOP_SAMPLES if since is not None else None
+
+    @property
+    def gain(self) -> float:
+        """As `Ears.gain`."""
+        return self._session.gain
 
     @property
     def _all(self) -> list[Recogniser]:

@@ -30,8 +30,9 @@ class Script:
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
         self.now, self.first = 0, self
-        self.signs = self.speaking = self.busy = self.prepared = self.ends = False
+        self.signs = self.speaking = self.busy = self.prepared = False
         self.since: int | None = None
+        self.ending, self.gain = "", 0.0
         self.learned: object = None
         self.chunks: Sequence[Chunk] = ()
 

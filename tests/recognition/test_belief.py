@@ -75,6 +75,29 @@ def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
     assert silent.at(at) is Urgent
 
 
+def followed(hold: Belief, begin_s: float, probability: float) -> Verdict:
+    """A word that a sentence in progress seems to account for."""
+    return hold.word(samples(begin_s), samples(begin_s + 0.5), probability, samples(begin_s + 0.6), followed=True)
+
+
+def test_nobody_stands_still_for_a_word_of_a_sentence_in_progress_that_is_not_certain() -> None:
+    held, certain = hold(), hold()
+    assert followed(held, 1.2, FAIR) is None
+    assert followed(held, 1.2, DOUBTFUL) is None
+    assert held.doubts(samples(1.2))
+    assert not held.held
+    assert word(held, 1.2, DOUBTFUL) is Held
+    assert followed(certain, 1.2, CERTAIN) is Urgent
+
+
+def test_a_word_of_a_sentence_in_progress_still_counts_if_it_is_said_again_or_remains_without_the_sentence() -> None:
+    again, over = hold(), Belief(lambda *_: Residual(0.9, 1.0, 0.0))
+    for held in (again, over):
+        assert followed(held, 1.2, DOUBTFUL) is None
+    assert word(again, 2.2, DOUBTFUL) is Urgent
+    assert over.sentence(sentence(0.2)) is Urgent
+
+
 def test_a_sentence_around_the_word_releases_if_its_samples_are_unknown() -> None:
     held = hold()
     assert word(held, 1.2) is Held

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import groupby
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.events import Garbled, Recognised
+from hvcpd.recognition.keyword.listener import USUAL_GAIN
 from hvcpd.recognition.recogniser import Recogniser
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
 
@@ -183,6 +186,20 @@ def test_busy_follows_speech_closely() -> None:
     assert 1.0 <= onset <= 1.09
     assert 0.1 <= release - (1.0 + len(speech) / RATE) <= 0.4
     assert all(states[states.index(True) : len(states) - states[::-1].index(True)])
+
+
+def test_how_well_a_sentence_in_progress_fits_and_its_last_word_are_known_while_it_is_said() -> None:
+    known, other = in_noise(sentence("hi rob, stop")), in_noise(sentence("hi rob, stop")[::-1].copy())
+    gains, endings = ([], []), ([], [])
+    for sound, gain, ending in zip((known, other), gains, endings, strict=True):
+        r = recogniser()
+        for block in np.split(sound, range(640, len(sound), 640)):
+            r.push(block)
+            gain.append(r.gain)
+            ending.append(r.ending)
+    assert max(gains[0]) > USUAL_GAIN > max(gains[1])
+    assert gains[0][-1] == 0.0
+    assert [word for word, _ in groupby(endings[0])] == ["", "rob", "", "stop", ""]
 
 
 def test_sentences_after_a_step_of_noise_are_heard() -> None:

@@ -119,23 +119,32 @@ class Belief:
         return bool(self._open)
 
     def doubts(self, start: int) -> bool:
-        """Whether the word from sample `start` on is held for, and not certain."""
-        return any(word.start == start and not self._is_sure(word) for word in self._open)
+        """Whether the word from sample `start` on is not decided yet, and not certain."""
+        return any(w.start == start and not self._is_sure(w) for w in (*self._open, *self._let_go))
 
-    def word(self, start: int, end: int, probability: float, now: int, awaited: bool = False) -> Verdict:
+    def word(
+        self, start: int, end: int, probability: float, now: int, awaited: bool = False, followed: bool = False
+    ) -> Verdict:
         """The word was heard from sample `start` to `end`, or with more certainty than before; `awaited`: a
-        sentence may soon account for it."""
-        before = [w for w in self._open if w.start == start]
+        sentence may soon account for it; `followed`: one in progress seems to, so that nobody stands still for it
+        unless it is certain."""
+        held = any(w.start == start for w in self._open)
+        before = [w for w in (*self._open, *self._let_go) if w.start == start]
         wait = now + (SENTENCE_WAIT if awaited else 0)
         told, wait = (before[0].told, before[0].certain_from) if before else (now, wait)
         word = _Word(start, end, max([probability, *(w.probability for w in before)]), told, wait)
         if self._told is not None and self._accounts_for(self._told, word):
             return None
         self._ask_from = self._ask_from or now + LATE
-        self._open = [*(w for w in self._open if w.start != start), word]
+        self._open = [w for w in self._open if w.start != start]
+        self._let_go = [w for w in self._let_go if w.start != start]
         if self._is_said_again(word) or self._is_certain(word, now):
             return self._said()
-        return None if before else Held
+        if followed and not held and not self._is_sure(word):
+            self._let_go.append(word)
+            return None
+        self._open.append(word)
+        return None if held else Held
 
     def sentence(self, sentence: Recognised) -> Verdict:
         """A sentence was understood."""

@@ -12,7 +12,15 @@ from hvcpd.recognition.events import Ears, EarsAround, Event, Garbled, Recognise
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.belief import CERTAIN, FAIR, Belief, Residual, Verdict, may_open
-from hvcpd.recognition.keyword.net import LOOKS, KeywordNet, KeywordSpotter, Probabilities, Word, second_highest
+from hvcpd.recognition.keyword.net import (
+    LOOKS,
+    POSSIBLE,
+    KeywordNet,
+    KeywordSpotter,
+    Probabilities,
+    Word,
+    second_highest,
+)
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, Kept, joined, kept
 
 CALL = "stop"
@@ -38,6 +46,11 @@ that."""
 TWICE = 0.71
 """Least probability that is left of a certain call where the check objects: two of them are certain, so that nobody
 calls in vain."""
+
+USUAL_GAIN = 25.0
+"""Gain of a robot's sentence (`Ears.gain`) up to which a call over it is likely; sentences alone have 25 to 45."""
+NATS_A_GAIN = 0.04
+"""What each unit beyond that takes from the log odds of the word, nats (docs/decisions/keyword.md)."""
 
 Check = Callable[[Samples], float]
 """What another listener takes from the log odds of a call, nats, by the sound from CHECKED_BEFORE_S before the word's
@@ -166,6 +179,8 @@ class KeywordEars(EarsAround):
         self._belief = Belief(recent.without)
         self._word: Word | None = None
         """The last word, until it is heard again with noise."""
+        self._excess = 0.0
+        """How much better than usual a robot's sentence explained that word when it was first heard."""
         self._span = (0, 0)
         self._spans: deque[tuple[int, int]] = deque(maxlen=SPANS_KEPT)
         """The words that the net has detected lately."""
@@ -198,6 +213,8 @@ class KeywordEars(EarsAround):
         told: list[Event] = []
         word = self._spotter.hear(chunk)
         if word is not None:
+            if self._word is None or word.start_frame != self._word.start_frame:
+                self._excess = max(self.first.gain - USUAL_GAIN, 0.0) if self.first.ending != CALL else 0.0
             self._word = word
             self._span = (word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
@@ -220,8 +237,13 @@ class KeywordEars(EarsAround):
             nats = self._check(sound) if sound is not None else 0.0
             checked = logistic(logit(call) - nats)
             call = max(checked, TWICE) if checked < CERTAIN <= call else checked
-        awaited = self.first.ends or may_open(self.first.since, self._span[0])
-        return self._tell(self._belief.word(*self._span, call, now, awaited))
+        awaited = bool(self.first.ending) or may_open(self.first.since, self._span[0])
+        return self._tell(self._belief.word(*self._span, call, now, awaited, self._is_followed()))
+
+    def _is_followed(self) -> bool:
+        """Whether a robot's sentence explains the last word better than a call over it would."""
+        word = self._word
+        return word is not None and logit(word.probability) - NATS_A_GAIN * self._excess < logit(POSSIBLE)
 
     def _interrupted(self) -> list[Event]:
         """Drop the current word: sound was lost."""
