@@ -19,11 +19,11 @@ from release.words import default_words, write_words
 REPOSITORY = Path(__file__).parents[1]
 WEIGHTS = Path("hvcpd/synthesis/acoustic_net.npz")
 LEFT_OUT = frozenset(
-    {"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography", "idna"}
+    {"setuptools", "pygments", "markdown-it-py", "mdurl", "pycparser", "tzdata", "cryptography", "idna", "click"}
 )
 """In the lock and not in the package: what only `pip install .` runs; what rich needs to show source code and Markdown,
-anyio for domain names beyond ASCII, and cffi to read C, which nobody asks of them; and what Debian has itself, with its
-security updates."""
+anyio for domain names beyond ASCII, cffi to read C, and uvicorn for its command, which nobody asks of them; and what
+Debian has itself, with its security updates."""
 UNUSED = (
     "_soundfile_data/COPYING",
     "_yaml",
@@ -34,8 +34,6 @@ UNUSED = (
     "cattrs/strategies",
     "cattrs/subclasses.py",
     "cffi",
-    "click/shell_completion.py",
-    "click/testing.py",
     "dynamixel_easy_sdk",
     "markupsafe/_speedups.*",
     "numpy/char",
@@ -65,6 +63,8 @@ UNUSED = (
     "numpy/_core/_simd.*.so",
     "numpy/_core/*_tests.*.so",
     "numpy/linalg/lapack_lite.*.so",
+    "rich/_unicode_data/unicode[4-9]*.py",
+    "rich/_unicode_data/unicode1[0-6]*.py",
     "rich/_win*.py",
     "rich/layout.py",
     "rich/logging.py",
@@ -99,6 +99,7 @@ UNUSED = (
     "uvicorn/loops/*uvloop.py",
     "uvicorn/protocols/http/*tt*_impl.py",
     "uvicorn/protocols/websockets/*_impl.py",
+    "uvicorn/supervisors",
     "uvicorn/workers.py",
     "yaml/_yaml.*.so",
     "**/*.pyi",
@@ -107,6 +108,15 @@ UNUSED = (
 )
 """Parts of wheels that only compilers, type checkers, tests, pip and other systems need, or that need what is left out;
 of cffi soundfile and sounddevice load only `_cffi_backend`; and a second way to the motors."""
+REPLACED = {
+    "numpy/_core/_add_newdocs.py": "",
+    "numpy/_core/_add_newdocs_scalars.py": "",
+    "rich/_emoji_codes.py": "EMOJI: dict[str, str] = {}\n",
+    "rich/_unicode_data/_versions.py": 'VERSIONS = ("17.0.0",)\n',
+    "uvicorn/main.py": "from uvicorn.server import Server\n\nmain = run = None\n",
+}
+"""Files that are loaded, but of which nobody needs what they hold: docstrings of compiled functions, emojis by their
+names, the widths of characters in older versions of Unicode, and uvicorn's command."""
 STRIP = {"amd64": "x86_64-linux-gnu-strip", "arm64": "aarch64-linux-gnu-strip"}
 """Of Debian's binutils for each architecture."""
 SHIPPED = "hvcpd/synthesis/shipped"
@@ -130,6 +140,8 @@ def put_libraries(folder: Path, wanted: Sequence[Locked], target: Target) -> Non
                 shutil.rmtree(path)
             else:
                 path.unlink()
+    for name, text in REPLACED.items():
+        (folder / name).write_text(text, encoding="utf-8")
     for leftover in [path for name in ("tests", "__pycache__") for path in folder.rglob(name) if path.is_dir()]:
         shutil.rmtree(leftover, ignore_errors=True)  # one may lie in another
     _strip(folder, target)

@@ -76,15 +76,15 @@ def test_a_robot_that_does_not_come_up_again_does_not_fail_an_upgrade(tmp_path: 
 
 
 def test_docstrings_of_what_the_daemon_loads_are_not_compiled_nor_what_only_simulations_load(tmp_path: Path) -> None:
-    for folder in ("numpy", "click", "hvcpd/evaluation", "hil_fakes"):
+    for folder in ("numpy", "rich", "hvcpd/evaluation", "hil_fakes"):
         (tmp_path / folder).mkdir(parents=True)
-    kept = ("numpy/__init__.py", "click/__init__.py", "hvcpd/__init__.py")
+    kept = ("numpy/__init__.py", "rich/__init__.py", "hvcpd/__init__.py")
     for name in (*kept, "hvcpd/evaluation/wake.py", "hil_fakes/room.py"):
         (tmp_path / name).write_text('"""What it is."""\n')
     subprocess.run([sys.executable, TEMPLATES / "compile.py", tmp_path], check=True)
     compiled = [path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*.pyc")]
-    assert sorted(compiled) == ["click", "hvcpd", "numpy"]
-    program = "import numpy, hvcpd, click; print(numpy.__doc__, hvcpd.__doc__, click.__doc__)"
+    assert sorted(compiled) == ["hvcpd", "numpy", "rich"]
+    program = "import numpy, hvcpd, rich; print(numpy.__doc__, hvcpd.__doc__, rich.__doc__)"
     assert listed(sys.executable, "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {program}") == [
         "None None What it is."
     ]
