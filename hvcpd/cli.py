@@ -61,7 +61,11 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
+    from hvcpd.daemon.allocator import load_libraries, tune_allocator
+
     replace_closed_streams()
+    tune_allocator()
+    load_libraries()  # before anything else loads them, as argparse does
     try:
         options = make_parser().parse_args(arguments)
     except SystemExit:  # after a help text, too
@@ -77,11 +81,8 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
 
 
 def _start(options: argparse.Namespace, devices: Devices | None) -> int:
-    from hvcpd.daemon.allocator import exempt_modules, load_libraries, tune_allocator
-
-    tune_allocator()
-    load_libraries()  # before anything else loads them
     from hvcpd.config.settings_file import load_with_sources
+    from hvcpd.daemon.allocator import exempt_modules
     from hvcpd.daemon.devices import Devices
     from hvcpd.daemon.logging import set_up_logging
     from hvcpd.daemon.notify import ServiceManager

@@ -125,8 +125,12 @@ def make_ears(
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
     """Hears spelled names, in every voice; `watch`: of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
-    speakers = {voice.name: Speaker(voice, sound.lexicon, sound.cache) for voice in sound.every_voice()}
-    bank = LazyMapping(speakers, lambda voice: LazyMapping(graph.words, speakers[voice].templates))
+    voices = {voice.name: voice for voice in sound.every_voice()}
+
+    def takes(voice: str, word: str) -> list[Samples]:
+        return Speaker(voices[voice], sound.lexicon, sound.cache).templates(word)
+
+    bank = LazyMapping(voices, lambda voice: LazyMapping(graph.words, partial(takes, voice)))
     return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
 
 

@@ -113,12 +113,13 @@ class SpokenBook:
         self._cache.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Render all that may be asked for into the cache, and note how it joins its neighbours, while `go_on`. Takes
+        """Render all that may be asked for to the disk, and note how it joins its neighbours, while `go_on`. Takes
         seconds; another thread may do it."""
         for word in sorted(self._words):
             for third in range(len(PITCH_STEPS)):
                 if go_on():
                     self.said(word, third)
+            self.forget()
 
     def render(self, word: str, third: int) -> tuple[Unit, ...]:
         """`units`, computed again."""

@@ -8,9 +8,8 @@ the module as an argument, so that a fake card can stand in for it.
 from __future__ import annotations
 
 import atexit
-import difflib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -118,10 +117,17 @@ def find_device(
     if len(matches) > 1:
         raise DeviceError(f"{key}: {wanted!r} is part of several names; write more of one of {_listed(matches)}")
     if not matches:
-        near = difflib.get_close_matches(wanted, [device.name for device in able], n=1, cutoff=0.5)
+        near = _alike(wanted, [device.name for device in able])
         hint = f"did you mean {near[0]!r}?" if near else f"choose one of {_listed(able)}"
         raise DeviceError(f"{key}: there is no {kind} {wanted!r}; {hint}")
     return matches[0]
+
+
+def _alike(wanted: str, names: Iterable[str]) -> list[str]:
+    """The most similar of these names, if one is similar."""
+    from difflib import get_close_matches  # only where something is wrong
+
+    return get_close_matches(wanted, list(names), n=1, cutoff=0.5)
 
 
 def _device_of_card(
@@ -129,7 +135,7 @@ def _device_of_card(
 ) -> SoundDevice:
     number = cards.get(wanted["id"])
     if number is None:
-        near = difflib.get_close_matches(wanted["id"], cards, n=1, cutoff=0.5)
+        near = _alike(wanted["id"], cards)
         listed = ", ".join(map(repr, cards))
         hint = f"did you mean {near[0]!r}?" if near else f"there is {listed}" if cards else "there is no sound card"
         raise DeviceError(f"{key}: there is no sound card with the id {wanted['id']!r}; {hint}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 
 from hvcpd.language.automaton import expected_after
@@ -20,7 +19,9 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     where = f"after '{written}'" if written else "at the beginning"
     if known == len(words):
         return f"the sentence breaks off {where}; it could go on with: {choices}"
-    close = difflib.get_close_matches(words[known], expected, n=1)
+    from difflib import get_close_matches  # only where something is wrong
+
+    close = get_close_matches(words[known], expected, n=1)
     hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
     known_names = [name.lower() for name in names]
     if not close and known and expected.issuperset(known_names) and words[known] not in graph.words:

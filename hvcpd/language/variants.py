@@ -6,7 +6,6 @@ lists. Robots' own sentences have one form of each word; a word that fits in its
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
 
@@ -118,7 +117,9 @@ def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, .
     for word, phrases in alternatives.items():
         places = {arc.source for arc in graph.arcs if arc.word == word}
         if not places:
-            close = difflib.get_close_matches(word, graph.words, n=1)
+            from difflib import get_close_matches  # only where something is wrong
+
+            close = get_close_matches(word, graph.words, n=1)
             hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
             raise VocabularyError(f"alternatives: '{word}' is not a word of the phrasebook; {hint}", "tasks")
         for phrase in phrases:

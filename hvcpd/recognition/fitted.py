@@ -3,7 +3,6 @@ logistic curve."""
 
 from __future__ import annotations
 
-import importlib.resources
 import json
 import math
 import mmap
@@ -46,7 +45,7 @@ def logit(probability: float) -> float:
 
 @cache
 def _file() -> dict[str, Any]:
-    text = importlib.resources.files("hvcpd.recognition").joinpath("fitted.json").read_text(encoding="utf-8")
+    text = Path(__file__).with_name("fitted.json").read_text(encoding="utf-8")
     sections: dict[str, Any] = json.loads(text)
     return sections
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
+from sys import intern
 
 from hvcpd.config.document import decoded, read_bytes
 from hvcpd.config.names import Accent, plain_letters
@@ -189,7 +189,7 @@ def _read(path: Path) -> Lexicon:
             faults.append(f"{path}:{number}: {fault}")
             continue
         word, _, mark = fields[0].lower().partition("(")
-        phones = tuple(phone.upper() for phone in fields[1:])
+        phones = tuple(intern(phone.upper()) for phone in fields[1:])
         entries.setdefault(word, []).append(phones)
         if mark[:-1] in _PLACES:
             places.setdefault(word, {}).setdefault(_PLACES[mark[:-1]], phones)
@@ -217,7 +217,9 @@ def _fault(fields: list[str]) -> str:
             continue
         base = phone.upper().rstrip("012")
         if base not in ARPABET or len(phone) - len(base) > 1:
-            near = difflib.get_close_matches(base, sorted(ARPABET), 1, cutoff=0.5)
+            from difflib import get_close_matches  # only where something is wrong
+
+            near = get_close_matches(base, sorted(ARPABET), 1, cutoff=0.5)
             hint = f"did you mean {near[0]}?" if near else f"the phones are {' '.join(sorted(ARPABET))}"
             return f"unknown phone '{phone}'; {hint}"
         if is_vowel(base) != (phone[-1] in "012"):

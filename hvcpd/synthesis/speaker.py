@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import cycle
 
 import numpy as np
@@ -84,8 +84,8 @@ class Speaker:
     def __init__(self, voice: Voice, lexicon: Lexicon, cache: UnitCache | None = None) -> None:
         self.voice = voice
         self._lexicon = lexicon
-        self._cache = cache
-        self._said = lru_cache(UNITS_KEPT if cache is not None else None)(self._make_read_only)
+        self._make = partial(_make, voice, cache)  # does not know the speaker, or units would stay until a collection
+        self._said = lru_cache(UNITS_KEPT if cache is not None else None)(self._make)
 
     def unit(self, word: str, position: UnitPosition, pitch: float = 1.0, place: Place | None = None) -> Samples:
         """One word as sound, shape (n,), read-only; `pitch` multiplies the voice's pitch.
@@ -109,35 +109,10 @@ class Speaker:
             for position in UnitPosition
         ]
 
-    def _make_read_only(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
-        unit = self._make(phones, position, pitch)
-        unit.flags.writeable = False
-        return unit
-
-    def _make(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> Samples:
-        if not phones:
-            return np.zeros(0, dtype=np.float32)
-
-        def fresh() -> Samples:
-            final = position is UnitPosition.FINAL
-            if self.voice.natural:
-                sound = word_sound(phones, self.voice, final, pitch)
-            else:
-                sound = synthesize(controls_for(phones, self.voice, final, pitch))
-            return from_steps(in_steps(fade(leveled(sound), OVERLAP_S)))
-
-        if self._cache is None:
-            return fresh()
-        return self._cache.get(self._content(phones, position, pitch), fresh)
-
     def keyed(self, word: str, pitch: float = 1.0) -> Iterator[tuple[str, Samples]]:
         """Yield each rendering of a word at that pitch under its key in a unit cache."""
         for phones, position in self._spoken(word):
-            yield key_of(self._content(phones, position, pitch)), self._make(phones, position, pitch)
-
-    def _content(self, phones: Pronunciation, position: UnitPosition, pitch: float) -> tuple[object, ...]:
-        """All that makes a unit what it is, beside the synthesizer's source."""
-        return phones, self.voice, position.value, pitch
+            yield key_of(_content(self.voice, phones, position, pitch)), self._make(phones, position, pitch)
 
     def templates(self, word: str, ends: Collection[UnitPosition] = tuple(UnitPosition)) -> list[Samples]:
         """Return the renderings of a word that `render` uses, at the voice's own pitch: shape (n,) each.
@@ -219,6 +194,30 @@ class Speaker:
             out[start : start + len(unit)] += unit
         out *= level_gain(out)  # joints and pauses change the loudness of the whole by up to 1.5 LU
         return Rendered(out, tuple(WordMark(word, start, start + len(unit)) for word, start, unit in pieces))
+
+
+def _content(voice: Voice, phones: Pronunciation, position: UnitPosition, pitch: float) -> tuple[object, ...]:
+    """All that makes a unit what it is, beside the synthesizer's source."""
+    return phones, voice, position.value, pitch
+
+
+def _make(
+    voice: Voice, cache: UnitCache | None, phones: Pronunciation, position: UnitPosition, pitch: float
+) -> Samples:
+    if not phones:
+        return np.zeros(0, dtype=np.float32)
+
+    def fresh() -> Samples:
+        final = position is UnitPosition.FINAL
+        if voice.natural:
+            sound = word_sound(phones, voice, final, pitch)
+        else:
+            sound = synthesize(controls_for(phones, voice, final, pitch))
+        return from_steps(in_steps(fade(leveled(sound), OVERLAP_S)))
+
+    unit = fresh() if cache is None else cache.get(_content(voice, phones, position, pitch), fresh)
+    unit.flags.writeable = False
+    return unit
 
 
 def joined(unit: Samples, final: bool) -> Joined:

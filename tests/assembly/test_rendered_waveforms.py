@@ -80,3 +80,11 @@ def test_preparing_fills_the_cache_until_it_is_told_to_end(tmp_path: Path) -> No
     assert not list(tmp_path.iterdir())
     SpokenBook("oak", speaker, ("hi",)).prepare(lambda: True)
     assert len(list(tmp_path.iterdir())) == 6
+
+
+def test_preparing_keeps_no_waveforms(tmp_path: Path) -> None:
+    waveforms = WaveformCache()
+    book = SpokenBook("oak", Speaker(VOICES[1], LEXICON, UnitCache(tmp_path)), ("hi",), waveforms)
+    book.prepare(lambda: True)
+    assert waveforms.units.cache_info().currsize == 0
+    assert book.said.cache_info().currsize == 3

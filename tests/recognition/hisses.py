@@ -43,7 +43,6 @@ class Book:
     def __init__(self, voice: str, others: frozenset[str] = frozenset()) -> None:
         self.voice = voice
         self.others = others
-        self.forgot = 0
         self.prepared = False
         self._ways: dict[tuple[str, int], Sequence[Said]] = {}
 
@@ -64,7 +63,7 @@ class Book:
         return ways
 
     def forget(self) -> None:
-        self.forgot += 1
+        """Nothing is kept."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         self.prepared = go_on()

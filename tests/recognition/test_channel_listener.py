@@ -187,11 +187,10 @@ def test_noise_is_known_by_a_quiet_part_but_not_the_quietest() -> None:
     assert np.std(part) == pytest.approx(0.3 * 0.05, rel=0.05)
 
 
-def test_all_voices_are_made_ready_and_none_is_kept_in_memory() -> None:
+def test_all_voices_are_made_ready() -> None:
     book = Book("oak")
     ChannelListener(GRAPH, (book,)).prepare(lambda: True)
     assert book.prepared
-    assert book.forgot
 
 
 @pytest.mark.parametrize(("loss", "is_told"), [(MOST_LOSS - 0.1, True), (MOST_LOSS + 0.1, False)])

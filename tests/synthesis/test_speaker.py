@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -195,3 +198,14 @@ def test_two_fades_overlapped_add_up_to_one() -> None:
     count = round(0.02 * SAMPLE_RATE_HZ)
     assert ramp[-count:] + ramp[:count] == pytest.approx(np.ones(count), abs=1e-5)
     assert ramp[count:-count] == pytest.approx(np.ones(4000 - 2 * count))
+
+
+def test_units_go_with_their_speaker_without_a_collection() -> None:
+    speaker = Speaker(VOICES[0], LEXICON)
+    unit = weakref.ref(speaker.unit("hi", UnitPosition.FINAL))
+    gc.disable()
+    try:
+        del speaker
+        assert unit() is None
+    finally:
+        gc.enable()

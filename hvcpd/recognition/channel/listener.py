@@ -205,7 +205,6 @@ class ChannelListener:
             self._beginnings = BeginningDetector(self._graph, self._usual)
         for book in self._books:
             book.prepare(go_on)
-            book.forget()
 
     def forget(self) -> None:
         """Free the memory of all listeners: nobody has spoken for a while. Any thread may call this."""

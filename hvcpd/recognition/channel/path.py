@@ -78,7 +78,7 @@ class Voicebook(Protocol):
         """Free memory: nobody has spoken for a while."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Prepare all words that may be requested, while `go_on` holds."""
+        """Prepare all words that may be requested, while `go_on` holds; no sound of theirs is kept in memory."""
 
 
 def thirds_of(n_words: int) -> tuple[int, ...]:
