@@ -58,7 +58,7 @@ Take: TypeAlias = "Samples | Energies"
 shape (frames, N_BANDS)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Template:
     """Frames `first` to `first + length` of the bank: one rendering of `word` by `voice`."""
 
@@ -140,10 +140,12 @@ class TemplateBank:
         """Mean energies of the louder frames, shape (N_BANDS,)."""
         self._mask_energy = power_ratio(-MASK_DB) * float(self.loud_spectrum.mean())
         lengths = [t.length for t in templates]
-        self.first_row = np.repeat(np.array([t.first for t in templates], np.int32), lengths)
-        """First frame of the template to which each frame belongs, shape (n_frames,)."""
-        self.last_row = np.repeat(np.array([t.first + t.length - 1 for t in templates], np.int32), lengths)
-        """Last frame of that template, likewise."""
+        number = np.arange(len(templates), dtype=np.min_scalar_type(len(templates)))
+        self._template = np.repeat(number, lengths)
+        """Number of the template to which each frame belongs, shape (n_frames,)."""
+        self._first_row = np.array([t.first for t in templates])
+        self._last_row = self._first_row + lengths - 1
+        """First and last frame of each template."""
 
     def level_of(self, energies: Energies, noise: NDArray[np.float32]) -> float:
         """Power gain from the templates to the loudest syllable in `energies`; 0 when nothing is above the noise.
@@ -173,7 +175,8 @@ class TemplateBank:
         Templates are held beyond their first and last frames.
         """
         out = np.empty((len(rows), N_FEATURES), np.float32)
-        first, last = self.first_row[rows], self.last_row[rows]
+        template = self._template[rows]
+        first, last = self._first_row[template], self._last_row[template]
         wanted = np.stack([np.clip(rows + offset, first, last) for offset in OFFSETS])
         used = distinct(wanted)
         place = np.empty(self.n_frames, np.int32)

@@ -17,6 +17,7 @@ CUT_S = 0.4
 beginning it covered, at 320 positions in four voices, "resume" and "come back" were heard alone up to 0.37 s later."""
 ECHO_S = 1.0
 """A sentence that ends no later than this after the robot's own, in the same words, is its echo."""
+NOTHING: Samples = np.zeros(0, np.float32)
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class OwnVoice:
         self._measured = False
         self._confirmed = False
         self._shorter_s: float | None = None
-        self._speech: Samples = np.zeros(0, np.float32)
+        self._speech = NOTHING
         self._words: tuple[str, ...] = ()
         self._position = 0
         self._masked_until_s = -np.inf
@@ -101,7 +102,7 @@ class OwnVoice:
             self._believe(self._delay.measure())
             if now < self.until_s:
                 return False
-        self.speaking = False
+        self._speech, self.speaking = NOTHING, False
         self._masked_until_s = now + self._acoustics.tail_s
         return True
 
@@ -109,7 +110,7 @@ class OwnVoice:
         """There is no sound any longer: nothing else of the sentence is heard."""
         self._confirmed = False
         if self.speaking:
-            self._speech, self.speaking, self.until_s = self._speech[:0], False, now
+            self._speech, self.speaking, self.until_s = NOTHING, False, now
 
     def lose(self, lost_s: float) -> None:
         """Note sound that was not heard, and in whose place nothing was played: the words wait, and cannot be

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import weakref
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -186,3 +188,14 @@ def test_what_loses_sound_puts_the_latency_may_be_outbid() -> None:
         assert life.voice.is_latency_known
         doubt(life.voice)
         assert not life.voice.is_latency_known
+
+
+def test_a_sentence_that_was_said_takes_no_memory() -> None:
+    speech = SPEECH.copy()
+    kept = weakref.ref(speech)
+    voice = OwnVoice(Acoustics(0.0), Delay(0.0))  # type: ignore[arg-type]
+    voice.begin(speech, WORDS, 0.0)
+    del speech
+    voice.take(2 * SAMPLE_RATE_HZ)
+    assert voice.finished(3.0)
+    assert kept() is None
