@@ -30,7 +30,7 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Parameters of mallopt(3), malloc.h."""
 OWN_PAGES_BYTES = 1 << 18
 """Larger arrays have pages of their own, which go back at once, where no gap of the heap has room for them: a voice's
-templates while they are made. From 128 KB on a listening robot has 0.6 MB less, but hearing takes about 5 % longer."""
+templates while they are made."""
 FREE_TOP_BYTES = 1 << 24
 """Kept at the heap's end until `give_back_memory`: with 128 KB a first start takes twice as long."""
 FREE_TOP_LATER_BYTES = 1 << 18
