@@ -7,8 +7,9 @@ from typing import Any
 
 from hvcpd.language import messages as m
 from hvcpd.language.forms import SLOT_FIELDS, Form
-from hvcpd.language.pattern import Bindings, Node, parse_pattern, parts_of, shared
+from hvcpd.language.pattern import Bindings, Node, parse_pattern, parts_of
 from hvcpd.language.spelling import written_name
+from hvcpd.language.words import shared
 
 _UTTERANCE_FIELDS = frozenset(f.name for f in fields(m.Utterance)) - {"statement", "mark"}
 

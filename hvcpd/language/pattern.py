@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import takewhile
 from typing import NamedTuple
 
 from hvcpd.language.spelling import letters_of
+from hvcpd.language.words import shared
 
 Words = tuple[str, ...]
 Bindings = dict[str, object]
@@ -140,12 +141,6 @@ def parts_of(node: Node) -> Parts:
             )
         case _:
             return Parts()
-
-
-@cache
-def shared(names: frozenset[str]) -> frozenset[str]:
-    """The same set for all that are equal: of 1,732 that the daemon kept, 563 differed (0.24 MB)."""
-    return names
 
 
 def slot_sets(node: Node) -> frozenset[frozenset[str]]:

@@ -17,21 +17,10 @@ from hvcpd.language.explaining import why_not
 from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Form, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
-from hvcpd.language.pattern import (
-    COMMA,
-    LETTERS_SLOT,
-    Bindings,
-    Node,
-    SlotValues,
-    Words,
-    as_rendered,
-    match,
-    render,
-    shared,
-)
+from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, Node, SlotValues, Words, as_rendered, match, render
 from hvcpd.language.spelling import WORD_OF, letter_words, words_for
 from hvcpd.language.variants import as_spoken, by_word, refuse_senseless
-from hvcpd.language.words import digit_words, number_words, spoken_words, strict_words
+from hvcpd.language.words import digit_words, number_words, shared, spoken_words, strict_words
 
 _T = TypeVar("_T")
 
