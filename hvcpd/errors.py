@@ -144,15 +144,20 @@ def how_to_install(packages: str, debian: str | None = None, here: str = __file_
     return f"the Debian package has no room for it; install hvcpd by pipx (docs/install.md), then {packages} beside it"
 
 
+def alike(wrong: str, known: Iterable[str], least: float = 0.6) -> str | None:
+    """The known word that is spelled most alike, by difflib's ratio of 0 to 1; None if none has the `least`."""
+    from difflib import get_close_matches  # only where something is wrong
+
+    return next(iter(get_close_matches(wrong, list(known), 1, least)), None)
+
+
 def nearest(wrong: str, known: Iterable[str]) -> str | None:
     """The known word that was probably meant: one that is spelled alike, or the only one that begins so. Case, and
     hyphens for underscores, do not count. None if there is none."""
-    from difflib import get_close_matches  # only where something is wrong
-
     folded, word = {name.casefold().replace("-", "_"): name for name in known}, wrong.casefold().replace("-", "_")
-    near = get_close_matches(word, folded, n=1)
+    near = alike(word, folded)
     begun = [name for name in folded if name.startswith(word)] if word else []
-    return folded[near[0]] if near else folded[begun[0]] if len(begun) == 1 else None
+    return folded[near] if near else folded[begun[0]] if len(begun) == 1 else None
 
 
 def did_you_mean(wrong: str, known: Iterable[str]) -> str:

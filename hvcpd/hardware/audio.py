@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import atexit
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from hvcpd.errors import DeviceError, how_to_install
+from hvcpd.errors import DeviceError, alike, how_to_install
 
 Direction = Literal["input", "output"]
 
@@ -117,17 +117,10 @@ def find_device(
     if len(matches) > 1:
         raise DeviceError(f"{key}: {wanted!r} is part of several names; write more of one of {_listed(matches)}")
     if not matches:
-        near = _alike(wanted, [device.name for device in able])
-        hint = f"did you mean {near[0]!r}?" if near else f"choose one of {_listed(able)}"
+        near = alike(wanted, [device.name for device in able], 0.5)
+        hint = f"did you mean {near!r}?" if near else f"choose one of {_listed(able)}"
         raise DeviceError(f"{key}: there is no {kind} {wanted!r}; {hint}")
     return matches[0]
-
-
-def _alike(wanted: str, names: Iterable[str]) -> list[str]:
-    """The most similar of these names, if one is similar."""
-    from difflib import get_close_matches  # only where something is wrong
-
-    return get_close_matches(wanted, list(names), n=1, cutoff=0.5)
 
 
 def _device_of_card(
@@ -135,9 +128,9 @@ def _device_of_card(
 ) -> SoundDevice:
     number = cards.get(wanted["id"])
     if number is None:
-        near = _alike(wanted["id"], cards)
+        near = alike(wanted["id"], cards, 0.5)
         listed = ", ".join(map(repr, cards))
-        hint = f"did you mean {near[0]!r}?" if near else f"there is {listed}" if cards else "there is no sound card"
+        hint = f"did you mean {near!r}?" if near else f"there is {listed}" if cards else "there is no sound card"
         raise DeviceError(f"{key}: there is no sound card with the id {wanted['id']!r}; {hint}")
     place = f"(hw:{number},{wanted['device']})" if wanted["device"] else f"(hw:{number},"
     found = next((device for device in able if place in device.name), None)

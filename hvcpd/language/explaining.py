@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hvcpd.errors import alike
 from hvcpd.language.automaton import expected_after
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.pattern import Words
@@ -19,10 +20,8 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     where = f"after '{written}'" if written else "at the beginning"
     if known == len(words):
         return f"the sentence breaks off {where}; it could go on with: {choices}"
-    from difflib import get_close_matches  # only where something is wrong
-
-    close = get_close_matches(words[known], expected, n=1)
-    hint = f"did you mean '{close[0]}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
+    close = alike(words[known], expected)
+    hint = f"did you mean '{close}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
     known_names = [name.lower() for name in names]
     if not close and known and expected.issuperset(known_names) and words[known] not in graph.words:
         all_names = ",".join((*names, words[known].capitalize()))

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 
 from hvcpd.config.written import unsayable
-from hvcpd.errors import VocabularyError
+from hvcpd.errors import VocabularyError, alike
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.language.pattern import Words
 from hvcpd.language.words import number_words, spoken_words
@@ -117,10 +117,8 @@ def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, .
     for word, phrases in alternatives.items():
         places = {arc.source for arc in graph.arcs if arc.word == word}
         if not places:
-            from difflib import get_close_matches  # only where something is wrong
-
-            close = get_close_matches(word, graph.words, n=1)
-            hint = f"did you mean '{close[0]}'?" if close else "leave it out (all words: hvcpctl phrases)"
+            close = alike(word, graph.words)
+            hint = f"did you mean '{close}'?" if close else "leave it out (all words: hvcpctl phrases)"
             raise VocabularyError(f"alternatives: '{word}' is not a word of the phrasebook; {hint}", "tasks")
         for phrase in phrases:
             if any(ends_of(graph, place, phrase) for place in places):

@@ -11,7 +11,7 @@ from sys import intern
 
 from hvcpd.config.document import decoded, read_bytes
 from hvcpd.config.names import Accent, plain_letters
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, alike
 from hvcpd.language.words import NUMBER_MAX, number_words
 from hvcpd.synthesis.accent import WORDS as BRITISH_WORDS
 from hvcpd.synthesis.accent import british
@@ -217,10 +217,8 @@ def _fault(fields: list[str]) -> str:
             continue
         base = phone.upper().rstrip("012")
         if base not in ARPABET or len(phone) - len(base) > 1:
-            from difflib import get_close_matches  # only where something is wrong
-
-            near = get_close_matches(base, sorted(ARPABET), 1, cutoff=0.5)
-            hint = f"did you mean {near[0]}?" if near else f"the phones are {' '.join(sorted(ARPABET))}"
+            near = alike(base, sorted(ARPABET), 0.5)
+            hint = f"did you mean {near}?" if near else f"the phones are {' '.join(sorted(ARPABET))}"
             return f"unknown phone '{phone}'; {hint}"
         if is_vowel(base) != (phone[-1] in "012"):
             return f"phone '{phone}': a vowel takes a stress digit 0, 1 or 2, a consonant none"
