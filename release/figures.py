@@ -52,19 +52,19 @@ FIGURES = (
     ),
     Figure(
         "sentences",
-        "Sentences understood in them",
+        "Sentences understood in these missions",
         _MISSIONS,
         r"^volunteer +\d+ +(?:yes|NO) +\d+ +\d+ +\d+ +(?P<n>\d+) +(?P<right>\d+) ",
     ),
     Figure(
         "noise",
-        "Robots' sentences right in noise 10 dB louder than they are",
+        "Robots' sentences understood in noise 10 dB louder than the speech",
         "python -m benchmarks.hearing --rows noise --noise pink --snr 20,0,-10 --sentences 30",
         r"^pink noise, SNR -10 dB +(?P<right>\d+)/(?P<n>\d+)",
     ),
     Figure(
         "chapel",
-        "First sentences right in the echoes of a chapel",
+        "First sentences understood in the echoes of a chapel",
         "python -m benchmarks.hearing --rows worlds --conditions chapel --modes first --sentences 20 --no-peer",
         r"^chapel, quiet.* first +(?P<right>\d+)/(?P<n>\d+)",
     ),
