@@ -35,11 +35,11 @@ class Started:
     seed: int
     noise_db_spl: float
     tasks: tuple[tuple[int, str], ...] = ()
-    """Every task's number and name, those without a place too; empty: only those with one are known."""
+    """Every task's number and name, also without a place; empty: only tasks with a place are known."""
     icons: tuple[tuple[int, str], ...] = ()
     """The number and the icon of every task that has one."""
     shared: tuple[tuple[int, int], ...] = ()
-    """The number of every task that takes several robots, and how many."""
+    """The number of every task for several robots, and the number of robots."""
     on_demand: tuple[int, ...] = ()
     """The tasks that are done only on request."""
     places: tuple[SharedPlace, ...] = ()
@@ -62,7 +62,7 @@ class Said:
 
 @dataclass(frozen=True)
 class Heard:
-    """A robot recognised a sentence; `utterance` is the spoken one that it overlaps, if any."""
+    """A robot recognised a sentence; `utterance` is the number of the utterance that it overlaps in time, if any."""
 
     at_s: float
     utterance: int | None
@@ -72,7 +72,7 @@ class Heard:
     confidence: float
     snr_db: float
     words: tuple[tuple[str, float, float], ...] = ()
-    """Each word as it was recognised, and where it begins and ends, s; empty if the listener kept no account."""
+    """Each recognised word, with its beginning and end, s; empty if the listener does not know them."""
     seal: str = ""
     """The listener's verdict on its seal: "sealed", "encrypted", "code" or "not trusted"; empty if it has none."""
 
@@ -87,7 +87,7 @@ class Garbled:
 
 @dataclass(frozen=True)
 class Held:
-    """A robot under way stood still until `until_s` for what sounded like "stop" and was other talk."""
+    """A robot stood still until `until_s` because other talk sounded like "stop": a false halt."""
 
     at_s: float
     until_s: float
@@ -96,8 +96,8 @@ class Held:
 
 @dataclass(frozen=True)
 class Noted:
-    """A robot's note about a speaker: it does not believe the sentence, the voice does not belong to the name, or this
-    is how far it is."""
+    """A robot's note about a speaker: it does not believe the sentence, the voice does not belong to the name, or how
+    far away the speaker is."""
 
     at_s: float
     robot: str
@@ -107,7 +107,7 @@ class Noted:
 
 @dataclass(frozen=True)
 class TaskChanged:
-    """A robot's own view of a task changed: open, claimed, done or failed, by `owner`."""
+    """A task's `state` (open, claimed, done or failed) or `owner` changed on a robot's board."""
 
     at_s: float
     robot: str
@@ -118,7 +118,7 @@ class TaskChanged:
 
 @dataclass(frozen=True)
 class Performed:
-    """The physical act: in the simulated room a robot finished a task's actions, at this true place."""
+    """A robot finished a task's actions at this place: in the simulated room its true place, else by odometry."""
 
     at_s: float
     robot: str
@@ -129,10 +129,10 @@ class Performed:
 
 @dataclass(frozen=True)
 class Skill:
-    """A skill that a robot uses for a task has come to another state, or tells how far it is (a `share` of 1).
+    """A skill that a robot uses for a task changed its state, or reports its progress (`share`, 0 to 1).
 
     `state` is one of VDA 5050's: waiting, initializing, running, paused, finished, failed (then `text` says why).
-    `call` tells one call of a robot from the next.
+    `call` is the number of the call, different for each call of a robot.
     """
 
     at_s: float
@@ -149,7 +149,7 @@ class Skill:
 
 @dataclass(frozen=True)
 class Switched:
-    """In the simulated room what a robot uses for a task, a pump for example, was truly switched on or off."""
+    """In the simulated room a device that a robot uses for a task, such as a pump, was switched on or off."""
 
     at_s: float
     robot: str
@@ -160,7 +160,7 @@ class Switched:
 
 @dataclass(frozen=True)
 class Moved:
-    """Where the robots truly are, now and then (for the live view)."""
+    """The robots' poses, a few times a second, for the live view: true in the simulated room, else by odometry."""
 
     at_s: float
     poses: tuple[Pose, ...]
@@ -178,7 +178,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Odom:
-    """Where a robot believes that it is, in the room's frame, and how it moves, as its wheels were read."""
+    """A robot's pose in the room's frame and its velocity, by odometry; sent at each reading of the wheels."""
 
     at_s: float
     x_m: float
@@ -190,13 +190,13 @@ class Odom:
 
 @dataclass(frozen=True)
 class Drive:
-    """A command for a base under ROS: these speeds, or that goal."""
+    """A command for a base under ROS: speeds, or a goal."""
 
     at_s: float
     linear_m_s: float
     angular_rad_s: float
     stopped: bool
-    """Somebody said "stop", and nobody "resume" yet."""
+    """Whether somebody has said "stop", and nobody "resume" since."""
     goal: PlaceGoal | None
 
 
@@ -211,7 +211,7 @@ class Sound:
 
 @dataclass(frozen=True)
 class StateChanged:
-    """A robot is at something else now: the state's name in docs/protocol.md, the same in words, and its task."""
+    """A robot's state changed: the state's name in docs/protocol.md, the same in words, and its task."""
 
     at_s: float
     robot: str
@@ -227,11 +227,11 @@ class Memory:
     at_s: float
     robot: str
     fault: str | None
-    """Why what it learns is not kept."""
+    """Why nothing can be saved."""
     unkept: str | None
-    """Why a stop, or its end, is not kept after a restart."""
+    """Why a stop, or its end, would not survive a restart."""
     loss: str | None
-    """Why what it knew before it was started is gone."""
+    """Why the knowledge from before its start is lost."""
 
 
 @dataclass(frozen=True)
@@ -249,7 +249,7 @@ class Summary:
     seed: int
     mode: str
     undone: tuple[int, ...] = ()
-    """The tasks that were not carried out, or only by some of the robots that they take; as many as `lost`."""
+    """The tasks that were not carried out, or not by enough robots; as many as `lost`."""
     repeated: tuple[int, ...] = ()
     """The tasks that were carried out more than once."""
 

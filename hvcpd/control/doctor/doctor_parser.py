@@ -22,8 +22,8 @@ def add_doctor_commands(commands: Commands) -> None:
         "doctor.doctor",
         "hvcpctl doctor",
         epilog="The robot says 'I am free' aloud, listens to itself, times the recogniser and asks the motors; nothing "
-        "moves. Stop hvcpd first: only one program can have the card and the port. Exit status: 0: nothing is wrong, "
-        "else 1.",
+        "moves. Stop hvcpd first: only one program can use the card and the port. Exit status: 0 if nothing is wrong, "
+        "otherwise 1.",
     )
     _add_shared(doctor)
     add_port(doctor)
@@ -35,8 +35,8 @@ def add_doctor_commands(commands: Commands) -> None:
         "set the microphone's gain, and predict how far away a peer will be heard",
         "doctor.calibrate",
         "hvcpctl calibrate",
-        epilog="The robot says 'I am free' up to five times and listens to itself. Let the room be as loud as it will "
-        "be. Exit status: 0 if it understood itself, 1 if not, 2 without sound.",
+        epilog="The robot says 'I am free' up to five times and listens to itself. The room should be as loud as in "
+        "use. Exit status: 0 if the robot understood itself, 1 if not, 2 without sound.",
     )
     _add_shared(calibrate)
     calibrate.add_argument("--keep-gain", action="store_true", help="only measure; leave the mixer alone")
@@ -51,8 +51,8 @@ def add_doctor_commands(commands: Commands) -> None:
         "hvcpctl stop-test",
         epilog="Plays calls at several loudnesses through a second loudspeaker that stands where people will "
         "(--output), or asks you to call (--ask), and listens with this robot's microphone. Nothing moves. Stop hvcpd "
-        "first: only one program can have the card. It shows what was heard here and now; a voice is not a safety "
-        "device. Exit status: 0 if every call was heard within half a second, else 1, 2 without sound.",
+        "first: only one program can use the card. The test shows what was heard here and now; a voice is not a safety "
+        "device. Exit status: 0 if every call was heard within half a second, 1 if not, 2 without sound.",
     )
     _add_shared(test)
     how = test.add_mutually_exclusive_group()

@@ -25,7 +25,7 @@ def add_enrol(commands: Commands) -> None:
         "hvcpctl enrol --import anna.npz",
         epilog="It asks for five sentences and listens; stop the daemon first, if it uses the same microphone. With "
         "--each-word it asks for each word of the phrasebook three times instead: for voices that the robots do "
-        "not understand at all. A running robot takes what is enrolled with hvcpctl reload.",
+        "not understand at all. A running robot uses what you enrolled after hvcpctl reload.",
     )
     enrol.add_argument("person", nargs="?", metavar="NAME", help="the person's name, one word, as in 'I am Anna'")
     add_config(enrol)
@@ -33,11 +33,13 @@ def add_enrol(commands: Commands) -> None:
     enrol.add_argument("--state-dir", type=Path, metavar="DIR", help="where takes are kept (default: the settings')")
     enrol.add_argument("--each-word", action="store_true", help="ask for each word of the phrasebook, not sentences")
     enrol.add_argument("--words", metavar="stop,rob", help="ask for these words, not sentences")
-    enrol.add_argument("--takes", type=int, choices=range(1, 7), default=TAKES, help=f"of each word (default {TAKES})")
+    enrol.add_argument(
+        "--takes", type=int, choices=range(1, 7), default=TAKES, help=f"takes of each word (default {TAKES})"
+    )
     add_json(enrol, "print the result as one JSON object")
     action = enrol.add_mutually_exclusive_group()
     action.add_argument(
-        "--from", dest="folder", type=Path, metavar="DIR", help="take WAVs: DIR/sentence_1.wav, DIR/WORD.wav, …"
+        "--from", dest="folder", type=Path, metavar="DIR", help="use WAVs: DIR/sentence_1.wav, DIR/WORD.wav, …"
     )
     action.add_argument("--show", action="store_true", help="print the sentences that it asks for")
     action.add_argument("--list", action="store_true", help="list who is enrolled")

@@ -19,9 +19,9 @@ def add_hear_commands(commands: Commands) -> None:
     hear.add_argument(
         "--learn-alternatives",
         action="store_true",
-        help="propose alternatives for words that were not understood, to paste into the task file",
+        help="suggest alternatives for words that were not understood, to paste into the task file",
     )
-    hear.add_argument("--said", metavar="TEXT", help="the sentence that was said: how near it was to being understood")
+    hear.add_argument("--said", metavar="TEXT", help="say how close this sentence was to being understood")
     add_key_file(hear, _SEALS)
     hear.add_argument("--plot", type=Path, metavar="FILE.png", help="draw spectrum, words, noise and confidence")
     text = "listen to the microphone and print what robots say, until interrupted"

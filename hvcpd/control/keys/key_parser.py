@@ -45,7 +45,7 @@ def add_key_commands(commands: Commands) -> None:
     sheet.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="write it to this file, which only you can read"
     )
-    parsers["revoke"].add_argument("name", type=robot_name, metavar="NAME", help="whose voice")
+    parsers["revoke"].add_argument("name", type=robot_name, metavar="NAME", help="the robot")
     text = "count who ordered whom, what was refused, and how the tasks were shared"
     audit = add_command(commands, "audit", text, "keys.audit", "hvcpctl audit --since 8h")
     add_memory(audit)

@@ -115,8 +115,8 @@ def _add_ros(commands: Commands) -> None:
     command.add_argument(
         "--ros", choices=("1", "2"), help="version of ROS (default: ROS_VERSION, or what is installed)"
     )
-    command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, as ROS 1 has them")
-    command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, as ROS 2 has them")
+    command.add_argument("remap", nargs="*", metavar="NAME:=VALUE", help="remappings and parameters, in ROS 1's syntax")
+    command.add_argument("--ros-args", nargs=argparse.REMAINDER, metavar="…", help="the same, in ROS 2's syntax")
 
 
 def _add_mqtt(commands: Commands) -> None:

@@ -63,13 +63,17 @@ def _add_say(commands: Commands) -> None:
         help="use this robot's voice (default: the one in 'I am …')",
     )
     add_sound_out(c, _WAV)
-    c.add_argument("--rate", type=between(0.5, 2.0), default=1.0, metavar="R", help="above 1 faster, below slower")
-    c.add_argument("--gain-db", type=between(-60.0, 20.0), default=0.0, metavar="DB", help="louder or softer")
+    c.add_argument(
+        "--rate", type=between(0.5, 2.0), default=1.0, metavar="R", help="rate: above 1 faster, below slower"
+    )
+    c.add_argument(
+        "--gain-db", type=between(-60.0, 20.0), default=0.0, metavar="DB", help="gain: above 0 louder, below softer"
+    )
     c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
     c.add_argument("--lombard", action="store_true", help="for people in noise: clearer consonants, brighter, louder")
     c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")
-    c.add_argument("--name", type=robot_name, metavar="NAME", help="let this robot say it, which must run here")
+    c.add_argument("--name", type=robot_name, metavar="NAME", help="let this robot say it; it must run here")
     c.add_argument("--socket", type=Path, metavar="FILE", help="let the robot with this control socket say it")
     add_json(c, "print what was said as a JSON object")
 

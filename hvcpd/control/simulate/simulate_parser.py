@@ -40,7 +40,7 @@ def _add_simulate(commands: Commands) -> None:
     )
     add_config(c)
     add_tasks(c)
-    who = "who takes part, up to 12 (default: the settings' `names`)"
+    who = "the robots' names, up to 12 (default: the settings' `names`)"
     c.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help=who)
     c.add_argument("--seed", type=seed, default=1, metavar="N", help="same seed, same mission (default 1)")
     c.add_argument(
@@ -89,7 +89,7 @@ def _add_robots_options(c: argparse.ArgumentParser) -> None:
     )
     add_key_file(c, "seal what the robots say; without FILE, with a new key")
     c.add_argument("--encrypted", action="store_true", help="with --key: encrypt, in code words")
-    water = "give each robot a pump and this much water; with ROBOT= that robot alone, and others without end"
+    water = "give each robot a pump and this much water; with ROBOT= only that robot, and others no limit"
     c.add_argument("--tank", type=tank, metavar="[ROBOT=]LITRES", help=water)
     c.add_argument(
         "--without",
