@@ -47,7 +47,7 @@ def test_the_reference_is_what_the_code_says(name: str) -> None:
 @pytest.mark.parametrize(
     ("key", "begins"),
     [
-        ("pitch", "How much higher"),
+        ("pitch", "Factors on"),
         ("speech.rate", "normal or slow: a quarter longer."),  # there is a `rate` without a group, too
         ("mode", "volunteer: the robot picks"),
         ("wheels.driver", "opencr: a stock TurtleBot3's controller; dynamixel: two"),
