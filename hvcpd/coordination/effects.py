@@ -56,7 +56,7 @@ def want_turn(
     after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
     not_before_s = now + after_s
     intent = Intent(urgency, OWN_TURN, lambda: compose(me), trigger, slot, not_before_s=not_before_s, decide=decide)
-    intent.early = any(p.inside and p.queue(now) for p in me.passes)
+    intent.early = any(p.inside and p.queue(now) for p in me.places)
     me.floor.want(intent, now)
 
 
@@ -257,7 +257,7 @@ def make_room(me: Knowledge, _now: float) -> None:
     """Go back out to where the robot came in; there it again claims a task that it has not begun, or reports."""
     let_go(me)
     me.current.clear()
-    outside = (each.came_from for each in me.passes if each.inside)
+    outside = (each.came_from for each in me.places if each.inside)
     me.do(Perform(0, tuple(GoTo(place) for place in outside if place is not None)))
 
 

@@ -61,7 +61,7 @@ def halt(me: Knowledge, now: float) -> None:
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()
-    place = next((each.place.name for each in me.passes if each.inside), None)
+    place = next((each.place.name for each in me.places if each.inside), None)
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
     after_s = 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next
     _want_in_turn(me, Urgency.ALARM, "stopped", stopped, after_s, now)

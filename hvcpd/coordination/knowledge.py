@@ -26,8 +26,8 @@ from hvcpd.coordination.conversation import (
     Waiting,
 )
 from hvcpd.coordination.floor import RANK_MAX, Floor
-from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Peers, lot
+from hvcpd.coordination.place_state import PlaceState
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
 
@@ -155,7 +155,7 @@ class Knowledge:
     waiting: Waiting = field(default_factory=Waiting)
     doubts: Doubts = field(default_factory=Doubts)
     repair: Repair = field(default_factory=Repair)
-    passes: tuple[Pass, ...] = ()
+    places: tuple[PlaceState, ...] = ()
     clock_s: float | None = None
     """Seconds since 1970 at 0 of the sample clock; None: nobody knows the time."""
     due_next_s: float | None = None

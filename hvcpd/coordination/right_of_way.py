@@ -25,7 +25,7 @@ from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.floor import EARLY_SLOTS, OWN_TURN, Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.passes import ANSWER_S, ASK_NEXT_S, TELL_S, Pass
+from hvcpd.coordination.place_state import ANSWER_S, ASK_NEXT_S, TELL_S, PlaceState
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -66,22 +66,22 @@ heard it given would otherwise take this for the same request, and give a place 
 
 def take_places(me: Knowledge, places: Iterable[SharedPlace], now: float) -> None:
     """Use these places from now on; keep all that is known about those that have not changed."""
-    known = {each.place: each for each in me.passes}
-    me.passes = tuple(known.pop(place) if place in known else Pass(place, now) for place in places)
+    known = {each.place: each for each in me.places}
+    me.places = tuple(known.pop(place) if place in known else PlaceState(place, now) for place in places)
     for gone in known.values():
         me.floor.withdraw(gone.topic)
-    me.floor.early_slots = EARLY_SLOTS if me.passes else 0
+    me.floor.early_slots = EARLY_SLOTS if me.places else 0
 
 
 def may_drive(me: Knowledge, way: Sequence[Place], now: float) -> bool:
     """Whether the robot may drive on, straight from one place of the `way` to the next. Asks for the places ahead, and
     gives back those behind."""
     here = me.body.here
-    passing = [_may_pass(me, each, here, way, now) for each in me.passes if here is not None]
+    passing = [_may_pass(me, each, here, way, now) for each in me.places if here is not None]
     return all(passing)
 
 
-def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: float) -> bool:
+def _may_pass(me: Knowledge, p: PlaceState, here: Place, way: Sequence[Place], now: float) -> bool:
     was_inside = p.inside
     p.inside = p.place.distance_m(here) < BODY_M + OUT_M * was_inside
     if p.inside:
@@ -108,7 +108,7 @@ def _may_pass(me: Knowledge, p: Pass, here: Place, way: Sequence[Place], now: fl
     return not p.held
 
 
-def _make_room(me: Knowledge, p: Pass, here: Place, now: float) -> None:
+def _make_room(me: Knowledge, p: PlaceState, here: Place, now: float) -> None:
     """Drive out if another robot waits and nothing is to be done inside; if that fails, try again after a pause."""
     tasks = (each.definition.place for each in me.board.entries())
     p.came_from = p.came_from or p.nearest_outside(here, (me.body.home, *tasks))  # if it was switched on inside
@@ -117,12 +117,12 @@ def _make_room(me: Knowledge, p: Pass, here: Place, now: float) -> None:
         p.out_s = now + ASK_NEXT_S * (me.state is State.RETURNING)
 
 
-def _want_no_more(me: Knowledge, p: Pass) -> None:
+def _want_no_more(me: Knowledge, p: PlaceState) -> None:
     p.wanted_s, p.ask_s, p.held = None, math.inf, False
     me.floor.withdraw(p.topic)
 
 
-def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
+def _have(me: Knowledge, p: PlaceState, now: float, known: bool = False) -> None:
     """Enter, or be inside. The robot says so, unless it was given the place aloud and so this is `known`."""
     if not p.using:
         p.again_s = now + REST_S
@@ -132,7 +132,7 @@ def _have(me: Knowledge, p: Pass, now: float, known: bool = False) -> None:
     _want_no_more(me, p)
 
 
-def _leave(me: Knowledge, p: Pass, now: float) -> None:
+def _leave(me: Knowledge, p: PlaceState, now: float) -> None:
     """This robot is outside, and gives the place to the robot that has waited longest."""
     p.using, announced, p.announced, p.tell_s = False, p.announced, False, math.inf
     queue = p.queue(now)
@@ -144,14 +144,14 @@ def _leave(me: Knowledge, p: Pass, now: float) -> None:
         me.floor.want(told, now)
 
 
-def _give(me: Knowledge, p: Pass, name: str, now: float, sure: bool = True) -> None:
+def _give(me: Knowledge, p: PlaceState, name: str, now: float, sure: bool = True) -> None:
     p.waiting.pop(name, None)
     p.keep(name, now + LEASE_S)
     p.given_s, p.gave = now, True
     _say_given(me, p, name, now, None if sure else FIRST_SLOT)
 
 
-def _say_given(me: Knowledge, p: Pass, name: str, now: float, slot: int | None = None) -> None:
+def _say_given(me: Knowledge, p: PlaceState, name: str, now: float, slot: int | None = None) -> None:
     """In the keeper's slot or, unless another robot speaks before it, in a later one."""
     said, topic, others = m.PlaceGiven(p.place.name), f"give {p.place.name}", slot is not None
     composing.answer(me, name, topic, said, now, slot or 0, tentative=others, still=lambda: p.keeper == name)
@@ -159,12 +159,12 @@ def _say_given(me: Knowledge, p: Pass, name: str, now: float, slot: int | None =
 
 def next_s(me: Knowledge) -> float:
     """When the next request is due, or the time for an answer ends, s; infinity if neither is pending."""
-    return min((each.next_s() for each in me.passes), default=math.inf)
+    return min((each.next_s() for each in me.places), default=math.inf)
 
 
 def ask(me: Knowledge, now: float) -> None:
     """Say the requests that are due, and that this robot is inside a place; draw conclusions from silence."""
-    for p in me.passes:
+    for p in me.places:
         if now >= p.tell_s:
             p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
@@ -176,7 +176,7 @@ def ask(me: Knowledge, now: float) -> None:
             _want_to_ask(me, p, now)
 
 
-def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
+def _want_to_ask(me: Knowledge, p: PlaceState, now: float) -> None:
     """Before all turns; as urgently as an answer once the robot stands still, because it then blocks others too."""
     urgency, slot = Urgency.ANSWER if p.held else Urgency.AGAIN, HELD_SLOT + int(HELD_SLOTS * me.rng.random())
     was_given = p.held and p.keeper != me.role.name and now - p.given_s <= LATELY_S
@@ -187,14 +187,14 @@ def _want_to_ask(me: Knowledge, p: Pass, now: float) -> None:
 
 def said(me: Knowledge, topic: str, now: float) -> None:
     """This robot has finished a sentence about that topic: an answer to a request may begin."""
-    for p in me.passes:
+    for p in me.places:
         if p.topic == topic and p.wanted_s is not None:
             p.was_asked(None, me.floor.began_s, now)
         elif topic == f"taken {p.place.name}":
             p.hold_off(now)
 
 
-def _judge(me: Knowledge, p: Pass, now: float) -> None:
+def _judge(me: Knowledge, p: PlaceState, now: float) -> None:
     """The time for an answer is over, and no answer was understood."""
     somebody_spoke = me.floor.busy_since_s > p.began_s
     settled_s = me.floor.unsettled_until(now)
@@ -215,7 +215,7 @@ def _judge(me: Knowledge, p: Pass, now: float) -> None:
         p.ask_s = now if p.comes_first(me.role.name, now) else now + ASK_NEXT_S
 
 
-def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
+def _is_mine(me: Knowledge, p: PlaceState, now: float) -> bool:
     """Whether silence means that this robot may enter."""
     if _keeps(me, p, now):
         return True
@@ -225,7 +225,7 @@ def _is_mine(me: Knowledge, p: Pass, now: float) -> bool:
     return p.silences >= (ASKS_ALONE if alone else ASKS_MAX)
 
 
-def _keeps(me: Knowledge, p: Pass, now: float, asker: str | None = None) -> bool:
+def _keeps(me: Knowledge, p: PlaceState, now: float, asker: str | None = None) -> bool:
     """Whether this robot is the keeper: the last that it heard of, or the first that may be, unless another robot than
     the `asker` has asked before: nobody knows whether that one is inside."""
     if asker is not None and p.gave and now >= p.lease_end_s and p.silences >= ASKS_MAX:
@@ -236,9 +236,9 @@ def _keeps(me: Knowledge, p: Pass, now: float, asker: str | None = None) -> bool
     return own == min(me.expected(now) | {own}) and not p.waiting.keys() - {asker}
 
 
-def find(me: Knowledge, name: str) -> Pass | None:
+def find(me: Knowledge, name: str) -> PlaceState | None:
     """The place of that name; None if this robot's task file has none."""
-    return next((each for each in me.passes if each.place.name == name), None)
+    return next((each for each in me.places if each.place.name == name), None)
 
 
 def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
@@ -270,7 +270,7 @@ def wanted(me: Knowledge, heard: Heard, s: m.PlaceWanted) -> None:
             _say_given(me, p, name, now, None if p.gave else 1 + me.rank(name, 0, now))
 
 
-def _refuse(me: Knowledge, p: Pass, name: str, now: float) -> None:
+def _refuse(me: Knowledge, p: PlaceState, name: str, now: float) -> None:
     """The place belongs to this robot, which keeps it, says so, and hurries."""
     if not p.inside:
         _have(me, p, now)
@@ -300,7 +300,7 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
         _wait(me, p, now + ASK_NEXT_S)
 
 
-def _note_given(me: Knowledge, p: Pass, now: float) -> None:
+def _note_given(me: Knowledge, p: PlaceState, now: float) -> None:
     """Another robot has given this one the place, or says that it was given."""
     if p.wanted_s is not None:
         _have(me, p, now, known=True)
@@ -308,7 +308,7 @@ def _note_given(me: Knowledge, p: Pass, now: float) -> None:
         p.keep(me.role.name, now)
 
 
-def _say_taken(me: Knowledge, p: Pass, now: float) -> None:
+def _say_taken(me: Knowledge, p: PlaceState, now: float) -> None:
     taken = composing.to_all(me, m.PlaceTaken(p.place.name))
     me.floor.want(Intent(Urgency.ANSWER, f"taken {p.place.name}", lambda: taken if p.using else None, slot=0), now)
 
@@ -337,7 +337,7 @@ def free(me: Knowledge, heard: Heard, s: m.PlaceFree) -> None:
         _wait(me, p, now)
 
 
-def _wait(me: Knowledge, p: Pass, ask_s: float) -> None:
+def _wait(me: Knowledge, p: PlaceState, ask_s: float) -> None:
     """Ask again at that time, if this robot wants the place."""
     if p.wanted_s is not None:
         p.answer_s, p.ask_s = math.inf, max(ask_s, p.again_s)

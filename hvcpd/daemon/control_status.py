@@ -13,8 +13,8 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.entry import Entry
-from hvcpd.coordination.passes import Pass
 from hvcpd.coordination.peers import Away, Peer
+from hvcpd.coordination.place_state import PlaceState
 from hvcpd.coordination.states import State
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
@@ -155,7 +155,7 @@ def _conversation(body: Body) -> dict[str, Any]:
         "speaking": robot.speaking,
         "task": {"number": task.number, "name": task.name} if task is not None else None,
         "tasks": dict(Counter(entry.state for entry in c.board.entries())),
-        "places": [_place(each, now) for each in c.knowledge.passes],
+        "places": [_place(each, now) for each in c.knowledge.places],
         "peers": [_peer(peer, c.peers.is_present(peer.name, now), now) for peer in c.peers.all()],
     }
 
@@ -171,7 +171,7 @@ def _talk(body: Body) -> dict[str, Any]:
     }
 
 
-def _place(p: Pass, now: float) -> dict[str, Any]:
+def _place(p: PlaceState, now: float) -> dict[str, Any]:
     """A place that only one robot fits in: where it is, who has it, and who waits, the longest first."""
     area = asdict(p.place)
     lasts = math.isfinite(p.lease_end_s) and not p.using

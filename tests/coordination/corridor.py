@@ -49,7 +49,7 @@ class Corridor(TrafficMission):
             self.air.run_until(self.air.now + 0.25)
 
     def until_inside(self, name: str) -> None:
-        while not self.robots[name].knowledge.passes[0].inside:
+        while not self.robots[name].knowledge.places[0].inside:
             assert self.air.now < 300.0
             self.air.run_until(self.air.now + 0.25)
 

@@ -77,7 +77,7 @@ def test_who_is_stopped_inside_says_so_and_keeps_the_place_until_it_has_left() -
     while first is None:
         assert mission.air.now < 300.0
         mission.air.run_until(mission.air.now + 0.25)
-        first = next((n for n, r in mission.robots.items() if r.knowledge.passes[0].inside), None)
+        first = next((n for n, r in mission.robots.items() if r.knowledge.places[0].inside), None)
     mission.speak("Anna", m.Utterance(None, m.ToRobot(first), None, m.Stop()))
     began_s = mission.air.now
     mission.air.run_until(began_s + 200.0)
@@ -121,7 +121,7 @@ def test_who_rests_in_a_place_drives_out_whatever_it_is_about_to_say(state: Stat
 @pytest.mark.parametrize(("name", "other", "pause_s"), [("Bot", "Max", 1.5), ("Max", "Bot", 5.0)])
 def test_of_two_that_wait_the_first_name_asks_next(name: str, other: str, pause_s: float) -> None:
     """Bot left the turn to Max after each request of Max, and so never asked often enough (seed 2045)."""
-    p = (robot := Corridor(NAMES, (), starts=(WEST,) * 3).robots[name]).knowledge.passes[0]
+    p = (robot := Corridor(NAMES, (), starts=(WEST,) * 3).robots[name]).knowledge.places[0]
     p.keep("Rob", 90.0)
     p.wanted_s = 40.0
     robot.heard(m.Utterance(other, m.ToAll(), None, m.PlaceWanted("corridor")), 50.0)
@@ -141,7 +141,7 @@ def test_the_place_of_who_was_switched_off_outside_is_taken_after_silence() -> N
 def test_how_long_a_keeper_stays_silent_does_not_depend_on_its_stays_before() -> None:
     """It had been in there two minutes before, and left without a word; once it was switched off, another robot waited
     for it for 260 s (seed 41161)."""
-    p = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"].knowledge.passes[0]
+    p = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"].knowledge.places[0]
     p.is_taken_by("Bot", 178.0)
     first_s = p.lease_end_s - 178.0
     p.is_taken_by("Bot", 308.0)
@@ -172,7 +172,7 @@ def test_a_voice_that_was_not_understood_shows_that_the_keeper_is_there() -> Non
 def goes_in_after(name: str, other: str, requests_s: tuple[float, ...], voice_after_s: float | None = None) -> bool:
     """Whether a robot takes the place after its own request, the first one after those of another robot."""
     robot = (mission := Corridor(NAMES, (), starts=(WEST,) * 3)).robots[name]
-    p, knowledge = robot.knowledge.passes[0], robot.knowledge
+    p, knowledge = robot.knowledge.places[0], robot.knowledge
     p.keep("Rob", 0.0)
     p.wanted_s = 40.0
     for asked_s in requests_s:
@@ -193,7 +193,7 @@ def goes_in_after(name: str, other: str, requests_s: tuple[float, ...], voice_af
 def test_who_has_waited_longest_is_first() -> None:
     mission = Corridor(NAMES, (across(1), across(2), across(3)), starts=(WEST,) * 3, seed=5)
     rob = mission.robots["Rob"]
-    p = rob.knowledge.passes[0]
+    p = rob.knowledge.places[0]
     p.keep("Rob", 0.0)
     p.waiting = {"Bot": (20.0, 50.0), "Max": (10.0, 49.0)}
     p.using = True
@@ -212,7 +212,7 @@ def test_a_robot_that_stays_inside_says_so_less_and_less_and_nobody_enters(seed:
     rng = random.Random(seed)
     mission.air.misses = lambda listener, _: listener == "Bot" or rng.random() < 1 / 3
     began_s = mission.air.now
-    while mission.robots["Bot"].knowledge.passes[0].inside:
+    while mission.robots["Bot"].knowledge.places[0].inside:
         mission.air.run_until(mission.air.now + 5.0)
         assert mission.air.now < began_s + 2200.0
     taken = [at_s for at_s, who, u in mission.said if who == "Bot" and isinstance(u.statement, m.PlaceTaken)]
@@ -227,13 +227,13 @@ def test_a_robot_that_stays_inside_says_so_less_and_less_and_nobody_enters(seed:
 def test_places_that_are_listed_anew_keep_what_is_known_of_the_others() -> None:
     mission = Corridor(("Bot", "Rob"), (across(1),), starts=(WEST, WEST))
     rob, now = mission.robots["Rob"], mission.air.now
-    rob.knowledge.passes[0].keep("Bot", 50.0)
+    rob.knowledge.places[0].keep("Bot", 50.0)
     tap = SharedPlace("tap", 9.0, 9.0, 9.0, 9.0, 0.5)
     rob.retask((across(1),), now, (tap, CORRIDOR))
-    assert [(p.place, p.keeper) for p in rob.knowledge.passes] == [(tap, None), (CORRIDOR, "Bot")]
+    assert [(p.place, p.keeper) for p in rob.knowledge.places] == [(tap, None), (CORRIDOR, "Bot")]
     rob.retask((across(1),), now)
     rob.sensed(here=Place(0.0, 0.0))
-    assert rob.knowledge.passes == ()
+    assert rob.knowledge.places == ()
     assert rob.may_drive((EAST,), now)
 
 

@@ -12,7 +12,7 @@ from hvcpd.config.tasks import GoTo, Place
 from hvcpd.coordination import right_of_way
 from hvcpd.coordination.actions import Perform, Say
 from hvcpd.coordination.floor import EARLY_SLOTS
-from hvcpd.coordination.passes import WAITS_S
+from hvcpd.coordination.place_state import WAITS_S
 from hvcpd.coordination.right_of_way import ASKS_MAX, LEASE_S
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire
@@ -37,7 +37,7 @@ def test_missions_with_tasks_inside_end_where_a_third_of_all_sentences_is_lost(s
 @pytest.mark.parametrize("to", [None, "Max"])
 def test_who_waits_asks_the_more_rarely_the_longer_the_keeper_stays(to: str | None) -> None:
     robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"]
-    p = robot.knowledge.passes[0]
+    p = robot.knowledge.places[0]
     p.wanted_s = 100.0
     pauses_s = []
     addressee = m.ToRobot(to) if to else m.ToAll()
@@ -52,14 +52,14 @@ def test_who_waits_asks_the_more_rarely_the_longer_the_keeper_stays(to: str | No
 def test_a_robot_that_waits_still_counts_as_waiting_while_the_keeper_has_stopped_inside() -> None:
     """It asked once a minute, and counted as gone after 35 s: another one that came later was let in before it."""
     robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"]
-    p = robot.knowledge.passes[0]
+    p = robot.knowledge.places[0]
     p.wanted_s = 100.0
     robot.heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceTaken("corridor", stands=True)), 100.0)
     assert p.ask_s - 100.0 < WAITS_S
 
 
 def test_who_asks_again_after_a_long_time_has_not_waited_since_then() -> None:
-    p = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"].knowledge.passes[0]
+    p = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Max"].knowledge.places[0]
     p.note_waiting("Rob", 100.0)
     p.note_waiting("Bot", 300.0)
     p.note_waiting("Rob", 305.0)
@@ -73,7 +73,7 @@ def test_a_robot_inside_that_others_wait_for_speaks_before_all_turns(asked: bool
     me = bot.knowledge
     bot.may_drive((), 100.0)
     if asked:
-        me.passes[0].note_waiting("Rob", 100.0)
+        me.places[0].note_waiting("Rob", 100.0)
     me.board.claim(1, "Bot", 300.0)
     me.current.task, me.state = 1, State.GOING
     bot.heard(m.Utterance("Bob", m.ToAll(), None, m.Free()), 101.0)
@@ -110,8 +110,8 @@ def test_who_is_told_to_wait_is_not_forgotten_while_it_waits() -> None:
         right_of_way.said(keeper.knowledge, "taken corridor", now)
         other.heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceTaken("corridor")), now)
     for robot in (keeper, other):
-        assert robot.knowledge.passes[0].queue(180.0) == ("Rob",)
-        assert robot.knowledge.passes[0].queue(175.0 + WAITS_S) == ()
+        assert robot.knowledge.places[0].queue(180.0) == ("Rob",)
+        assert robot.knowledge.places[0].queue(175.0 + WAITS_S) == ()
 
 
 def test_two_that_wait_do_not_ask_at_the_same_moment() -> None:
@@ -120,10 +120,10 @@ def test_two_that_wait_do_not_ask_at_the_same_moment() -> None:
     due_s = []
     for name in ("Max", "Rob"):
         robot = mission.robots[name]
-        robot.knowledge.passes[0].wanted_s = 50.0
+        robot.knowledge.places[0].wanted_s = 50.0
         for now in (50.0, 100.0):
             robot.heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceTaken("corridor")), now)
-        due_s.append(robot.knowledge.passes[0].ask_s)
+        due_s.append(robot.knowledge.places[0].ask_s)
     assert abs(due_s[0] - due_s[1]) > 0.5
 
 
@@ -148,7 +148,7 @@ def test_who_has_done_its_task_inside_makes_room_for_who_asked_before() -> None:
 def test_who_gave_a_place_gives_it_anew_also_if_it_wants_it_itself(silences: int) -> None:
     """Bot waited for Max, which had left, and Max for the robot that it had given the corridor: for twelve minutes."""
     mission = Corridor(NAMES, (), starts=(WEST,) * 3)
-    p = mission.robots["Max"].knowledge.passes[0]
+    p = mission.robots["Max"].knowledge.places[0]
     p.keep("Rob", 100.0 + LEASE_S)
     p.given_s, p.gave, p.silences, p.wanted_s = 100.0, True, silences, 110.0
     mission.robots["Max"].heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceWanted("corridor")), 101.0 + LEASE_S)
@@ -176,7 +176,7 @@ def test_who_cannot_make_room_tries_again_after_a_pause() -> None:
 def test_who_makes_room_drives_out_beyond_the_line(inside_m: float) -> None:
     """It drove to where it had last stood outside, a hand's breadth from the area, where it still counted as inside."""
     bot = Corridor(("Bot", "Rob"), (across(1),), starts=(WEST, EAST)).robots["Bot"]
-    p = bot.knowledge.passes[0]
+    p = bot.knowledge.places[0]
     p.keep("Bot", 0.0)
     for x_m in (-4.0, CORRIDOR.low_x_m - LINE_M - 0.05, CORRIDOR.low_x_m - inside_m, 0.0):
         bot.sensed(here=Place(x_m, 0.0))
@@ -194,7 +194,7 @@ def test_a_request_by_name_tells_who_has_the_place() -> None:
     bot.heard(m.Utterance("Max", m.ToAll(), None, m.Free()), 50.0)
     bot.heard(m.Utterance("Rob", m.ToAll(), None, m.Free()), 55.0)
     bot.heard(m.Utterance("Rob", m.ToRobot("Max"), None, m.PlaceWanted("corridor")), 60.0)
-    assert bot.knowledge.passes[0].keeper == "Max"
+    assert bot.knowledge.places[0].keeper == "Max"
     bot.tick(62.0)
     assert not [action for action in bot.actions(62.0) if "PlaceGiven" in repr(action)]
 
@@ -208,7 +208,7 @@ def test_no_two_met_where_one_presumed_itself_the_first_keeper() -> None:
 def test_who_hears_another_one_ask_does_not_ask_sooner_than_it_meant_to() -> None:
     """Each request of one that waited made the first of the alphabet ask as well, long before its pause was over."""
     robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
-    p = robot.knowledge.passes[0]
+    p = robot.knowledge.places[0]
     p.wanted_s = 50.0
     for now in (50.0, 100.0):
         robot.heard(m.Utterance("Rob", m.ToAll(), None, m.PlaceTaken("corridor")), now)
@@ -222,7 +222,7 @@ def test_who_gave_a_place_to_one_that_never_heard_it_gives_it_anew(silences: int
     """Nobody had heard that Max gave the place on when it left, after a long stay: the others took it for inside, and
     asked in vain for 16 minutes, while Max heard them (seed 199, with tasks inside at a loss of 30 %)."""
     mission = Corridor(NAMES, (), starts=(WEST,) * 3)
-    p = mission.robots["Max"].knowledge.passes[0]
+    p = mission.robots["Max"].knowledge.places[0]
     p.keep("Rob", 100.0 + LEASE_S)
     p.given_s, p.gave, p.silences = 100.0, True, silences
     mission.robots["Max"].heard(m.Utterance("Bot", m.ToAll(), None, m.PlaceWanted("corridor")), 101.0 + LEASE_S)
@@ -233,7 +233,7 @@ def test_who_gave_a_place_gives_it_anew_to_the_robot_that_never_heard_so() -> No
     """Max missed that it was given the corridor, took Bot for inside, and asked forty times, for 791 s; Bot heard it,
     and counted only the requests of others."""
     robot = Corridor(NAMES, (), starts=(WEST,) * 3).robots["Bot"]
-    p = robot.knowledge.passes[0]
+    p = robot.knowledge.places[0]
     p.keep("Max", 100.0 + LEASE_S)
     p.given_s, p.gave = 100.0, True
     given = []

@@ -17,8 +17,8 @@ from hvcpd.config.shared_places import SharedPlace
 from hvcpd.console.lines import surely
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
-from hvcpd.coordination.passes import WAITS_S, Pass
 from hvcpd.coordination.peers import Away
+from hvcpd.coordination.place_state import WAITS_S, PlaceState
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
 from hvcpd.daemon.sound_service import SoundService
@@ -66,8 +66,8 @@ def test_who_has_left_a_place_or_ceased_to_ask_for_it_is_not_shown_to_have_it_or
         async with control(tmp_path) as bench:
             await bench.live(blocks=12)
             robot = bench.bench.robot
-            corridor = Pass(SharedPlace("corridor", 0.0, 0.0, 1.0, 1.0), robot.now)
-            robot.coordination.knowledge.passes = (corridor,)
+            corridor = PlaceState(SharedPlace("corridor", 0.0, 0.0, 1.0, 1.0), robot.now)
+            robot.coordination.knowledge.places = (corridor,)
             corridor.note_waiting("Max", robot.now - WAITS_S - 1.0)
             corridor.note_waiting("Bot", robot.now - 1.0)
             status = (await (await bench.connect()).ask("status"))["result"]

@@ -34,7 +34,7 @@ PAUSE_SPREAD = 0.25
 
 
 @dataclass
-class Pass:
+class PlaceState:
     """One place. `keeper` is the last robot heard to have it; only the keeper may give it to another robot."""
 
     place: SharedPlace
