@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hvcpd import __version__
-from hvcpd.config.command_line import Parser, complain, let_go, output_fault, replace_closed_streams
+from hvcpd.config.command_line import Parser, discard_output, output_fault, print_error, replace_closed_streams
 from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
     try:
         loaded = load()
     except HvcpdError as error:
-        complain("hvcpd", str(error))
+        print_error("hvcpd", str(error))
         return error.exit_status
     settings = loaded.settings
     manager = ServiceManager()
@@ -125,9 +125,9 @@ def _show(preflight: Preflight, ok_too: bool) -> None:
         _flush(f"ok  {finding.subject}: {finding.text}\n" for finding in good)
     for finding in preflight.findings:
         if not finding.ok:
-            complain("hvcpd", finding.text)
+            print_error("hvcpd", finding.text)
         elif finding.doubtful:
-            complain("hvcpd", f"warning: {finding.text}")
+            print_error("hvcpd", f"warning: {finding.text}")
 
 
 def _flush(lines: Iterable[str] = ()) -> None:
@@ -140,9 +140,9 @@ def _flush(lines: Iterable[str] = ()) -> None:
 
 
 def _output_failed(error: OSError | UnicodeEncodeError) -> None:
-    let_go(sys.stdout)
+    discard_output(sys.stdout)
     if not isinstance(error, BrokenPipeError):
-        complain("hvcpd", output_fault(error))
+        print_error("hvcpd", output_fault(error))
 
 
 def _run(daemon: Daemon, limiter: RateLimiter) -> int:

@@ -39,21 +39,21 @@ def _wrapped(text: str, width: int) -> list[str]:
 
 
 def with_examples(text: str, *examples: str) -> str:
-    """The end of a command's help: the text, then each example on a line of its own, ready to be copied."""
+    """The end of a command's help: the text, then each example on a line of its own, to be copied."""
     title = "Examples:" if len(examples) > 1 else "Example:"
     return "\n".join([*([text, ""] if text else []), title, *(f"  {example}" for example in examples)])
 
 
-class Skipped:
-    """Stands for the parser of a command that was not asked for, and takes whatever is added to it: to build all takes
-    longer than most commands do."""
+class SkippedParser:
+    """A stand-in for the parser of a command that is not run, which accepts and ignores all calls: building all parsers
+    takes longer than most commands do."""
 
-    def __getattr__(self, _name: str) -> Callable[..., Skipped]:
+    def __getattr__(self, _name: str) -> Callable[..., SkippedParser]:
         return lambda *_arguments, **_options: self
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, with the word that was probably meant; a command alone shows its help."""
+    """A parser with one-line error messages that suggest the intended word; a bare command shows its help."""
 
     usage_status = EX_USER
     """The exit status of wrong usage."""
@@ -77,7 +77,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         if message.startswith(_MISSING) and (wrong := self._wrong_option()):
             message = self._unknown(wrong)
-        complain(self.prog, f"{message}{' See' if message.endswith('?') else '; see'} {self.prog} --help")
+        print_error(self.prog, f"{message}{' See' if message.endswith('?') else '; see'} {self.prog} --help")
         self.exit(self.usage_status)
 
     def _print_message(self, message: str, file: Any = None) -> None:
@@ -128,25 +128,25 @@ class Parser(argparse.ArgumentParser):
 
 
 def replace_closed_streams() -> None:
-    """What is written to a stream that whoever started us has closed goes nowhere."""
+    """Replace standard output and standard error by /dev/null if the parent process has closed them."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - open to the end
 
 
-def complain(program: str, text: str) -> None:
-    """Write to standard error, each line with the program's name; where that is closed or full, nowhere. What could
-    steer a terminal, from a file or an argument, is shown as U+FFFD."""
+def print_error(program: str, text: str) -> None:
+    """Write to standard error, each line with the program's name; nothing happens if that is closed or full. Control
+    characters, which may come from a file or an argument, are shown as U+FFFD."""
     lines = ("".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in line) for line in text.splitlines())
     try:
         sys.stderr.writelines(f"{program}: {line}\n" for line in lines)
         sys.stderr.flush()
     except OSError:
-        let_go(sys.stderr)
+        discard_output(sys.stderr)
 
 
-def let_go(stream: TextIO) -> None:
-    """Send what the stream still holds to nowhere; else Python complains of it when the process ends."""
+def discard_output(stream: TextIO) -> None:
+    """Discard what a stream that cannot be written still holds; otherwise Python complains when the process ends."""
     try:
         descriptor = stream.fileno()
     except (UnsupportedOperation, AttributeError):

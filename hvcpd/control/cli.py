@@ -10,7 +10,14 @@ from contextlib import suppress
 from typing import Any
 
 from hvcpd import __version__
-from hvcpd.config.command_line import Parser, Skipped, complain, let_go, output_fault, replace_closed_streams
+from hvcpd.config.command_line import (
+    Parser,
+    SkippedParser,
+    discard_output,
+    output_fault,
+    print_error,
+    replace_closed_streams,
+)
 from hvcpd.control.arguments import Commands, add_command
 from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_doctor_commands
@@ -34,7 +41,7 @@ def make_parser(only: str | None = None) -> argparse.ArgumentParser:
     """The parser of all commands; of `only` that one, where it is given."""
 
     def wanted(**options: Any) -> Any:
-        return Parser(**options) if only in (None, options["prog"].split()[-1]) else Skipped()
+        return Parser(**options) if only in (None, options["prog"].split()[-1]) else SkippedParser()
 
     parser_class: Any = wanted  # argparse calls it, and would not mind what it is
     parser: argparse.ArgumentParser = Overview(
@@ -88,14 +95,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         finally:  # also after a help text, which ends by SystemExit
             sys.stdout.flush()
     except HvcpdError as error:
-        complain("hvcpctl", str(error))
+        print_error("hvcpctl", str(error))
         return error.command_status
     except BrokenPipeError:  # the reader of our output has gone, as in `hvcpctl hear x.wav | head -1`
-        let_go(sys.stdout)
+        discard_output(sys.stdout)
         return EX_FAILURE if command == "simulate" else EX_OK  # a mission that was cut short is not done
     except (OSError, UnicodeEncodeError) as error:
-        let_go(sys.stdout)
-        complain("hvcpctl", output_fault(error))
+        discard_output(sys.stdout)
+        print_error("hvcpctl", output_fault(error))
         return EX_USER
     except KeyboardInterrupt:
         with suppress(OSError):

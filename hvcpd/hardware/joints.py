@@ -41,20 +41,20 @@ VELOCITY_UNIT_DEG_S = math.degrees(registers.VELOCITY_UNIT_RAD_S)
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a joint is to do: go to `goal_deg`, or, without one, stand, or let go."""
+class JointGoal:
+    """What a joint is to do: go to `goal_deg` or, without one, stand still, or `release` its torque."""
 
     number: int
     goal_deg: float | None = None
-    lets_go: bool = False
+    release: bool = False
 
 
 @dataclass(frozen=True)
 class JointState:
-    """What a joint did of a wish: where it is, in degrees as the settings count; its effort, as a share of the motor's;
-    whether it is there or is blocked; or its fault."""
+    """The state of a joint on its way to a goal: its angle, in degrees as the settings count; its effort, as a share of
+    the motor's; whether it has arrived or is blocked; or its fault."""
 
-    wish: int = 0
+    goal: int = 0
     angle_deg: float = 0.0
     load: float = 0.0
     there: bool = False
@@ -69,7 +69,7 @@ class Joint:
         self.settings = settings
         self.state = JointState()
         self._clock = clock
-        self._wish = self._carried_out = self._tried = Wish(0)
+        self._goal = self._carried_out = self._tried = JointGoal(0)
         self._is_ready = False
         self._failures = 0
         self._again_s = -math.inf
@@ -77,18 +77,18 @@ class Joint:
         self._moved_deg = math.inf
 
     def turn(self, angle_deg: float) -> int:
-        """Go to an angle within the settings' bounds; the number of this wish. Raises ValueError."""
+        """Go to an angle within the settings' bounds; the number of this goal. Raises ValueError."""
         if not self.settings.least_deg <= angle_deg <= self.settings.most_deg:
             raise ValueError(f"{angle_deg:g}° is beyond {self.settings.least_deg:g} to {self.settings.most_deg:g}°")
-        return self._want(angle_deg)
+        return self._set_goal(angle_deg)
 
     def pause(self) -> int:
         """Stand under torque."""
-        return self._want(None)
+        return self._set_goal(None)
 
     def stop(self) -> int:
         """Hold where it is, or let go, as declared."""
-        return self._want(None, lets_go=self.settings.stopped == "release")
+        return self._set_goal(None, release=self.settings.stopped == "release")
 
     def inspect(self, bus: DynamixelBus) -> list[str]:
         """What is wrong with the motor, with its remedy; changes nothing. Raises PortLostError."""
@@ -101,28 +101,28 @@ class Joint:
         return [f"joint (ID {motor_id}): {fault}"] if fault else []
 
     def cycle(self, bus: DynamixelBus) -> None:
-        """Carry the wish out and see how far it is; a silent joint is left alone for a while. Raises PortLostError."""
-        now_s, wish = self._clock(), self._wish
-        if now_s < self._again_s and wish is self._tried:
+        """Carry the goal out and see how far it is; a silent joint is left alone for a while. Raises PortLostError."""
+        now_s, goal = self._clock(), self._goal
+        if now_s < self._again_s and goal is self._tried:
             return
         try:
             if not self._is_ready:
                 self._make_ready(bus)
-            if wish is not self._carried_out:
-                self._carry_out(bus, wish, now_s)
-            self.state = self._look(bus, wish, now_s)
+            if goal is not self._carried_out:
+                self._carry_out(bus, goal, now_s)
+            self.state = self._read_state(bus, goal, now_s)
         except PortLostError:
             self._is_ready = False
             raise
         except BusError as error:
-            self._tried = wish
+            self._tried = goal
             self._failures += 1
             if self._failures < TRIES:  # the next cycle goes on where this one was
                 self._is_ready &= not isinstance(error, RefusedError)  # its watchdog has tripped meanwhile
                 return
             self._stop_blindly(bus)
             self._failures, self._is_ready, self._again_s = 0, False, now_s + AGAIN_S
-            self.state = JointState(wish.number, self.state.angle_deg, fault=f"the joint does not answer: {error}")
+            self.state = JointState(goal.number, self.state.angle_deg, fault=f"the joint does not answer: {error}")
         else:
             self._failures = 0
             self._is_ready = self.state.fault is None
@@ -130,10 +130,10 @@ class Joint:
     def close(self, bus: DynamixelBus) -> None:
         """Leave it as declared; never raises. One that holds stands by its watchdog from now on."""
         if self.settings.stopped == "release":
-            let_go(bus, self.settings.id)
+            release_torque(bus, self.settings.id)
 
     def _stop_blindly(self, bus: DynamixelBus) -> None:
-        """It may hear though it is not heard: hold it where it was last seen, or let it go, as declared."""
+        """Have a motor that does not answer, but may still hear, hold its last known position, or release its torque."""
         if not self._is_ready:
             return
         with suppress(BusError):
@@ -142,9 +142,9 @@ class Joint:
             else:
                 bus.sync_write(registers.GOAL_POSITION, {self.settings.id: self._ticks(self.state.angle_deg)})
 
-    def _want(self, goal_deg: float | None, lets_go: bool = False) -> int:
-        self._wish = Wish(self._wish.number + 1, goal_deg, lets_go)
-        return self._wish.number
+    def _set_goal(self, goal_deg: float | None, release: bool = False) -> int:
+        self._goal = JointGoal(self._goal.number + 1, goal_deg, release)
+        return self._goal.number
 
     def _make_ready(self, bus: DynamixelBus) -> None:
         """Position mode at the place where it is, an earlier watchdog trip cleared; torque stays on if it was."""
@@ -163,37 +163,37 @@ class Joint:
         position = bus.read(self.settings.id, registers.PRESENT_POSITION)
         bus.write(self.settings.id, registers.GOAL_POSITION, min(max(position, 0), registers.TICKS_PER_TURN - 1))
 
-    def _carry_out(self, bus: DynamixelBus, wish: Wish, now_s: float) -> None:
-        if wish.goal_deg is None:
+    def _carry_out(self, bus: DynamixelBus, goal: JointGoal, now_s: float) -> None:
+        if goal.goal_deg is None:
             self._stand(bus)
-            if wish.lets_go:
+            if goal.release:
                 bus.write(self.settings.id, registers.TORQUE_ENABLE, 0)
         else:
             if not bus.read(self.settings.id, registers.TORQUE_ENABLE):
                 self._stand(bus)  # an old goal is not to make it jump
                 bus.write(self.settings.id, registers.TORQUE_ENABLE, 1)
-            bus.write(self.settings.id, registers.GOAL_POSITION, self._ticks(wish.goal_deg))
+            bus.write(self.settings.id, registers.GOAL_POSITION, self._ticks(goal.goal_deg))
         self._moved_s, self._moved_deg = now_s, math.inf
-        self._carried_out = wish
+        self._carried_out = goal
 
-    def _look(self, bus: DynamixelBus, wish: Wish, now_s: float) -> JointState:
+    def _read_state(self, bus: DynamixelBus, goal: JointGoal, now_s: float) -> JointState:
         window = bus.read_block(self.settings.id, WINDOW_START, WINDOW_SIZE)
         angle_deg = self._angle_deg(registers.PRESENT_POSITION.decode(window, WINDOW_START))
         load = abs(registers.PRESENT_LOAD.decode(window, WINDOW_START)) * registers.LOAD_UNIT
         if error := registers.HARDWARE_ERROR_STATUS.decode(window, WINDOW_START):
             text = f"its motor reports a hardware error: {registers.hardware_error_text(error)}; switch it off and on"
-            return JointState(wish.number, angle_deg, load, fault=text)
+            return JointState(goal.number, angle_deg, load, fault=text)
         if registers.BUS_WATCHDOG.decode(window, WINDOW_START) == registers.WATCHDOG_TRIPPED:
-            return JointState(wish.number, angle_deg, load, fault="its motor heard nothing for too long, and stopped")
-        if wish.goal_deg is None:
-            return JointState(wish.number, angle_deg, load)
+            return JointState(goal.number, angle_deg, load, fault="its motor heard nothing for too long, and stopped")
+        if goal.goal_deg is None:
+            return JointState(goal.number, angle_deg, load)
         if not registers.TORQUE_ENABLE.decode(window, WINDOW_START):
-            return JointState(wish.number, angle_deg, load, fault="its motor has lost its torque")
+            return JointState(goal.number, angle_deg, load, fault="its motor has lost its torque")
         if abs(angle_deg - self._moved_deg) > STILL_DEG:
             self._moved_s, self._moved_deg = now_s, angle_deg
-        there = abs(angle_deg - wish.goal_deg) <= TOLERANCE_DEG
+        there = abs(angle_deg - goal.goal_deg) <= TOLERANCE_DEG
         blocked = not there and now_s - self._moved_s >= STILL_S
-        return JointState(wish.number, angle_deg, load, there, blocked)
+        return JointState(goal.number, angle_deg, load, there, blocked)
 
     @property
     def _sign(self) -> int:
@@ -207,13 +207,13 @@ class Joint:
         return self._sign * (ticks * DEG_PER_TICK - self.settings.zero_deg)
 
 
-def let_go(bus: DynamixelBus, motor_id: int) -> None:
-    """Switch a motor's torque off at the end; one that never answers stops by its watchdog."""
-    any(lets_go(bus, motor_id) for _ in range(LAST_TRIES))
+def release_torque(bus: DynamixelBus, motor_id: int) -> None:
+    """Switch a motor's torque off, with several tries; a motor that never answers stops by its watchdog."""
+    any(switched_torque_off(bus, motor_id) for _ in range(LAST_TRIES))
 
 
-def lets_go(bus: DynamixelBus, motor_id: int) -> bool:
-    """Whether the motor confirmed that its torque is off."""
+def switched_torque_off(bus: DynamixelBus, motor_id: int) -> bool:
+    """Switch a motor's torque off once; return whether the motor confirmed it."""
     try:
         bus.write(motor_id, registers.TORQUE_ENABLE, 0)
     except BusError:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from hvcpd.hardware import registers
-from hvcpd.hardware.joints import Joint, let_go
+from hvcpd.hardware.joints import Joint, release_torque
 from hvcpd.hardware.wheels_base import BusWheels
 from hvcpd.hardware.wheels_bus import TIMEOUT_S, DynamixelBus, MakePort
 from hvcpd.hardware.wheels_handshake import WINDOW_SIZE, WINDOW_START, arm, inspect, prepare, read_health, read_states
@@ -108,6 +108,6 @@ class DynamixelWheels(BusWheels):
 
     def _torque_off(self) -> None:
         for motor_id in self._ids:
-            let_go(self._bus, motor_id)
+            release_torque(self._bus, motor_id)
         for joint in self._joints:
             joint.close(self._bus)

@@ -6,7 +6,7 @@ import json
 import math
 from typing import TYPE_CHECKING, Any, TextIO
 
-from hvcpd.config.command_line import let_go
+from hvcpd.config.command_line import discard_output
 
 if TYPE_CHECKING:
     from hvcpd.reporting.events import Event
@@ -56,4 +56,4 @@ class JsonLines:
             self._stream.flush()
         except BrokenPipeError:
             self._heeded = False
-            let_go(self._stream)
+            discard_output(self._stream)

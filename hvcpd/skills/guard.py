@@ -207,13 +207,13 @@ def _is_off(pin: int, active_high: bool) -> bool:
 
 def _is_released(line: Line, motor_id: int) -> bool:
     from hvcpd.errors import DeviceError
-    from hvcpd.hardware.joints import lets_go
+    from hvcpd.hardware.joints import switched_torque_off
     from hvcpd.hardware.wheels_bus import DynamixelBus
 
     bus = DynamixelBus(line.port, line.baud_rate, REPLY_S)
     try:
         bus.open()
-        return bool(lets_go(bus, motor_id))
+        return bool(switched_torque_off(bus, motor_id))
     except DeviceError:
         return False
     finally:

@@ -21,7 +21,7 @@ class JointRunner:
     def __init__(self, joint: Joint, at_once: Callable[[], None]) -> None:
         self._joint = joint
         self._at_once = at_once
-        self._wish = 0
+        self._goal = 0
         self._goal_deg = 0.0
         self._is_held = False
 
@@ -47,7 +47,7 @@ class JointRunner:
         """Stand, and go on later."""
         self._is_held = on
         if on:
-            self._wish = self._joint.pause()
+            self._goal = self._joint.pause()
             self._at_once()
         else:
             self._turn()
@@ -56,7 +56,7 @@ class JointRunner:
         """The bus leaves the joint as it is declared when the wheels are closed."""
 
     def _turn(self) -> None:
-        self._wish = self._joint.turn(self._goal_deg)
+        self._goal = self._joint.turn(self._goal_deg)
         self._at_once()
 
     def _stop(self) -> None:
@@ -66,6 +66,6 @@ class JointRunner:
     async def _until_over(self) -> JointState:
         while True:
             state = self._joint.state
-            if state.wish == self._wish and not self._is_held and (state.there or state.blocked or state.fault):
+            if state.goal == self._goal and not self._is_held and (state.there or state.blocked or state.fault):
                 return state
             await asyncio.sleep(LOOK_S)

@@ -69,7 +69,7 @@ def test_it_turns_to_its_angle_as_fast_as_it_may_while_the_wheels_turn(reverse: 
     assert not robot.joint.state.there  # 90 degrees a second
     robot.run(0.7, WheelCommand(3.0, 3.0))
     state = robot.joint.state
-    assert (state.wish, state.there, state.blocked, state.fault) == (number, True, False, None)
+    assert (state.goal, state.there, state.blocked, state.fault) == (number, True, False, None)
     assert state.angle_deg == pytest.approx(60.0, abs=2.0)
     assert (robot.cell("present_position") > 2048) is not reverse
     assert robot.line.motors[1].true_speed_rad_s == pytest.approx(3.0, abs=0.1)
