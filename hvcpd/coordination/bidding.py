@@ -26,19 +26,19 @@ NEARER_M = 1.0
 def is_bid(heard: Heard) -> bool:
     """Whether a claim is addressed to a robot that should give way."""
     said = heard.utterance.statement
-    return isinstance(said, m.Claim) and said.way_m is not None and isinstance(heard.to, m.ToRobot)
+    return isinstance(said, m.Claim) and said.distance_m is not None and isinstance(heard.to, m.ToRobot)
 
 
-def would_bid(me: Knowledge, heard: Heard, entry: Entry, way_m: int | None) -> bool:
+def would_bid(me: Knowledge, heard: Heard, entry: Entry, distance_m: int | None) -> bool:
     """Whether this robot is clearly nearer to the task that was just claimed, and would do it first."""
     number, here, last = entry.definition.number, me.body.here, me.claim_heard
     was_open = last is not None and last.before.get(number, ("",))[0] == OPEN
     is_free = me.state in (State.READY, State.CLAIMING) and me.current.task is None
     able = number not in me.role.unable and me.role.name not in entry.failed_by and not entry.is_shared
-    if way_m is None or here is None or not (was_open and is_free and able and me.role.nearest_first):
+    if distance_m is None or here is None or not (was_open and is_free and able and me.role.nearest_first):
         return False
     own_m = here.distance_m(entry.definition.place or here)
-    if own_m > min(CLEARLY * way_m, way_m - NEARER_M) or not routes.is_unplaced(me):
+    if own_m > min(CLEARLY * distance_m, distance_m - NEARER_M) or not routes.has_unknown_place(me):
         return False
     free = (entry.definition, *me.board.free_for(me.role.name, heard.now, me.role.unable))
     mine = routes.own(me, free, heard.now, without=heard.speaker)
@@ -55,7 +55,9 @@ def bid(me: Knowledge, other: str, entry: Entry, now: float) -> None:
         if not still:
             return None
         ref = m.TaskByNumber(number)
-        return composing.utterance(me, m.ToRobot(other), m.Claim(ref, way_m=routes.spoken_way_m(me, entry.definition)))
+        return composing.utterance(
+            me, m.ToRobot(other), m.Claim(ref, distance_m=routes.spoken_distance_m(me, entry.definition))
+        )
 
     def on_said() -> None:
         me.floor.withdraw(OWN_TURN)

@@ -246,7 +246,7 @@ class Board:
         if (entry.state, entry.owner, entry.hearsay) != (state, owner, hearsay):
             self.changed.append(number)
         entry.state, entry.owner, entry.hearsay, entry.firm = state, owner, hearsay, False
-        entry.said_by = entry.way_m = None
+        entry.said_by = entry.distance_m = None
         entry.skipped = entry.skipped and state == DONE
 
 

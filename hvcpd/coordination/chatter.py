@@ -26,13 +26,13 @@ its confirmation and the repetitions of both."""
 NEVER_SOFT = (m.Stop, m.Stopped, m.Resume, m.Leaving)
 
 
-def tell_beginning(me: Knowledge, now: float) -> None:
+def announce_beginning(me: Knowledge, now: float) -> None:
     """Say that the robot begins its task, if its setting `talk` is full."""
     if me.role.talk is Talk.FULL and not choosing.air_is_scarce(me, me.board[me.my_task()].definition, now):
         _want(me, lambda: composing.working(me) if me.state is State.ACTING else None, now)
 
 
-def tell_free(me: Knowledge, now: float) -> None:
+def announce_free(me: Knowledge, now: float) -> None:
     """Say once that nothing is left to do, if its setting `talk` is full."""
     was_busy, me.acquaintance.was_busy = me.acquaintance.was_busy, False
     if me.role.talk is Talk.FULL and was_busy and me.expected(now):

@@ -46,7 +46,7 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
         if is_for_me_alone(me, heard.to) and peer is not None and peer.assigned == entry.definition.number:
             confirm_at_once(me, speaker, now)  # the confirmation was lost
         else:
-            _settle(me, heard, speaker, s.tasks, False, s.way_m)
+            _settle(me, heard, speaker, s.tasks, False, s.distance_m)
     else:
         _tell_unknown(me, heard, speaker, s.tasks)
 
@@ -59,16 +59,16 @@ def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
 
 
 def _settle(
-    me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, way_m: int | None = None
+    me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, distance_m: int | None = None
 ) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
     unsure = _may_have_missed(me, refs, heard.now)
     good = contend(me, heard, other, refs, at_work)
     if not good:
         return
-    me.board[good[0]].way_m = way_m
+    me.board[good[0]].distance_m = distance_m
     is_first = me.claim_heard is not None and me.claim_heard.at_s == heard.now
-    if bidding.would_bid(me, heard, me.board[good[0]], way_m):
+    if bidding.would_bid(me, heard, me.board[good[0]], distance_m):
         bidding.bid(me, other, me.board[good[0]], heard.now)
     elif not (unsure and is_first) and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
         _confirm_in_turn(me, other, good, heard.now)

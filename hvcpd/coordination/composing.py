@@ -104,7 +104,7 @@ def claim(me: Knowledge) -> m.Utterance | None:
     if report is not None and not me.report.failed and not report.is_changed:
         done, also = _one_or_two(me.report.tasks)
         return to_all(me, m.Completed(done, ref, also=also, then=then))
-    return utterance(me, to_team(me), m.Claim(ref, then, me.current.way_m if then is None else None))
+    return utterance(me, to_team(me), m.Claim(ref, then, me.current.distance_m if then is None else None))
 
 
 def claim_ahead(me: Knowledge) -> m.Utterance:

@@ -32,7 +32,7 @@ from hvcpd.coordination.addressing import answer_slots, note_presence, whose_tur
 from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
-from hvcpd.coordination.peers import Away, Peers, team_of
+from hvcpd.coordination.peers import PeerDistance, Peers, team_of
 from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
@@ -208,7 +208,7 @@ class Coordination:
         """Tell a robot that asked how far this one is the interval (see `ranging`); None: it could not be measured."""
         ranging.tell(self.knowledge, asker, ticks, now)
 
-    def ranged(self, name: str, away: Away) -> None:
+    def ranged(self, name: str, away: PeerDistance) -> None:
         """Note how far a peer is."""
         peer = self.peers.get(name)
         if peer is not None:

@@ -80,7 +80,7 @@ def _again_while_heard(me: Knowledge, now: float) -> None:
 def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
     me.current.repeats += 1
     chatter.raise_voice(me, now)
-    if me.current.way_m is not None and me.floor.busy_since_s > me.current.claimed_s:
+    if me.current.distance_m is not None and me.floor.busy_since_s > me.current.claimed_s:
         me.current.may_be_outbid = True
     if me.current.repeats >= BAD_AIR_REPEATS:
         me.missed.last_s = now
@@ -138,7 +138,7 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
         if not me.board.hearsay():
             me.missed.asked = 0
         if me.board.all_done:
-            chatter.tell_free(me, now)
+            chatter.announce_free(me, now)
         _wait(me, now)
 
 

@@ -120,7 +120,7 @@ def claim_task(me: Knowledge, now: float) -> None:
         me.current.confirmed_to = me.current.promised = me.current.agreed = frozenset()
     else:
         tasks = me.my_tasks()
-    me.current.way_m = routes.way_to_state_m(me, me.board[tasks[0]].definition, now)
+    me.current.distance_m = routes.distance_to_state_m(me, me.board[tasks[0]].definition, now)
     _hold(me, tasks, now)
 
 
@@ -172,7 +172,7 @@ def go_alone(me: Knowledge, now: float) -> None:
 def act(me: Knowledge, now: float) -> None:
     me.board[me.my_task()].parts_before = frozenset()
     me.do(Perform(me.my_task(), _split(me)[1]))
-    chatter.tell_beginning(me, now)
+    chatter.announce_beginning(me, now)
 
 
 def _split(me: Knowledge) -> tuple[tuple[TaskAction, ...], tuple[TaskAction, ...]]:

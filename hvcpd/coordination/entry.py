@@ -37,7 +37,7 @@ class Entry:
     """How often this robot's claim of it was denied."""
     since_s: float = -math.inf
     """When this robot learned of its state and owner, by the sample clock."""
-    way_m: int | None = None
+    distance_m: int | None = None
     """The distance that its owner stated with the claim."""
     due_s: float | None = None
     """Of a recurring task: when the occurrence that this entry describes was due, s since 1970; None: unknown."""

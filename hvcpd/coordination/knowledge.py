@@ -26,7 +26,7 @@ from hvcpd.coordination.conversation import (
     Waiting,
 )
 from hvcpd.coordination.floor import RANK_MAX, Floor
-from hvcpd.coordination.peers import Peers, lot
+from hvcpd.coordination.peers import Peers, name_hash
 from hvcpd.coordination.place_state import PlaceState
 from hvcpd.coordination.states import AT_WORK, State
 from hvcpd.language import messages as m
@@ -46,7 +46,7 @@ class Current:
     """When it repeats that claim."""
     ahead_claims: int = 0
     """How often it has said it."""
-    way_m: int | None = None
+    distance_m: int | None = None
     """The way to the task, in metres, if the claim states it."""
     task_ref: m.TaskRef | None = None
     motion: m.Motion | None = None
@@ -237,8 +237,8 @@ class Knowledge:
         return min(len(unheard) + self.rank(asker, salt, now), RANK_MAX)
 
     def _rank_among(self, names: Iterable[str], asker: str, salt: int) -> int:
-        own_lot, asking = lot(self.role.name.lower(), salt), asker.lower()
-        return min(sum(lot(name, salt) < own_lot for name in names if name != asking), RANK_MAX)
+        own_hash, asking = name_hash(self.role.name.lower(), salt), asker.lower()
+        return min(sum(name_hash(name, salt) < own_hash for name in names if name != asking), RANK_MAX)
 
     def expected(self, now: float) -> frozenset[str]:
         """The robots that may answer now: those present, and those that may be and have not spoken yet."""

@@ -11,15 +11,15 @@ from hvcpd.language import messages as m
 
 
 @lru_cache(maxsize=4096)
-def lot(name: str, salt: int) -> int:
-    """A number for a name, the same for all robots."""
+def name_hash(name: str, salt: int) -> int:
+    """A hash of a name, the same on all robots."""
     return zlib.crc32(f"{salt}/{name}".encode())
 
 
 @dataclass(frozen=True)
-class Away:
-    """How far a peer was at `at_s`, m; `deviation_m`: standard deviation; not `sure`: an echo may have been measured,
-    or somebody moved."""
+class PeerDistance:
+    """The distance of a peer measured at `at_s`, m, and its standard deviation; not `sure`: perhaps an echo was
+    measured, or a robot moved."""
 
     distance_m: float
     deviation_m: float
@@ -58,7 +58,7 @@ class Peer:
     """This robot has gone back there, and has not been answered since."""
     unable: frozenset[int] = frozenset()
     """The tasks that it said it cannot do."""
-    away: Away | None = None
+    away: PeerDistance | None = None
     """Measured by sound, if it ever was."""
 
 

@@ -19,7 +19,7 @@ from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.entry import CLAIMED, DONE, Entry
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
-from hvcpd.language.phrasebook import WAYS_M
+from hvcpd.language.phrasebook import CLAIM_DISTANCES_M
 
 DRIVE_M_S = 0.2
 """A burger's mean speed on short ways: at most 0.22 m/s, and it turns first."""
@@ -52,16 +52,16 @@ class Route:
         for each in self.tasks:
             stops.append(each.place or stops[-1])
         place = task.place or stops[-1]
-        between = [way_s(a, place) + way_s(place, b) - way_s(a, b) for a, b in pairwise(stops)]
-        detours = [*between, way_s(stops[-1], place)]
+        between = [travel_s(a, place) + travel_s(place, b) - travel_s(a, b) for a, b in pairwise(stops)]
+        detours = [*between, travel_s(stops[-1], place)]
         return min(((longer_s, n) for n, longer_s in enumerate(detours)), key=lambda each: (each[0], -each[1]))
 
-    def insert(self, task: TaskDefinition, way_s: float, position: int) -> None:
+    def insert(self, task: TaskDefinition, travel_s: float, position: int) -> None:
         self.tasks.insert(position, task)
-        self.end_s += way_s + work_s(task)
+        self.end_s += travel_s + work_s(task)
 
 
-def way_s(start: Place, end: Place) -> float:
+def travel_s(start: Place, end: Place) -> float:
     """Travel time from one place to another, s."""
     return start.distance_m(end) / DRIVE_M_S
 
@@ -76,7 +76,7 @@ def cost_s(task: TaskDefinition, start: Place | None) -> float:
     """Travel time to a task, from a place that may be unknown, plus the duration of its work, s."""
     if start is None:
         return UNKNOWN_WAY_S + work_s(task)
-    return way_s(start, task.place or start) + work_s(task)
+    return travel_s(start, task.place or start) + work_s(task)
 
 
 def own(
@@ -91,7 +91,7 @@ def own(
     here = me.body.here or Place(0.0, 0.0)
     begin_s = cost_s(after, here) if after is not None else 0.0
     here = (after.place if after is not None else None) or here
-    near = sorted(tasks, key=lambda task: way_s(here, task.place or here))[:PLANNED_MAX]
+    near = sorted(tasks, key=lambda task: travel_s(here, task.place or here))[:PLANNED_MAX]
     mine = Route(me.role.name, here, begin_s, after is not None)
     _plan([mine, *(route for route in _of_others(me, now) if route.name != without)], near)
     return mine.tasks
@@ -118,48 +118,49 @@ def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
     not claimed anything, is expected that much later: it may never come."""
     for name in me.peers.present(now):
         peer = me.peers.get(name)
-        if peer is not None and (stand := stand_of(me, peer)) is not None:
+        if peer is not None and (stand := next_stop(me, peer)) is not None:
             place, free_s = stand
             failed = frozenset(e.definition.number for e in me.board.entries() if peer.name in e.failed_by)
             yield Route(peer.name, place, abs(free_s - now), free_s > now, failed | peer.unable)
 
 
-def stand_of(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
-    """Where a robot will be after the task that it has claimed, and when; None if it has not said so yet."""
+def next_stop(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
+    """The place where a robot ends its claimed tasks, and the time then, s; None if it has claimed none yet."""
     entries = [entry for entry in me.board.entries() if entry.owner == peer.name]
     done = max((e for e in entries if e.state == DONE), key=_since, default=None)
     place, free_s = (done.definition.place, done.since_s) if done is not None else (None, -math.inf)
     for entry in sorted((e for e in entries if e.state == CLAIMED), key=_since):
-        stated_s = entry.way_m / DRIVE_M_S + work_s(entry.definition) if entry.way_m is not None else None
+        stated_s = entry.distance_m / DRIVE_M_S + work_s(entry.definition) if entry.distance_m is not None else None
         free_s = max(free_s, entry.since_s) + (stated_s or cost_s(entry.definition, place))
         place = entry.definition.place or place
     return (place, free_s) if place is not None else None
 
 
-def is_unplaced(me: Knowledge) -> bool:
-    """Whether no other robot can know where this robot is: it has not claimed anything before its present claim."""
+def has_unknown_place(me: Knowledge) -> bool:
+    """Whether the others cannot know this robot's place, because it has claimed nothing before its present claim."""
     claiming = me.my_tasks()
     return all(e.owner != me.role.name or e.definition.number in claiming for e in me.board.entries())
 
 
-def way_to_state_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
-    """The way to a task, in metres, if the claim should state it: robots that do not know where this one is may be
-    nearer, or it is to tell all that it can."""
+def distance_to_state_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:
+    """The distance to a task, in metres, if the claim should state it: because robots that do not know where this one
+    is may be nearer, or because it says as much as it can (`Talk.FULL`)."""
     if not me.role.nearest_first or me.role.speech.encrypted or task.place is None:
         return None
     if me.role.talk is Talk.FULL:
-        return spoken_way_m(me, task)
+        return spoken_distance_m(me, task)
     peers = [me.peers.get(name) for name in me.expected(now)]
-    unknown = is_unplaced(me) and any(peer is None or stand_of(me, peer) is None for peer in peers)
-    return spoken_way_m(me, task) if unknown else None
+    unknown = has_unknown_place(me) and any(peer is None or next_stop(me, peer) is None for peer in peers)
+    return spoken_distance_m(me, task) if unknown else None
 
 
-def spoken_way_m(me: Knowledge, task: TaskDefinition) -> int | None:
-    """The way to a task, in whole metres from 1 to the most that can be said; None if this robot's place is unknown."""
+def spoken_distance_m(me: Knowledge, task: TaskDefinition) -> int | None:
+    """The distance to a task, in whole metres from 1 to the most that can be said; None if this robot's place is
+    unknown."""
     here = me.body.here
     if here is None:
         return None
-    return min(max(round(here.distance_m(task.place or here)), 1), max(WAYS_M))
+    return min(max(round(here.distance_m(task.place or here)), 1), max(CLAIM_DISTANCES_M))
 
 
 def _since(entry: Entry) -> float:

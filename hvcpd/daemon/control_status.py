@@ -13,7 +13,7 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.entry import Entry
-from hvcpd.coordination.peers import Away, Peer
+from hvcpd.coordination.peers import Peer, PeerDistance
 from hvcpd.coordination.place_state import PlaceState
 from hvcpd.coordination.states import State
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
@@ -198,7 +198,7 @@ def _peer(peer: Peer, is_present: bool, now: float) -> dict[str, Any]:
     }
 
 
-def _away(away: Away, now: float) -> dict[str, Any]:
+def _away(away: PeerDistance, now: float) -> dict[str, Any]:
     return {
         "distance_m": round(away.distance_m, 3),
         "deviation_m": round(away.deviation_m, 3),

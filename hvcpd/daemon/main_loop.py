@@ -221,7 +221,7 @@ class Daemon:
         self.listening = True
         while not self._has_left(robot):
             block = await sound.read()
-            robot.tell_latency(sound.latency_s)
+            robot.report_latency(sound.latency_s)
             if sound.overload.standing:
                 robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None

@@ -133,7 +133,7 @@ class Joint:
             release_torque(bus, self.settings.id)
 
     def _stop_blindly(self, bus: DynamixelBus) -> None:
-        """Have a motor that does not answer, but may still hear, hold its last known position, or release its torque."""
+        """Have a motor that does not answer but may still hear hold its last known position, or release its torque."""
         if not self._is_ready:
             return
         with suppress(BusError):

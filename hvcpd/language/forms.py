@@ -42,7 +42,7 @@ count hundreds rest"""
 SLOT_FIELDS = {slot: slot for slot in _SAME_NAME.split()} | {
     "number": "task",
     "metres": "distance_m",
-    "away": "way_m",
+    "away": "distance_m",
     "remark": "text",
     "volts": "battery_v",
 }

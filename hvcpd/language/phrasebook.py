@@ -30,7 +30,7 @@ HIGHEST_NUMBER_ALWAYS_KNOWN = 10
 DISTANCES_M = {0.5: "half a metre", 1.0: "one metre", 2.0: "two metres", 3.0: "three metres", 5.0: "five metres"}
 """Distances that a robot can be ordered to move in one go: far enough for a room, and few words to be confused."""
 
-WAYS_M = {n: f"{n} {'metre' if n == 1 else 'metres'}" for n in range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1)}
+CLAIM_DISTANCES_M = {n: f"{n} {'metre' if n == 1 else 'metres'}" for n in range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1)}
 """Ways to a task, as stated with a claim: they share their words with task numbers."""
 
 VOLTS_STEP = 0.5
@@ -316,7 +316,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         **dict.fromkeys(("number", "also", "next", "then", "confirmed", "with", "first", "second", "third"), refs),
         "other": {name: (name.lower(),) for name in vocabulary.names},
         "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
-        "away": {way_m: spoken_words(text) for way_m, text in WAYS_M.items()},
+        "away": {distance_m: spoken_words(text) for distance_m, text in CLAIM_DISTANCES_M.items()},
         "volts": {volts: spoken_words(text) for volts, text in VOLTS.items()},
         "count": {n: number_words(n) for n in range(1, CHANGES + 1)},
         **{half: {n: digit_words(n) for n in range(100)} for half in ("hundreds", "rest")},

@@ -33,13 +33,13 @@ class Working:
 class Claim:
     """The speaker will do this task, and then `also` that one; after an order it is the read-back.
 
-    `way_m`: the way there, in metres. A nearer robot can outbid a claim that states it; addressed to a robot that has
-    just claimed the task, it is such a bid.
+    `distance_m`: the distance to the task, in metres. A nearer robot can outbid a claim that states it; addressed to a
+    robot that has just claimed the task, the claim is such a bid.
     """
 
     task: TaskRef
     also: TaskByNumber | None = None
-    way_m: int | None = None
+    distance_m: int | None = None
 
     @property
     def tasks(self) -> tuple[TaskRef, ...]:

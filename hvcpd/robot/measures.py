@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hvcpd.coordination.commands import SURE
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.peers import Away
+from hvcpd.coordination.peers import PeerDistance
 from hvcpd.language.messages import Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
@@ -45,5 +45,5 @@ class Measures:
         found = self.ranging.understood(utterance, event.start_sample, render) if sure else None
         if found is None or utterance.speaker is None:
             return []
-        coordination.ranged(utterance.speaker, Away(found.distance_m, found.deviation_m, found.sure, now))
+        coordination.ranged(utterance.speaker, PeerDistance(found.distance_m, found.deviation_m, found.sure, now))
         return [RangeRecord(now, utterance.speaker, found.distance_m, found.deviation_m, found.sure)]

@@ -62,7 +62,7 @@ class OwnVoice:
         """
         return self._confirmed
 
-    def tell_latency(self, reported_s: float) -> None:
+    def report_latency(self, reported_s: float) -> None:
         """Set the latency that the sound system reports, which may change at any time; the measured excess stays."""
         if reported_s != self._reported_s:
             by_s, self._reported_s = reported_s - self._reported_s, reported_s

@@ -70,7 +70,7 @@ class HoldRecord:
 
 @dataclass(frozen=True)
 class RangeRecord:
-    """The robot has measured how far `peer` is; see `coordination.peers.Away`."""
+    """The robot has measured how far `peer` is; see `coordination.peers.PeerDistance`."""
 
     at_s: float
     peer: str

@@ -100,9 +100,9 @@ class Robot:
         """The delay with which the robot hears itself, as far as it knows."""
         return self._voice.latency_s
 
-    def tell_latency(self, latency_s: float) -> None:
+    def report_latency(self, latency_s: float) -> None:
         """The sound system's report of `Acoustics.latency_s`, which may change while the robot lives."""
-        self._voice.tell_latency(latency_s)
+        self._voice.report_latency(latency_s)
 
     def disturb(self) -> None:
         """Sound was lost or late until now, so it does not show which voice or name belongs to whom."""

@@ -52,7 +52,7 @@ def test_the_first_claim_tells_its_way_and_a_later_one_does_not() -> None:
     ada = robot("Ada", 6.0)
     ada.knowledge.arm(0.0, 0.0)
     said, now = next_said(ada)
-    assert said.statement == m.Claim(ONE, way_m=4)
+    assert said.statement == m.Claim(ONE, distance_m=4)
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(ONE), now)
     for _ in "there", "done":
         ada.performed(now + 20.0)
@@ -63,7 +63,7 @@ def test_the_first_claim_tells_its_way_and_a_later_one_does_not() -> None:
 @pytest.mark.parametrize(("x_m", "bids"), [(9.0, True), (7.0, True), (6.0, False), (0.0, False)])
 def test_who_is_clearly_nearer_bids(x_m: float, bids: bool) -> None:
     zoe = robot("Zoe", x_m)
-    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, way_m=4))
+    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=4))
     said, _ = next_said(zoe)
     assert said.addressee == m.ToRobot("Ada")
     assert isinstance(said.statement, m.Claim) == bids
@@ -72,7 +72,7 @@ def test_who_is_clearly_nearer_bids(x_m: float, bids: bool) -> None:
 
 def test_who_has_another_task_first_leaves_what_is_claimed() -> None:
     zoe = robot("Zoe", 29.0)
-    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, way_m=10))
+    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=10))
     said, now = next_said(zoe)
     assert said.statement == m.Confirmed(ONE)
     said, _ = next_said(zoe, now)
@@ -84,7 +84,7 @@ def test_who_is_outbid_gives_way_whatever_its_name() -> None:
     ada = robot("Ada", 6.0)
     ada.knowledge.arm(0.0, 0.0)
     _, now = next_said(ada)
-    hear(ada, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, way_m=1), now + 3.0)
+    hear(ada, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, distance_m=1), now + 3.0)
     said, _ = next_said(ada, now + 3.0)
     assert ada.board.owner_of_claim(1) == "Zoe"
     assert m.parts(said)[0].statement == m.Confirmed(ONE)
@@ -96,7 +96,7 @@ def test_a_bid_does_not_halt_who_is_on_its_way() -> None:
     _, now = next_said(ada)
     hear(ada, "Zoe", m.ToRobot("Ada"), m.Confirmed(ONE), now + 1.0)
     assert any(isinstance(action, Perform) for action in ada.actions(now + 1.0))
-    hear(ada, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, way_m=1), now + 5.0)
+    hear(ada, "Zoe", m.ToRobot("Ada"), m.Claim(ONE, distance_m=1), now + 5.0)
     assert ada.state is State.GOING
     assert ada.board.owner_of_claim(1) == "Ada"
 
@@ -104,10 +104,10 @@ def test_a_bid_does_not_halt_who_is_on_its_way() -> None:
 def test_a_claim_that_was_confirmed_is_not_outbid() -> None:
     """Max confirmed before Zoe could bid (seed 720661 of the missions over days)."""
     zoe = robot("Zoe", 11.0, roster=(*NAMES, "Max"))
-    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, way_m=10))
+    hear(zoe, "Ada", m.ToTeam("plant"), m.Claim(ONE, distance_m=10))
     hear(zoe, "Max", m.ToRobot("Ada"), m.Confirmed(ONE), 3.0)
     said, _ = next_said(zoe)
-    assert said.statement == m.Claim(TWO, way_m=10)
+    assert said.statement == m.Claim(TWO, distance_m=10)
 
 
 def test_nobody_waits_for_a_robot_that_is_late() -> None:

@@ -85,7 +85,7 @@ def test_of_two_that_were_confirmed_the_first_name_keeps_the_task(name: str, oth
 def test_a_claimant_that_may_have_missed_a_bid_says_so_once_more_at_the_place(voice: bool) -> None:
     """Another robot had bid and was confirmed, and the claimant did the same task (seeds 804586 and 810060)."""
     kim = claiming("Kim")
-    kim.knowledge.current.way_m, kim.knowledge.current.claimed_s = 3, 5.0
+    kim.knowledge.current.distance_m, kim.knowledge.current.claimed_s = 3, 5.0
     if voice:
         kim.channel(True, 6.0)
         kim.channel(False, 8.0)

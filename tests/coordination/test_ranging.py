@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hvcpd.coordination.peers import Away
+from hvcpd.coordination.peers import PeerDistance
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -62,7 +62,7 @@ def test_a_distance_is_kept_with_the_peer() -> None:
     mission = idle()
     mission.hear(40.0, QUESTION)
     mission.air.run_until(50.0)
-    rob, away = mission.robots["Rob"], Away(2.5, 0.02, True, 50.0)
+    rob, away = mission.robots["Rob"], PeerDistance(2.5, 0.02, True, 50.0)
     rob.ranged("Anna", away)
     rob.ranged("nobody", away)
     anna = rob.peers.get("anna")

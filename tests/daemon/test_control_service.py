@@ -17,7 +17,7 @@ from hvcpd.config.shared_places import SharedPlace
 from hvcpd.console.lines import surely
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
-from hvcpd.coordination.peers import Away
+from hvcpd.coordination.peers import PeerDistance
 from hvcpd.coordination.place_state import WAITS_S, PlaceState
 from hvcpd.coordination.saying import MAX_SENTENCES
 from hvcpd.coordination.states import State
@@ -103,7 +103,7 @@ def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
                 "away": None,
             }
             robot = bench.bench.robot
-            robot.coordination.ranged("Bot", Away(2.31416, 0.0243, False, robot.now - 3.0))
+            robot.coordination.ranged("Bot", PeerDistance(2.31416, 0.0243, False, robot.now - 3.0))
             again = (await talk.say(b'{"command": "status"}\n'))["result"]["peers"][0]
             assert again["away"] == {"distance_m": 2.314, "deviation_m": 0.024, "sure": False, "ago_s": 3.0}
             assert shown_away(again) == "2.31 ± 0.02 m, unsure"

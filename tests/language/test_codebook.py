@@ -42,7 +42,7 @@ def test_all_that_can_be_said_has_a_number_but_what_is_never_hidden(seed: int) -
     statement = m.own_words(BOOK.sample(random.Random(seed)).statement)
     of_two_tasks = isinstance(statement, m.Claim | m.Completed | m.Confirmed) and statement.also is not None
     of_two_tasks |= isinstance(statement, m.Completed) and statement.then is not None
-    tells_way = isinstance(statement, m.Claim) and statement.way_m is not None
+    tells_way = isinstance(statement, m.Claim) and statement.distance_m is not None
     hidden = statement is not None and not isinstance(statement, NEVER_HIDDEN) and not (of_two_tasks or tells_way)
     number = BOOK.codebook.number_of(statement)
     assert (number is not None) == hidden

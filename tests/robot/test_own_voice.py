@@ -117,9 +117,9 @@ def test_the_delay_changes_in_mid_mission() -> None:
 def test_what_was_measured_beyond_what_was_told_stays_when_the_card_tells_anew() -> None:
     life = Life(0.15, Delay(0.25, None))
     life.sentence()
-    life.voice.tell_latency(0.15)
+    life.voice.report_latency(0.15)
     assert life.voice.latency_s == 0.25
-    life.voice.tell_latency(0.20)
+    life.voice.report_latency(0.20)
     assert life.voice.latency_s == pytest.approx(0.30)
     assert life.sentence()[0] == pytest.approx(0.30, abs=BLOCK_S)
 
@@ -128,7 +128,7 @@ def test_a_card_that_tells_anew_within_a_sentence_moves_its_end() -> None:
     life = Life(0.15, Delay())
     life.block(begins=True)
     until_s = life.voice.until_s
-    life.voice.tell_latency(0.4)
+    life.voice.report_latency(0.4)
     assert life.voice.until_s == pytest.approx(until_s + 0.25)
 
 
@@ -136,7 +136,7 @@ def test_a_card_that_tells_anew_within_a_sentence_moves_its_end() -> None:
 def test_no_word_of_the_card_makes_the_latency_negative(told: list[float]) -> None:
     voice = OwnVoice(Acoustics(0.0), Delay())
     for told_s in told:
-        voice.tell_latency(told_s)
+        voice.report_latency(told_s)
         assert voice.latency_s >= 0.0
 
 
@@ -181,7 +181,7 @@ def test_what_loses_sound_puts_the_latency_may_be_outbid() -> None:
     for doubt in (
         lambda voice: voice.lose(0.1),
         lambda voice: voice.break_off(1.0),
-        lambda voice: voice.tell_latency(0.2),
+        lambda voice: voice.report_latency(0.2),
     ):
         life = Life(0.15, Delay(0.15))
         life.sentence()

@@ -13,7 +13,7 @@ from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.assembly.sound import make_sound, user_cache_folder
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
-from hvcpd.coordination.peers import Away
+from hvcpd.coordination.peers import PeerDistance
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_pass import AtOnce
 from hvcpd.robot.records import RangeRecord, Record
@@ -59,7 +59,7 @@ class Pair:
         assert rob.coordination.say(rob.phrasebook.parse_text("Hi Bot, I am Rob, how far are you"), rob.now) is None
 
     @property
-    def away(self) -> Away | None:
+    def away(self) -> PeerDistance | None:
         peer = self.robots[0].coordination.peers.get("Bot")
         return peer.away if peer is not None else None
 
