@@ -28,7 +28,7 @@ from benchmarks.hearing.worlds import sounds
 from benchmarks.hearing.worlds.conditions import conditions
 from benchmarks.hearing.worlds.trials import Trial, hear, make_trial
 from benchmarks.keyword.clips import part_of
-from hvcpd.assembly.make import make_books, make_ears
+from hvcpd.assembly.make import make_ears, make_waveform_books
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -84,7 +84,7 @@ class Bench:
 
     def __init__(self, team: Team) -> None:
         self.team = team
-        self.books = books = make_books(team.book, team.names, team.sound)
+        self.books = books = make_waveform_books(team.book, team.names, team.sound)
         self.listener = ChannelListener(team.book.robots_graph, books)
         self.search = ChannelSearch(team.book.robots_graph, books[: len({book.voice for book in books})])
 

@@ -24,7 +24,7 @@ from pathlib import Path
 from selenium import webdriver
 
 from hvcpd.console.app import live_app, replay_app
-from hvcpd.console.guard import Door
+from hvcpd.console.guard import PageAccess
 from hvcpd.console.link import Link
 from hvcpd.console.replay import read_recording
 from hvcpd.console.scene import Scene
@@ -121,13 +121,13 @@ def shown(driver: webdriver.Chrome, sentences: int) -> None:
 
 
 def served(scene: Scene, link: Link) -> Served:
-    return Served(live_app(scene, link.ask, link.run, Door()), ending=scene.viewers.end)
+    return Served(live_app(scene, link.ask, link.run, PageAccess()), ending=scene.viewers.end)
 
 
 def accessible(driver: webdriver.Chrome) -> None:
     with tempfile.TemporaryDirectory() as folder, Show().up() as show:
         recording = read_recording(recorded(Path(folder), example(sound=False)))
-        with Served(replay_app(recording.messages, None, recording.title, Door())).up() as replayed:
+        with Served(replay_app(recording.messages, None, recording.title, PageAccess())).up() as replayed:
             peer = {"name": "Bot", "team": "plant", "present": False, "heard_ago_s": 9.0, "confidence": 0.9}
             show.do(show.scene.tasks, [task(), task(2, state="done", owner="Bot"), task(3, state="failed")])
             show.do(show.scene.status, status(stopped=True, peers=[peer], speaking=True))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.people_material import Said
-from hvcpd.assembly.make import make_books, make_ears
+from hvcpd.assembly.make import make_ears, make_waveform_books
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -40,7 +40,7 @@ class Stage:
         self.names = tuple(names)
         self.sound = make_sound(None, user_cache_folder())
         self.book = make_phrasebook(self.names, DEFAULT_TEAMS, load_tasks(tasks or default_tasks_path()))
-        self._books = make_books(self.book, self.names[:2], self.sound)
+        self._books = make_waveform_books(self.book, self.names[:2], self.sound)
         self._peers: dict[int, Any] = {}
 
     def ears(self, people: Sequence[Person] = ()) -> Ears:

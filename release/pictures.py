@@ -16,7 +16,7 @@ from rich.terminal_theme import TerminalTheme
 from rich.text import Text
 
 from hvcpd.console.app import live_app
-from hvcpd.console.guard import Door
+from hvcpd.console.guard import PageAccess
 from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Viewers
 from hvcpd.ports import Pose
@@ -128,7 +128,7 @@ def _on_the_bench(mission: ShownMission) -> list[tuple[float, Any]]:
 def _console(driver: Any, mission: ShownMission, shoot: Callable[..., None]) -> None:
     scene = Scene(Viewers())
     _tell(scene, mission)
-    with Served(live_app(scene, _nobody, _nothing, Door()), ending=scene.viewers.end).up() as show:
+    with Served(live_app(scene, _nobody, _nothing, PageAccess()), ending=scene.viewers.end).up() as show:
         for name, (width, height), scheme in (
             ("console-desktop", CONSOLE_PX, "light"),
             ("console-phone", PHONE_PX, "dark"),

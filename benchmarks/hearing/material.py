@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hvcpd.assembly.make import Books, make_books, make_ears, templates
+from hvcpd.assembly.make import Books, make_ears, make_waveform_books, templates
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.names import Accent
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -68,7 +68,7 @@ class Team:
     @cached_property
     def books(self) -> Books:
         """Their sentences, prepared as in a robot that has started."""
-        books = make_books(self.book, self.names, self.sound)
+        books = make_waveform_books(self.book, self.names, self.sound)
         for book in books:
             book.prepare(lambda: True)
         return books

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 from hvcpd.assembly.plan import HearingPlan, RobotPlan
-from hvcpd.assembly.rendered_waveforms import LazyMapping, SpokenBook, WaveformCache
+from hvcpd.assembly.rendered_waveforms import LazyMapping, WaveformBook, WaveformCache
 from hvcpd.assembly.sound import Sound, make_phrasebook
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import SLOW_STRETCH, Timing
@@ -51,7 +51,7 @@ SEALED_PAIRS = 400
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
 
 
-Books = Sequence[SpokenBook]
+Books = Sequence[WaveformBook]
 """Words that robots say, for all listeners of one robot: each word is read and measured once."""
 
 
@@ -66,15 +66,15 @@ def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, 
     return Recogniser(phrasebook.marked_graph, bank, settings, make_spelled=spelled)
 
 
-def make_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
+def make_waveform_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
     """The words of these robots, sample by sample: at their usual rate, and slowly."""
     words, phrases = phrasebook.robots_graph.words, phrasebook.alternatives
     speakers = {robot_voice(name, sound): name for name in names}
     waveforms = WaveformCache()
 
-    def book(voice: str, speaker: Speaker) -> SpokenBook:
+    def book(voice: str, speaker: Speaker) -> WaveformBook:
         others = [name.lower() for name in phrasebook.vocabulary.names if robot_voice(name, sound) != voice]
-        return SpokenBook(voice, speaker, words, waveforms, phrases, others)
+        return WaveformBook(voice, speaker, words, waveforms, phrases, others)
 
     usual = [book(voice, sound.speaker_of(name)) for voice, name in speakers.items()]
     slow = [
@@ -107,13 +107,13 @@ def make_ears(
     """Ears for the voices of these robots, by templates and, if `sound` has a cache, through any channel; by
     `hearing`, with a worker that finishes at once if none is given, for people; with `strangers` for spelled names, in
     any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
-    those of `make_books`."""
+    those of `make_waveform_books`."""
     hearing = hearing or HearingPlan(channel=AtOnce())
     ears: Ears = make_recogniser(phrasebook, names, sound, strangers)
     if hearing.prepared:
         ears.prepare(lambda: True)
     if hearing.channel is not None and sound.cache is not None:
-        books = books or make_books(phrasebook, names, sound)
+        books = books or make_waveform_books(phrasebook, names, sound)
         ears = make_channel_ears(phrasebook, books, ears, sound, hearing.channel, hearing.prepared)
     if hearing.second is not None:
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)

@@ -53,10 +53,10 @@ class Unit:
 
 
 class WaveformCache:
-    """The waveforms used last, of all books that share it."""
+    """A cache of the waveforms used last, shared by several books."""
 
     def __init__(self) -> None:
-        self.units = lru_cache(KEPT)(SpokenBook.render)
+        self.units = lru_cache(KEPT)(WaveformBook.render)
 
     def clear(self) -> None:
         """Free the memory."""
@@ -64,10 +64,10 @@ class WaveformCache:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SpokenWay:
+class RenderedWord:
     """One rendering of a word, see `channel.path.Said`: number `number` of those in its book."""
 
-    book: SpokenBook
+    book: WaveformBook
     word: str
     third: int
     number: int
@@ -82,7 +82,7 @@ class SpokenWay:
         return from_steps(self.book.units(self.word, self.third)[self.number].sound)
 
 
-class SpokenBook:
+class WaveformBook:
     """One speaker's words, each rendered or read from the disk when it is needed."""
 
     def __init__(
@@ -109,7 +109,7 @@ class SpokenBook:
         return self._cache.units(self, word, third)
 
     def forget(self) -> None:
-        """Free the memory of all books with this cache: nobody has spoken for a while."""
+        """Free the memory of all books that share this cache: nobody has spoken for a while."""
         self._cache.clear()
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -128,10 +128,10 @@ class SpokenBook:
         made = self._speaker.joined(word, PITCH_STEPS[third], self._phrases.get(word, ()))
         return tuple(Unit(in_steps(each.samples), each.final, each.lead, each.advance) for each in made)
 
-    def _said(self, word: str, third: int) -> tuple[SpokenWay, ...]:
+    def _said(self, word: str, third: int) -> tuple[RenderedWord, ...]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence, with their waveforms left in the cache."""
         return tuple(
-            SpokenWay(self, word, third, number, len(unit.sound), unit.final, unit.lead, unit.advance)
+            RenderedWord(self, word, third, number, len(unit.sound), unit.final, unit.lead, unit.advance)
             for number, unit in enumerate(self.units(word, third))
             if len(unit.sound)
         )

@@ -19,7 +19,7 @@ from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route
 
 from hvcpd.config.tasks import TENDING
-from hvcpd.console.guard import MAX_BODY_BYTES, Door, Guard
+from hvcpd.console.guard import MAX_BODY_BYTES, Guard, PageAccess
 from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Message
 from hvcpd.errors import HvcpdError, NotRunningError
@@ -36,7 +36,7 @@ _TYPES = {"js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 Ask = Callable[..., Awaitable[dict[str, Any]]]
 
 
-def live_app(scene: Scene, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]], door: Door) -> Starlette:
+def live_app(scene: Scene, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]], access: PageAccess) -> Starlette:
     """The page of a running robot; `ask` passes a command on to it, `run` follows it as long as the page is up."""
 
     async def events(_: Request) -> Response:
@@ -70,11 +70,11 @@ def live_app(scene: Scene, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]
             await task
 
     routes = [Route("/events", events), Route("/lines", lines), Route("/act", act, methods=["POST"])]
-    index = _page("live", door, lambda: scene.name)
-    return _app([Route("/", index), *routes], door, following)
+    index = _page("live", access, lambda: scene.name)
+    return _app([Route("/", index), *routes], access, following)
 
 
-def replay_app(recording: Message, sound: str | None, title: str, door: Door) -> Starlette:
+def replay_app(recording: Message, sound: str | None, title: str, access: PageAccess) -> Starlette:
     """The page of a recorded mission; `sound` is the path of its WAV file."""
     body = as_strict_json(recording)
 
@@ -86,24 +86,24 @@ def replay_app(recording: Message, sound: str | None, title: str, door: Door) ->
             return PlainTextResponse("no sound was recorded\n", HTTPStatus.NOT_FOUND)
         return FileResponse(sound, media_type="audio/wav")
 
-    routes = [Route("/", _page("replay", door, lambda: title)), Route("/replay", replay), Route("/sound", play)]
-    return _app(routes, door, None)
+    routes = [Route("/", _page("replay", access, lambda: title)), Route("/replay", replay), Route("/sound", play)]
+    return _app(routes, access, None)
 
 
-def _app(routes: list[Route], door: Door, lifespan: Any) -> Starlette:
+def _app(routes: list[Route], access: PageAccess, lifespan: Any) -> Starlette:
     parts = [Route("/style.css", _style), Route("/part/{name:str}", _part)]
-    return Starlette(routes=[*routes, *parts], middleware=[Middleware(Guard, door=door)], lifespan=lifespan)
+    return Starlette(routes=[*routes, *parts], middleware=[Middleware(Guard, access=access)], lifespan=lifespan)
 
 
 _ACTIONS = "".join(f"<option>{action}</option>" for action in (*TENDING, "wait"))
 """What a new task can have done at its place, as HTML."""
 
 
-def _page(mode: str, door: Door, title: Callable[[], str]) -> Callable[[Request], Awaitable[Response]]:
+def _page(mode: str, access: PageAccess, title: Callable[[], str]) -> Callable[[Request], Awaitable[Response]]:
     template = Template(_own("index.html"))
 
     async def page(_: Request) -> Response:
-        text = template.substitute(mode=mode, token=door.token, title=escaped(title() or "a robot"), actions=_ACTIONS)
+        text = template.substitute(mode=mode, token=access.token, title=escaped(title() or "a robot"), actions=_ACTIONS)
         return Response(text, media_type="text/html; charset=utf-8")
 
     return page

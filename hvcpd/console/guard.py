@@ -40,11 +40,11 @@ SAFETY_HEADERS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True)
-class Door:
-    """By which names the page is reached, and the secrets of this run.
+class PageAccess:
+    """Who may open the page, and the secrets of this run.
 
-    `hosts`: Host headers that are let in beside those of the loopback interface; `key`: who opens the page must bring
-    it, None where a socket's permissions guard it; `token`: the page's own buttons send it.
+    `hosts`: accepted Host headers besides those of the loopback interface; `key`: needed to open the page, None where
+    a socket's permissions protect it; `token`: sent by the page's own buttons.
     """
 
     hosts: frozenset[str] = frozenset()
@@ -52,16 +52,16 @@ class Door:
     token: str = field(default_factory=lambda: token_urlsafe(KEY_BYTES))
 
     def knows(self, host: str) -> bool:
-        """Whether the Host header names our page."""
+        """Whether a Host header names this page."""
         return _LOOPBACK.fullmatch(host.lower()) is not None or host.lower() in self.hosts
 
 
 class Guard:
-    """ASGI middleware: refuses what does not come from the page itself, and adds SAFETY_HEADERS to every answer."""
+    """ASGI middleware: refuses requests that do not come from the page itself, and adds SAFETY_HEADERS to responses."""
 
-    def __init__(self, app: ASGIApp, door: Door) -> None:
+    def __init__(self, app: ASGIApp, access: PageAccess) -> None:
         self._app = app
-        self._door = door
+        self._access = access
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -80,7 +80,7 @@ class Guard:
         await (refusal or self._app)(scope, receive, send_safely)
 
     def _refusal(self, request: Request) -> Response | None:
-        if not self._door.knows(request.headers.get("host", "")):
+        if not self._access.knows(request.headers.get("host", "")):
             return _refuse(HTTPStatus.MISDIRECTED_REQUEST, "This page is not served under that name.")
         if request.method not in ("GET", "HEAD") and not self._is_from_page(request.headers):
             return _refuse(HTTPStatus.FORBIDDEN, "Only the page itself may ask for that.")
@@ -89,11 +89,11 @@ class Guard:
     def _is_from_page(self, headers: Headers) -> bool:
         origin = headers.get("origin", "")
         return origin in (f"http://{headers['host']}", f"https://{headers['host']}") and _same(
-            headers.get(TOKEN_HEADER, ""), self._door.token
+            headers.get(TOKEN_HEADER, ""), self._access.token
         )
 
     def _key_refusal(self, request: Request) -> Response | None:
-        key = self._door.key
+        key = self._access.key
         if key is None or _same(request.cookies.get(COOKIE, ""), key):
             return None
         if request.url.path == "/" and _same(request.query_params.get("key", ""), key):

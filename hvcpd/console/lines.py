@@ -19,15 +19,15 @@ SURE = 0.9
 """Confidence below which a sentence is marked as doubtful; the recogniser reports sentences from 0.75."""
 
 
-class Slots:
-    """Gives each speaker a colour, in the order in which they appear."""
+class SpeakerColours:
+    """The colour of each speaker, assigned in the order in which they appear."""
 
     def __init__(self) -> None:
-        self._slots: dict[str, int] = {}
+        self._colours: dict[str, int] = {}
 
     def of(self, name: str) -> int:
         """The colour's number: see `hvcpd.reporting.palette`."""
-        return self._slots.setdefault(name.lower(), robot_slot(len(self._slots)))
+        return self._colours.setdefault(name.lower(), robot_slot(len(self._colours)))
 
 
 class Lines:
@@ -68,7 +68,7 @@ def is_passing(event: Event) -> bool:
     return event.get("event") == "skill" and event.get("state") in ("initializing", "running") and bool(event["share"])
 
 
-def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str]) -> Line | None:
+def line_of(event: Event, at_s: float, colours: SpeakerColours, task: Callable[[int], str]) -> Line | None:
     """The line for a daemon's event (docs/control.md), None if it has none; `task` tells a task as people do.
 
     `at_s` is when it was, as the page counts. Text is as it was heard, cleaned of what steers a terminal; the page
@@ -78,7 +78,7 @@ def line_of(event: Event, at_s: float, slots: Slots, task: Callable[[int], str])
     if told is None:
         return None
     sort, who, text, marks = told
-    slot = slots.of(who) if who is not None else None
+    slot = colours.of(who) if who is not None else None
     return {"at_s": round(at_s, 3), "sort": sort, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}
 
 
@@ -87,12 +87,12 @@ def mark(kind: str, text: str) -> dict[str, str]:
     return {"kind": kind, "text": text}
 
 
-def sealed(seal: str | None) -> list[dict[str, str]]:
+def seal_notes(seal: str | None) -> list[dict[str, str]]:
     """The small print about a sentence's seal; nothing if it has none."""
     return [mark("bad" if seal == "not trusted" else "good", clean(seal))] if seal else []
 
 
-def surely(confidence: float | None, snr_db: float | None = None) -> dict[str, str]:
+def confidence_note(confidence: float | None, snr_db: float | None = None) -> dict[str, str]:
     """The small print about a sentence's confidence."""
     return mark("good" if (confidence or 0.0) >= SURE else "unsure", how_sure(confidence, snr_db))
 
@@ -100,9 +100,9 @@ def surely(confidence: float | None, snr_db: float | None = None) -> dict[str, s
 def _told(event: Event, task: Callable[[int], str]) -> Sort | None:
     match event.get("event"):
         case "said":
-            return "said", event["speaker"], clean(event["text"]), sealed(event.get("seal"))
+            return "said", event["speaker"], clean(event["text"]), seal_notes(event.get("seal"))
         case "heard":
-            marks = [surely(event["confidence"], event["snr_db"]), *sealed(event.get("seal"))]
+            marks = [confidence_note(event["confidence"], event["snr_db"]), *seal_notes(event.get("seal"))]
             return "heard", event["speaker"], clean(event["text"]), marks
         case "garbled":
             return "garbled", None, "Somebody spoke and was not understood", []
@@ -120,15 +120,15 @@ def _told(event: Event, task: Callable[[int], str]) -> Sort | None:
             return None
 
 
-def line_of_row(row: Event, slots: Slots) -> Line:
+def line_of_row(row: Event, colours: SpeakerColours) -> Line:
     """The line for a row of a daemon's transcript."""
     kind, text, who = row["kind"], clean(row["text"]), row["speaker"]
-    marks = [surely(row["confidence"])] if row["confidence"] is not None else []
-    marks += sealed(row.get("seal"))
+    marks = [confidence_note(row["confidence"])] if row["confidence"] is not None else []
+    marks += seal_notes(row.get("seal"))
     if kind == "garbled":
         who, kind, text = None, "note" if text else kind, text or "Somebody spoke and was not understood"
     elif kind == "heard":
         who = who or "somebody"
-    slot = slots.of(who) if who else None
+    slot = colours.of(who) if who else None
     at_s = round(row["wall_s"] or 0.0, 3)
     return {"at_s": at_s, "sort": kind, "who": who and clean(who), "slot": slot, "text": text, "marks": marks}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hvcpd.console.lines import mark, sealed, surely
+from hvcpd.console.lines import confidence_note, mark, seal_notes
 from hvcpd.console.viewers import Message
 from hvcpd.errors import ConfigError
 from hvcpd.reporting.events import MissionRecord, Performed, TaskChanged, Trail
@@ -103,10 +103,10 @@ def _line(at_s: float, sort: str, who: str, slot: int | None, text: str, marks: 
 def _marks(line: Line) -> list[dict[str, str]]:
     """The robots that heard it, with their confidence, and those that did not."""
     marks = [mark("bad", "collided with another voice")] if line.said.collided else []
-    marks += sealed(line.said.seal)
+    marks += seal_notes(line.said.seal)
     for heard in line.heard:
         if heard.text == line.said.text:
-            sure = surely(heard.confidence, heard.snr_db)
+            sure = confidence_note(heard.confidence, heard.snr_db)
             marks.append({**sure, "text": f"{clean(heard.listener)} {sure['text']}"})
         else:
             marks.append(mark("odd", f"{clean(heard.listener)} understood: “{clean(heard.text)}”"))

@@ -9,7 +9,7 @@ from typing import Any
 
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.console.alarms import alarms_of, was_given_up
-from hvcpd.console.lines import Lines, Slots, line_of, line_of_row
+from hvcpd.console.lines import Lines, SpeakerColours, line_of, line_of_row
 from hvcpd.console.viewers import Message, Viewers
 from hvcpd.reporting.events import Plant
 from hvcpd.reporting.icons import badge
@@ -34,7 +34,7 @@ class Scene:
     def __init__(self, viewers: Viewers) -> None:
         self.viewers = viewers
         self.lines = Lines()
-        self._slots = Slots()
+        self._colours = SpeakerColours()
         self._status: Reply | None = None
         self._tasks: Sequence[Reply] = ()
         self._link: Message = {"kind": "link", "up": False, "text": "Looking for the robot …"}
@@ -74,7 +74,7 @@ class Scene:
         before, areas = self.name, _areas(self._status)
         self._status = status
         self._offset_s = status["wall_s"] - status["now_s"]
-        self._slots.of(self.name)
+        self._colours.of(self.name)
         if before != self.name:
             self._trail.clear()
         self.viewers.tell(self._robots())
@@ -100,7 +100,7 @@ class Scene:
             at_s = row["wall_s"] or 0.0
             key = (row["kind"], round(row["at_s"], 3), row["text"] if row["kind"] != "garbled" else "")
             if not any(shown[:3] == key and abs(shown[3] - at_s) < SAME_WITHIN_S for shown in self._shown):
-                self.lines.add(line_of_row(row, self._slots))
+                self.lines.add(line_of_row(row, self._colours))
 
     def event(self, event: Reply) -> None:
         """Take an event."""
@@ -115,7 +115,7 @@ class Scene:
                 self._line(event)
 
     def _line(self, event: Reply) -> None:
-        line = line_of(event, event.get("at_s", 0.0) + self._offset_s, self._slots, self._task)
+        line = line_of(event, event.get("at_s", 0.0) + self._offset_s, self._colours, self._task)
         if line is None:
             return
         spoken = line["sort"] in ("said", "heard")  # the transcript has all else as garbled, worded otherwise
@@ -132,7 +132,7 @@ class Scene:
         if not self._trail or math.dist(self._trail[-1], (x_m, y_m)) >= STEP_M:
             self._trail.append((round(x_m, 3), round(y_m, 3)))
         place = {"x_m": round(x_m, 3), "y_m": round(y_m, 3), "heading_deg": round(heading_deg, 1)}
-        moved = {"kind": "moved", "name": self.name, "slot": self._slots.of(self.name), **place}
+        moved = {"kind": "moved", "name": self.name, "slot": self._colours.of(self.name), **place}
         if moved != self._moved:
             self._moved = moved
             self.viewers.tell(moved)
@@ -163,7 +163,7 @@ class Scene:
         doing, task = clean(status["doing"]), status["task"]
         own = {
             "name": self.name,
-            "slot": self._slots.of(self.name),
+            "slot": self._colours.of(self.name),
             "team": clean(status["team"] or ""),
             "doing": doing + (f": {task_words(task['number'], task['name'])}" if task else ""),
             "present": True,
@@ -179,7 +179,7 @@ class Scene:
         far = shown_away(peer)
         return {
             "name": clean(peer["name"]),
-            "slot": self._slots.of(peer["name"]),
+            "slot": self._colours.of(peer["name"]),
             "team": clean(peer["team"] or ""),
             "doing": f"has {task_words(own['number'], own['name'])}" if own else "",
             "present": peer["present"],
@@ -195,7 +195,7 @@ class Scene:
                 "name": clean(task["name"]),
                 "owner": (owner := clean(task["owner"] or "")),
                 "mark": badge(task.get("icon", ""), task["name"]),
-                "slot": self._slots.of(owner) if owner else None,
+                "slot": self._colours.of(owner) if owner else None,
             }
             for task in self._tasks
         ]

@@ -38,7 +38,7 @@ def always() -> bool:
 
 
 @dataclass(frozen=True)
-class Chore:
+class RenderJob:
     """Words to be made ready, one at a time; `what` they are, for people."""
 
     what: str
@@ -47,7 +47,7 @@ class Chore:
 
 
 class Preparation:
-    """Carries chores out, in any thread, and says how far it is: in `text`, by `report` and in the log."""
+    """Carries jobs out, in any thread, and says how far it is: in `text`, by `report` and in the log."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class Preparation:
         clock: Callable[[], float] = time.monotonic,
         logged_every_s: float = LOGGED_EVERY_S,
     ) -> None:
-        """`report` is called with each new text by the thread that carries the chores out; `clock` is monotonic, s."""
+        """`report` is called with each new text by the thread that carries the jobs out; `clock` is monotonic, s."""
         self._report = report
         self._clock = clock
         self._logged_every_s = logged_every_s
@@ -65,16 +65,16 @@ class Preparation:
         self.text: str | None = None
         """The words that are being prepared; None: nothing."""
 
-    def run(self, chores: Iterable[Chore], go_on: GoOn = always) -> None:
+    def run(self, jobs: Iterable[RenderJob], go_on: GoOn = always) -> None:
         """Carry them out, while `go_on`."""
-        chores = tuple(chores)
-        self._begin(sum(len(chore.words) for chore in chores))
-        for chore in chores:
-            for word in chore.words:
+        jobs = tuple(jobs)
+        self._begin(sum(len(job.words) for job in jobs))
+        for job in jobs:
+            for word in job.words:
                 if not go_on():
                     break
-                self._show(chore.what)
-                chore.make(word)
+                self._show(job.what)
+                job.make(word)
                 self.done += 1
         self.ended()
 
@@ -127,7 +127,7 @@ class CacheWarmUp:
     def before_listening(self, go_on: GoOn = always) -> None:
         """The templates: the words of the peers."""
         banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
-        self._run([Chore(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
+        self._run([RenderJob(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
 
     def before_speaking(self, go_on: GoOn = always) -> None:
         """All words that the robot may say, at the rate at which it speaks; until then it is not to say any."""
@@ -138,7 +138,9 @@ class CacheWarmUp:
         slowly. At last, delete what nobody has needed for long."""
         letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
         voices = self._sound.every_voice()
-        self._run([Chore(f"letters in the voice {each.name}", letters, self._in_voice(each)) for each in voices], go_on)
+        self._run(
+            [RenderJob(f"letters in the voice {each.name}", letters, self._in_voice(each)) for each in voices], go_on
+        )
         robot.prepare(self._preparation.counted("the others' sentences", self._n_waveforms(), go_on))
         self._preparation.ended()
         give_back_memory()  # 15 MB, of making the templates of spelled names; what follows may take minutes
@@ -159,9 +161,9 @@ class CacheWarmUp:
         speaker = self._sound.speaker_of(self._plan.role.name, SLOW if self._plan.role.speech.slowly else 1.0)
         self._run([_said("words of new tasks", speaker, words)], go_on)
 
-    def _run(self, chores: Iterable[Chore], go_on: GoOn) -> None:
+    def _run(self, jobs: Iterable[RenderJob], go_on: GoOn) -> None:
         if self._sound.cache is not None:
-            self._preparation.run(chores, go_on)
+            self._preparation.run(jobs, go_on)
 
     def _in_voice(self, voice: Voice) -> Callable[[str], object]:
         """What renders the templates of a word; by a speaker for it alone, as one for all would keep 2 MB."""
@@ -172,17 +174,17 @@ class CacheWarmUp:
         rates = sum(1 if name.lower() in self._sound.recorded else 2 for name in self._peers)
         return rates * len(self._book.marked_graph.words) * len(PITCH_STEPS)
 
-    def _own_words(self, slowly: bool) -> Chore:
+    def _own_words(self, slowly: bool) -> RenderJob:
         name, speaker = self._plan.role.name, self._sound.speaker_of(self._plan.role.name, SLOW if slowly else 1.0)
         words = {*self._book.marked_graph.words, *self._book.spelling_graph.words}
         return _said(f"{name}'s own words{', slowly' if slowly else ''}", speaker, words)
 
 
-def _said(what: str, speaker: Speaker, words: Iterable[str]) -> Chore:
+def _said(what: str, speaker: Speaker, words: Iterable[str]) -> RenderJob:
     def make(word: str) -> None:
         for position in UnitPosition:
             for pitch in PITCH_STEPS:
                 for place in (None, *Place):
                     speaker.unit(word, position, pitch, place)
 
-    return Chore(what, tuple(sorted(words)), make)
+    return RenderJob(what, tuple(sorted(words)), make)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.rendered_waveforms import KEPT, SpokenBook, WaveformCache
+from hvcpd.assembly.rendered_waveforms import KEPT, WaveformBook, WaveformCache
 from hvcpd.recognition.channel.path import thirds_of
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
@@ -26,7 +26,7 @@ def speaker(tmp_path_factory: pytest.TempPathFactory) -> Speaker:
 
 
 def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
-    book = SpokenBook("oak", speaker, WORDS)
+    book = WaveformBook("oak", speaker, WORDS)
     said = [(word, number == len(phrase) - 1) for phrase in PHRASES for number, word in enumerate(phrase)]
     rendered = speaker.render(PHRASES)
     made = np.zeros(len(rendered), np.float32)
@@ -41,22 +41,22 @@ def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
 
 
 def test_what_counts_as_a_word_is_said_as_the_word_that_it_is(speaker: Speaker) -> None:
-    book = SpokenBook("oak", speaker, WORDS, phrases={"rose": [("basket",)]})
-    rose, basket = (SpokenBook("oak", speaker, (word,)).said(word, 1) for word in ("rose", "basket"))
+    book = WaveformBook("oak", speaker, WORDS, phrases={"rose": [("basket",)]})
+    rose, basket = (WaveformBook("oak", speaker, (word,)).said(word, 1) for word in ("rose", "basket"))
     assert [way.samples.tolist() for way in book.said("rose", 1)] == [way.samples.tolist() for way in (*rose, *basket)]
     assert [way.final for way in book.said("rose", 1)] == [way.final for way in (*rose, *basket)]
     assert book.said("basket", 1) == ()
 
 
 def test_other_words_are_not_said(speaker: Speaker) -> None:
-    assert SpokenBook("oak", speaker, WORDS).said("lily", 0) == ()
+    assert WaveformBook("oak", speaker, WORDS).said("lily", 0) == ()
 
 
 def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
     words = [word for word in LEXICON.entries if word.isalpha()][: KEPT + 5]
     silent = RecordedSpeaker({word: np.ones(400, np.float32) for word in ()}, LEXICON)
     cache = WaveformCache()
-    book, other = SpokenBook("oak", silent, words, cache), SpokenBook("elm", silent, words, cache)
+    book, other = WaveformBook("oak", silent, words, cache), WaveformBook("elm", silent, words, cache)
     for word in words:
         assert book.said(word, 0) == ()
     assert cache.units.cache_info().currsize == KEPT
@@ -68,7 +68,7 @@ def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
 
 def test_recorded_words_are_said_at_every_pitch() -> None:
     hum = np.asarray(0.3 * np.sin(np.arange(8000) / 9.0) * np.hanning(8000), np.float32)
-    book = SpokenBook("oak", RecordedSpeaker({"stop": hum}, LEXICON), ("stop",))
+    book = WaveformBook("oak", RecordedSpeaker({"stop": hum}, LEXICON), ("stop",))
     ways = [book.said("stop", third) for third in (0, 1, 2)]
     assert [[way.final for way in each] for each in ways] == [[False, True]] * 3
     assert all(np.array_equal(each[1].samples, ways[0][1].samples) for each in ways)
@@ -76,15 +76,15 @@ def test_recorded_words_are_said_at_every_pitch() -> None:
 
 def test_preparing_fills_the_cache_until_it_is_told_to_end(tmp_path: Path) -> None:
     speaker = Speaker(VOICES[1], LEXICON, UnitCache(tmp_path))
-    SpokenBook("oak", speaker, ("hi",)).prepare(lambda: False)
+    WaveformBook("oak", speaker, ("hi",)).prepare(lambda: False)
     assert not list(tmp_path.iterdir())
-    SpokenBook("oak", speaker, ("hi",)).prepare(lambda: True)
+    WaveformBook("oak", speaker, ("hi",)).prepare(lambda: True)
     assert len(list(tmp_path.iterdir())) == 6
 
 
 def test_preparing_keeps_no_waveforms(tmp_path: Path) -> None:
     waveforms = WaveformCache()
-    book = SpokenBook("oak", Speaker(VOICES[1], LEXICON, UnitCache(tmp_path)), ("hi",), waveforms)
+    book = WaveformBook("oak", Speaker(VOICES[1], LEXICON, UnitCache(tmp_path)), ("hi",), waveforms)
     book.prepare(lambda: True)
     assert waveforms.units.cache_info().currsize == 0
     assert book.said.cache_info().currsize == 3

@@ -10,7 +10,7 @@ from typing import Any
 from starlette.types import ASGIApp, Message
 
 from hvcpd.console.app import live_app
-from hvcpd.console.guard import TOKEN_HEADER, Door
+from hvcpd.console.guard import TOKEN_HEADER, PageAccess
 from hvcpd.console.scene import Scene
 from hvcpd.console.viewers import Viewers
 from hvcpd.errors import HvcpdError
@@ -90,8 +90,8 @@ class Page:
         self.robot = Robot()
         self.scene = Scene(Viewers())
         self.scene.status(status())
-        self.door = Door(hosts, key)
-        self.app = live_app(self.scene, self.robot.ask, self._run, self.door)
+        self.access = PageAccess(hosts, key)
+        self.app = live_app(self.scene, self.robot.ask, self._run, self.access)
 
     async def _run(self) -> None:
         """Nothing to follow."""
@@ -101,7 +101,7 @@ class Page:
 
     def act(self, wanted: object, **headers: str) -> Answer:
         """Press a button; what the page itself sends can be replaced."""
-        own = {"origin": f"http://{HOST}", TOKEN_HEADER.replace("-", "_"): self.door.token}
+        own = {"origin": f"http://{HOST}", TOKEN_HEADER.replace("-", "_"): self.access.token}
         return request(self.app, "/act", "POST", json.dumps(wanted).encode(), **(own | headers))
 
 

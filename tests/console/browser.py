@@ -18,7 +18,7 @@ from selenium.webdriver.common.keys import Keys
 from starlette.types import ASGIApp
 
 from hvcpd.console.app import live_app
-from hvcpd.console.guard import Door
+from hvcpd.console.guard import PageAccess
 from hvcpd.console.scene import Scene
 from hvcpd.console.serve import PageServer, open_port
 from hvcpd.console.viewers import Viewers
@@ -110,7 +110,7 @@ class Show(Served):
         self.robot = Robot()
         self.scene = Scene(Viewers())
         self._loop: asyncio.AbstractEventLoop | None = None
-        super().__init__(live_app(self.scene, self.robot.ask, self._run, Door()), ending=self.scene.viewers.end)
+        super().__init__(live_app(self.scene, self.robot.ask, self._run, PageAccess()), ending=self.scene.viewers.end)
 
     async def _run(self) -> None:
         self._loop = asyncio.get_running_loop()

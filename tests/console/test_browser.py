@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from hvcpd.console.app import live_app, replay_app
-from hvcpd.console.guard import Door
+from hvcpd.console.guard import PageAccess
 from hvcpd.console.link import Link
 from hvcpd.console.replay import read_recording
 from hvcpd.console.scene import Scene
@@ -226,7 +226,7 @@ def test_five_hints_lead_through_the_page_once_by_keyboard(
 def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.Chrome, tmp_path: Path) -> None:
     scene = Scene(Viewers())
     link = Link(tmp_path / "state" / "rob.sock", scene)
-    app = live_app(scene, link.ask, link.run, Door(key="k"))
+    app = live_app(scene, link.ask, link.run, PageAccess(key="k"))
     with browser.Served(app, "k", scene.viewers.end).up() as served:
         driver.get(served.url)
         browser.until(lambda: "searching for it again" in text(driver, "#link"))
@@ -251,7 +251,9 @@ def test_a_recorded_mission_is_played_and_wound_back(driver: browser.webdriver.C
     write_wav(tmp_path / "mission.wav", np.zeros(16_000 * end_s, np.float32))
     recording = read_recording(recorded(tmp_path, record))
     browser.look_like(driver, 1280, 900)
-    with browser.Served(replay_app(recording.messages, str(recording.sound), recording.title, Door())).up() as served:
+    with browser.Served(
+        replay_app(recording.messages, str(recording.sound), recording.title, PageAccess())
+    ).up() as served:
         complaints(driver)
         driver.get(served.url)
         browser.until(lambda: driver.execute_script("return sound.readyState >= 1"))
@@ -282,7 +284,7 @@ def test_a_recording_without_sound_is_played_by_the_same_button(
     from tests.console.test_replay import recorded
 
     recording = read_recording(recorded(tmp_path, example(sound=False)))
-    with browser.Served(replay_app(recording.messages, None, recording.title, Door())).up() as served:
+    with browser.Served(replay_app(recording.messages, None, recording.title, PageAccess())).up() as served:
         driver.get(served.url)
         play = browser.until(lambda: driver.find_element("id", "play"))
         browser.until(play.is_displayed)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hvcpd.console.app import replay_app
-from hvcpd.console.guard import Door
+from hvcpd.console.guard import PageAccess
 from hvcpd.console.replay import read_recording
 from hvcpd.errors import ConfigError
 from hvcpd.hardware.soundfile import write_wav
@@ -79,7 +79,7 @@ def test_each_line_tells_who_heard_it_and_how_surely(tmp_path: Path) -> None:
 def test_the_page_serves_the_sound_in_parts(tmp_path: Path) -> None:
     write_wav(tmp_path / "mission.wav", np.zeros(16_000, np.float32))
     recording = read_recording(recorded(tmp_path, example(sound=False)))
-    app = replay_app(recording.messages, str(recording.sound), recording.title, Door())
+    app = replay_app(recording.messages, str(recording.sound), recording.title, PageAccess())
     part = request(app, "/sound", range="bytes=100-199")
     assert (part.status, len(part.body)) == (206, 100)
     assert request(app, "/replay").json()["has_sound"] is True
@@ -92,7 +92,7 @@ def test_a_mission_without_trails_or_sound_can_be_seen_too(tmp_path: Path) -> No
     write_transcript(replace(record, trails=()).events, tmp_path / "transcript.jsonl")
     recording = read_recording(tmp_path)
     assert recording.sound is None
-    app = replay_app(recording.messages, None, recording.title, Door())
+    app = replay_app(recording.messages, None, recording.title, PageAccess())
     assert request(app, "/sound").status == 404
 
 

@@ -17,7 +17,7 @@ from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.sound import Sound
 from hvcpd.config.settings import Settings
-from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Chore, Preparation
+from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Preparation, RenderJob
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.ports import Samples
 from hvcpd.recognition.second_pass import AtOnce
@@ -102,14 +102,14 @@ class Work:
     def make(self, _word: str) -> None:
         self.now_s += self._word_s
 
-    def chores(self, *lengths: int) -> Iterable[Chore]:
-        return [Chore(f"part {n}", tuple(map(str, range(length))), self.make) for n, length in enumerate(lengths)]
+    def jobs(self, *lengths: int) -> Iterable[RenderJob]:
+        return [RenderJob(f"part {n}", tuple(map(str, range(length))), self.make) for n, length in enumerate(lengths)]
 
 
 def test_it_says_how_far_it_is_every_few_seconds() -> None:
     work = Work(0.25)
     with capture_logs() as logs:
-        work.preparation.run(work.chores(30, 30))
+        work.preparation.run(work.jobs(30, 30))
     assert work.texts == [f"preparing words: part {done // 30}, {done} of 60" for done in range(0, 60, 4)], (
         "once a second"
     )
@@ -120,7 +120,7 @@ def test_it_says_how_far_it_is_every_few_seconds() -> None:
 def test_a_start_with_all_words_there_logs_nothing() -> None:
     work = Work(0.0001)
     with capture_logs() as logs:
-        work.preparation.run(work.chores(1000, 1000))
+        work.preparation.run(work.jobs(1000, 1000))
     assert logs == []
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_books, make_recogniser
+from hvcpd.assembly.make import make_recogniser, make_waveform_books
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -123,7 +123,7 @@ def test_what_may_go_on_is_known_by_the_phrasebook(book: Phrasebook, sound: Soun
 
 def test_a_word_that_fits_by_chance_makes_no_robot_of_a_stranger(book: Phrasebook, sound: Sound) -> None:
     """In one stranger's sentence of six a word counted as a robot's, so nobody looked for the sentence."""
-    listener = ChannelListener(book.robots_graph, make_books(book, ("Rob", "Bot"), sound))
+    listener = ChannelListener(book.robots_graph, make_waveform_books(book, ("Rob", "Bot"), sound))
     wren = next(voice for voice in VOICES if voice.name == "wren")
     segment = alone(Speaker(wren, sound.lexicon, sound.cache), "turn left")
     stretch = Stretch(segment.sound, 0, segment.lead)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_books
+from hvcpd.assembly.make import make_waveform_books
 from hvcpd.assembly.sound import make_phrasebook, make_sound
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
@@ -33,7 +33,7 @@ Team = tuple[Phrasebook, Sequence[Voicebook]]
 def team(units: Path) -> Team:
     tasks = load_tasks(default_tasks_path())
     book = make_phrasebook(NAMES, ("alpha",), replace(tasks, tasks=tasks.tasks[:2], other_tasks=()))
-    return book, make_books(book, NAMES, make_sound(None, units))[: len(NAMES)]  # at their usual rate
+    return book, make_waveform_books(book, NAMES, make_sound(None, units))[: len(NAMES)]  # at their usual rate
 
 
 def sentence(book: Phrasebook, units: Path, seed: int) -> tuple[tuple[str, ...], Samples]:
@@ -188,6 +188,6 @@ def test_after_i_am_no_voice_says_the_name_of_a_robot_with_another(others: froze
 def test_each_voice_knows_all_names_of_robots_with_others_and_the_listeners_own(team: Team, units: Path) -> None:
     book, _ = team
     sound = make_sound(None, units)
-    assert [each.others for each in make_books(book, ("Bot",), sound)] == 2 * [{"rob"}]
+    assert [each.others for each in make_waveform_books(book, ("Bot",), sound)] == 2 * [{"rob"}]
     alike = replace(sound, voices=dict.fromkeys(("rob", "bot"), sound.voice_of("Rob")))
-    assert [each.others for each in make_books(book, NAMES, alike)] == 2 * [set()]
+    assert [each.others for each in make_waveform_books(book, NAMES, alike)] == 2 * [set()]

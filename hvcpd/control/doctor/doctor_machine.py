@@ -17,7 +17,7 @@ from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, ru
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import find_memory, nearest_there
 from hvcpd.hardware.groups import group_of
-from hvcpd.hardware.heat import THERMAL, processor_heat_c
+from hvcpd.hardware.temperature import THERMAL, processor_temperature_c
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ
 
@@ -117,7 +117,7 @@ def _look_at_processor(team: Team, machine: Machine) -> Diagnosis:
 
 
 def _look_at_heat(machine: Machine) -> Iterator[Diagnosis]:
-    heat_c = processor_heat_c(machine.thermal)
+    heat_c = processor_temperature_c(machine.thermal)
     if heat_c is None:
         return
     text = f"{heat_c:.0f} °C"

@@ -176,13 +176,13 @@ def page(socket: Path, port: int) -> Iterator[str]:
     if missing_parts():
         yield ""
         return
-    from hvcpd.console.guard import KEY_BYTES, Door
+    from hvcpd.console.guard import KEY_BYTES, PageAccess
     from hvcpd.console.serve import PageServer, open_port
 
     key = token_urlsafe(KEY_BYTES)
     with open_port("127.0.0.1", port) as listener:
         address = f"127.0.0.1:{listener.getsockname()[1]}"
-        app, end = live_page(socket, Door(frozenset({address}), key))
+        app, end = live_page(socket, PageAccess(frozenset({address}), key))
         server = PageServer(app, lambda: None, end)
         thread = Thread(target=server.serve_on, args=(listener,), name="console", daemon=True)
         thread.start()

@@ -17,19 +17,19 @@ from hvcpd.errors import EX_OK, ConfigError, NotDoneError, how_to_install
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
-    from hvcpd.console.guard import Door
+    from hvcpd.console.guard import PageAccess
 
 
 def run(options: argparse.Namespace) -> int:
     """Serve the page until interrupted."""
     if missing := missing_parts():
         raise NotDoneError(f"the console needs {' and '.join(missing)}: {how_to_install(' '.join(missing))}")
-    from hvcpd.console.guard import KEY_BYTES, Door
+    from hvcpd.console.guard import KEY_BYTES, PageAccess
     from hvcpd.console.serve import PageServer, is_loopback, open_file, open_port
 
     if options.unix is not None:
         with open_file(options.unix) as listener:
-            app, end = _app(options, Door())
+            app, end = _app(options, PageAccess())
             text = (
                 f"The page is in {options.unix}; for a browser elsewhere:  ssh -L 8765:{options.unix.absolute()} "
                 "THIS-COMPUTER\nand then open http://localhost:8765/ there. Ctrl-C ends it.\n"
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
                 f"hvcpctl: warning: {address} is not encrypted: anybody on that network can read the page's key and "
                 "all that is said, and stop and resume the robot\n"
             )
-        app, end = _app(options, Door(frozenset({address}), key))
+        app, end = _app(options, PageAccess(frozenset({address}), key))
         PageServer(app, _announce(f"Open  http://{address}/?key={key}\nCtrl-C ends it.\n"), end).serve_on(listener)
     return EX_OK
 
@@ -60,7 +60,7 @@ def missing_parts() -> list[str]:
     return [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
 
 
-def _app(options: argparse.Namespace, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
+def _app(options: argparse.Namespace, access: PageAccess) -> tuple[ASGIApp, Callable[[], None]]:
     """The page, and what lets its viewers go."""
     if options.replay is not None:
         from hvcpd.console.app import replay_app
@@ -68,13 +68,13 @@ def _app(options: argparse.Namespace, door: Door) -> tuple[ASGIApp, Callable[[],
 
         recording = read_recording(options.replay)
         sound = str(recording.sound) if recording.sound is not None else None
-        return replay_app(recording.messages, sound, recording.title, door), lambda: None
+        return replay_app(recording.messages, sound, recording.title, access), lambda: None
     with closing(find_daemon(options)) as daemon:  # if there is none, or more than one, that is said at once
         path = daemon.path.absolute()
-    return live_page(path, door)
+    return live_page(path, access)
 
 
-def live_page(socket: Path, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
+def live_page(socket: Path, access: PageAccess) -> tuple[ASGIApp, Callable[[], None]]:
     """The page about the robot with that control socket, and what lets its viewers go."""
     from hvcpd.console.app import live_app
     from hvcpd.console.link import Link
@@ -83,7 +83,7 @@ def live_page(socket: Path, door: Door) -> tuple[ASGIApp, Callable[[], None]]:
 
     scene = Scene(Viewers())
     link = Link(socket, scene)
-    return live_app(scene, link.ask, link.run, door), scene.viewers.end
+    return live_app(scene, link.ask, link.run, access), scene.viewers.end
 
 
 def _announce(text: str) -> Callable[[], None]:

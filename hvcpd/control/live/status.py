@@ -12,7 +12,7 @@ from typing import Any
 
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.errors import EX_OK
-from hvcpd.hardware.heat import processor_heat_c
+from hvcpd.hardware.temperature import processor_temperature_c
 from hvcpd.reporting.metrics import metrics_of
 
 EVERY_S = 1.0
@@ -23,7 +23,7 @@ def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep)
     """Show it once, or with --watch repeatedly until interrupted."""
     with closing(find_daemon(options)) as daemon:
         if options.prometheus:
-            sys.stdout.write(metrics_of(daemon.ask("status"), processor_heat_c()))
+            sys.stdout.write(metrics_of(daemon.ask("status"), processor_temperature_c()))
         elif options.json:
             _write_lines(daemon, options, wait)
         elif options.watch:

@@ -8,7 +8,7 @@ THERMAL = Path("/sys/class/thermal/thermal_zone0/temp")
 """In thousandths of a degree Celsius (kernel documentation, "Generic Thermal Sysfs driver")."""
 
 
-def processor_heat_c(path: Path = THERMAL) -> float | None:
+def processor_temperature_c(path: Path = THERMAL) -> float | None:
     """The temperature in degrees Celsius; None where the platform does not tell it."""
     try:
         return int(path.read_text(encoding="ascii")) / 1000.0
