@@ -30,11 +30,11 @@ class NameRegistry:
         self.names = plan.team.names
 
     def knows(self, name: str) -> bool:
-        """Whether it is one of the names, whatever its case."""
+        """Whether a name is known, whatever its case."""
         return name.lower() in (known.lower() for known in self.names)
 
     def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
-        """Everything a robot needs to speak of these tasks, and of the earlier ones, which it may be about to mention.
+        """The phrasebook and ears for these tasks, and for the earlier ones, which the robot may be about to mention.
         Takes seconds. Raises PhraseError for words that clash."""
         before = self._plan.tasks
         said = (*tasks.tasks, *(task for task in before.tasks if task not in tasks.tasks))
@@ -44,14 +44,14 @@ class NameRegistry:
         self._plan = plan
         return ready
 
-    def keep(self, name: str) -> None:
-        """A learned name is now given, and no longer forgotten."""
+    def mark_given(self, name: str) -> None:
+        """Treat a learned name as given: it is no longer forgotten."""
         known = next(each for each in self.names if each.lower() == name.lower())
         if known not in self._given:
             self._given = (*self._given, known)
             self._guests.add(name.lower())
 
-    def part(self) -> None:
+    def forget_people(self) -> None:
         """Forget the names of people who are no longer enrolled."""
         gone = self._guests.difference(self.people)
         self._guests -= gone
@@ -59,8 +59,8 @@ class NameRegistry:
         self.names = tuple(name for name in self.names if name.lower() not in gone)
 
     def learn(self, name: str, given: bool = False) -> tuple[Phrasebook, Ears]:
-        """Everything a robot needs to understand one more name. Takes seconds. A name that it was `given` is not
-        forgotten. Raises PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
+        """The phrasebook and ears for one more name. Takes seconds. A `given` name is never forgotten. Raises
+        PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
         rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
         if rival is not None:
             raise PhraseError(f"the name '{name}' sounds like '{rival}': that robot needs another one")

@@ -63,7 +63,7 @@ class _Candidate:
 
 
 class ConfirmedSentences:
-    """Takes what the robot says, second-pass results and recognised sentences, in order; returns what is confirmed."""
+    """Finds sentences of people that a robot read back and the same person confirmed: their words are certain."""
 
     def __init__(self, own_name: str) -> None:
         self._own_name = own_name.lower()
@@ -71,13 +71,13 @@ class ConfirmedSentences:
         self._candidate: _Candidate | None = None
 
     def said(self, utterance: Utterance) -> None:
-        """Take a sentence that the robot says: one to the speaker reads the speaker's sentence back."""
+        """Note a sentence that the robot says: if addressed to the speaker, it reads the speaker's sentence back."""
         to = utterance.addressee.name.lower() if isinstance(utterance.addressee, ToRobot) else ""
         if self._candidate is not None and to == self._candidate.speaker:
             self._candidate.read_back = True
 
     def found(self, segment: Segment, sentence: Recognised) -> None:
-        """Take a second-pass result for a segment of sound."""
+        """Note a second-pass result for a segment of sound."""
         self._found = (segment, sentence)
 
     def heard(self, utterance: Utterance, start_s: float, now: float) -> tuple[str, SpokenSentence] | None:
@@ -133,7 +133,7 @@ class Adaptation:
         self._under_way: set[asyncio.Task[None]] = set()
 
     def take(self, records: Iterable[Record]) -> None:
-        """Notice what was said, read back and confirmed."""
+        """Note what was said, read back and confirmed."""
         for segment, sentence in self._second.take_sentences():
             if sentence is not None:
                 self._learning.found(segment, sentence)

@@ -38,7 +38,7 @@ FREE_TOP_LATER_BYTES = 1 << 18
 
 
 def tune_allocator() -> None:
-    """One heap for all threads, and pages of their own for what is large; 3 MB less when idle.
+    """Use one heap for all threads, and separate pages for large blocks: 3 MB less when idle.
 
     glibc only; to be called before there are threads.
     """

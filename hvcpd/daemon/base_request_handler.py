@@ -48,7 +48,7 @@ _log = structlog.get_logger(__name__)
 
 
 class BaseRequestHandler:
-    """Between the bridge and the robot; all of it in the event loop."""
+    """Passes odometry and commands between the ROS bridge and the robot; runs in the event loop."""
 
     def __init__(self, base: RosBase, navigator: GoalNavigator | None = None) -> None:
         self._base = base
@@ -59,7 +59,7 @@ class BaseRequestHandler:
         self._last: Drive | None = None
 
     def take(self, arguments: dict[str, Any]) -> None:
-        """The bridge has said something. Raises RefusalError for what is no odometry."""
+        """Handle a message of the bridge. Raises RefusalError if it is no odometry."""
         if "fault" in arguments:
             self._base.tell_fault(arguments["fault"][:MAX_REASON_LENGTH] or "the bridge has no base")
         elif "goal" in arguments:
@@ -72,7 +72,7 @@ class BaseRequestHandler:
             self._base.tell(_report(arguments))
 
     def drive(self, robot: Robot, wanted: WheelCommand) -> Drive | None:
-        """How the base is to move, if the bridge is to be told so now: at once what stops it, else now and then."""
+        """The command to send to the bridge now, or None: a halt at once, others at a fixed rate."""
         there = self._base.fault is None
         goal = self._navigator.goal if self._navigator is not None and there else None
         twist = twist_of(wanted if there else STANDSTILL, robot.odometry.drive)
@@ -84,7 +84,7 @@ class BaseRequestHandler:
         return new
 
     def watch(self, robot: Robot, wiring: Wiring, lacking: frozenset[int] = frozenset()) -> None:
-        """Have the robot leave alone what drives while there is no base, and always what it is `lacking` skills for."""
+        """Exclude tasks that drive while there is no base, and always those for which skills are `lacking`."""
         if self._base.fault is None:
             self._seen_s = robot.now
         there = robot.now - self._seen_s < GONE_S
@@ -102,7 +102,7 @@ class BaseRequestHandler:
             _log.warning("no base", reason=self._base.fault, effect="it leaves tasks that drive to others")
 
     def unable(self, wiring: Wiring) -> frozenset[int]:
-        """The tasks that the robot lacks the means for, just now."""
+        """The tasks that the robot lacks the means for at present."""
         return wiring.unable if self._there else wiring.unable | wiring.driving
 
 

@@ -33,13 +33,13 @@ _log = structlog.get_logger(__name__)
 
 
 def always() -> bool:
-    """Go on."""
+    """Always go on."""
     return True
 
 
 @dataclass(frozen=True)
 class RenderJob:
-    """Words to be made ready, one at a time; `what` they are, for people."""
+    """Words to render, one at a time; `what` describes them to people."""
 
     what: str
     words: tuple[str, ...]
@@ -47,7 +47,7 @@ class RenderJob:
 
 
 class Preparation:
-    """Carries jobs out, in any thread, and says how far it is: in `text`, by `report` and in the log."""
+    """Carries jobs out, in any thread, and shows the progress: in `text`, by `report` and in the log."""
 
     def __init__(
         self,
@@ -60,13 +60,13 @@ class Preparation:
         self._clock = clock
         self._logged_every_s = logged_every_s
         self.done = self.total = 0
-        """Words that are ready, and all of this part of the work."""
+        """Number of words that are ready, and of all words of the present jobs."""
         self._logged_s = self._shown_s = 0.0
         self.text: str | None = None
         """The words that are being prepared; None: nothing."""
 
     def run(self, jobs: Iterable[RenderJob], go_on: GoOn = always) -> None:
-        """Carry them out, while `go_on`."""
+        """Carry the jobs out, as long as `go_on` holds."""
         jobs = tuple(jobs)
         self._begin(sum(len(job.words) for job in jobs))
         for job in jobs:
@@ -79,7 +79,7 @@ class Preparation:
         self.ended()
 
     def counted(self, what: str, total: int, go_on: GoOn) -> GoOn:
-        """`go_on`, which the maker of `what` calls before each of `total` steps; call `ended` after it."""
+        """Return `go_on` with progress, to be called before each of `total` steps of making `what`; then call `ended`."""
         self._begin(total)
 
         def step() -> bool:
@@ -90,7 +90,7 @@ class Preparation:
         return step
 
     def ended(self) -> None:
-        """Nothing is being made any more."""
+        """The work is over."""
         self.text = None
 
     def _begin(self, total: int) -> None:
@@ -110,9 +110,8 @@ class Preparation:
 
 
 class CacheWarmUp:
-    """One robot's words. Every method may take minutes, and is for another thread; without a cache none does anything.
-
-    `go_on` is asked before each word.
+    """Renders one robot's words into the cache. Every method may take minutes, so call it in another thread; without a
+    cache none does anything. `go_on` is called before each word.
     """
 
     def __init__(self, plan: RobotPlan, sound: Sound, preparation: Preparation | None = None) -> None:
@@ -125,17 +124,17 @@ class CacheWarmUp:
         """One robot of each voice that is listened for."""
 
     def before_listening(self, go_on: GoOn = always) -> None:
-        """The templates: the words of the peers."""
+        """Render the templates: the words of the peers."""
         banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
         self._run([RenderJob(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
 
     def before_speaking(self, go_on: GoOn = always) -> None:
-        """All words that the robot may say, at the rate at which it speaks; until then it is not to say any."""
+        """Render all words that the robot may say, at its usual rate; until then it must not speak."""
         self._run([self._own_words(self._plan.role.speech.slowly)], go_on)
 
     def the_rest(self, robot: Robot, go_on: GoOn = always) -> None:
-        """Templates of spelled letters, the peers' waveforms, and the own words at the other rate, to repeat something
-        slowly. At last, delete what nobody has needed for long."""
+        """Render templates of spelled letters, the peers' waveforms, and the robot's own words at the other rate, for
+        slow repetitions. Then delete units that have long not been used."""
         letters = tuple(self._book.spelling_graph.words) if self._plan.team.strangers else ()
         voices = self._sound.every_voice()
         self._run(
@@ -149,15 +148,15 @@ class CacheWarmUp:
             self._sound.cache.tidy(time.time())
 
     def at_the_other_rate(self, go_on: GoOn = always) -> None:
-        """The own words at the rate at which the robot repeats something: slowly, unless it always speaks so."""
+        """Render the robot's own words at the rate of its repetitions: slow, unless it always speaks slowly."""
         self._run([self._own_words(not self._plan.role.speech.slowly)], go_on)
 
     def learn(self, name: str) -> None:
-        """A name that the robot may say from now on."""
+        """Render a name that the robot may say from now on."""
         self._run([_said("a name", self._sound.speaker_of(self._plan.role.name), (name.lower(),))], always)
 
     def say(self, words: Iterable[str], go_on: GoOn = always) -> None:
-        """Words that the robot may say from now on, and all robots' sentences may have."""
+        """Render words of new tasks, which the robot may say from now on."""
         speaker = self._sound.speaker_of(self._plan.role.name, SLOW if self._plan.role.speech.slowly else 1.0)
         self._run([_said("words of new tasks", speaker, words)], go_on)
 
@@ -166,7 +165,7 @@ class CacheWarmUp:
             self._preparation.run(jobs, go_on)
 
     def _in_voice(self, voice: Voice) -> Callable[[str], object]:
-        """What renders the templates of a word; by a speaker for it alone, as one for all would keep 2 MB."""
+        """Return a function that renders the templates of a word; each word has a speaker: a shared one keeps 2 MB."""
         return lambda word: Speaker(voice, self._sound.lexicon, self._sound.cache).templates(word)
 
     def _n_waveforms(self) -> int:

@@ -71,7 +71,7 @@ class Meter:
         return min(self._recent, default=SILENCE_DBFS)
 
     def take(self, heard: Samples) -> bool:
-        """Take a block of shape (n,), float32; True whenever a reading has become complete."""
+        """Take a block of shape (n,), float32; return whether a reading is complete."""
         self._power += float(np.dot(heard, heard))
         self._count += heard.size
         if self._count < PERIOD_S * SAMPLE_RATE_HZ:
@@ -99,13 +99,13 @@ class SoundTap:
         return Sound(now - n / SAMPLE_RATE_HZ, pcm)
 
     def rest(self) -> None:
-        """Nobody listens any more."""
+        """Forget the collected sound: nobody listens any more."""
         self._blocks.clear()
 
 
 @dataclass
 class Tally:
-    """Counts since the start; readers compute rates and shares from them."""
+    """Counters since the start; readers compute rates and shares from them."""
 
     heard: int = 0
     """Sentences of others that were understood."""
@@ -181,7 +181,7 @@ class EventSource:
 
 
 def odom_of(robot: Robot, reading: WheelReading) -> Odom:
-    """Where the robot is, and how it moves, as its wheels were just read."""
+    """The robot's pose and velocity at the last reading of its wheels."""
     pose = robot.odometry.pose
     twist = twist_of(WheelCommand(reading.left_rad_s, reading.right_rad_s), robot.odometry.drive)
     return Odom(robot.now, pose.x_m, pose.y_m, pose.heading_rad, twist.linear_m_s, twist.angular_rad_s)

@@ -43,7 +43,7 @@ class Visitor:
 
     @property
     def has_asked(self) -> bool:
-        """Whether there is a whole line, or more than one may have."""
+        """Whether there is a whole line, or more than a line may have."""
         return b"\n" in self.said or len(self.said) > MAX_LINE_BYTES
 
     @property
@@ -56,14 +56,14 @@ class Visitor:
             return False
 
     def refuse(self, text: str) -> None:
-        """Say why not, and hang up."""
+        """Send the reason and close the connection."""
         with suppress(OSError):
             self.connection.send(refusal_line(None, RefusalError("busy", text)))
         self.connection.close()
 
 
 class Lobby:
-    """Lets in who connects to `listener`, greets it, and has `admit` take it over once it has said a line."""
+    """Accepts connections to `listener`, greets them, and passes each to `admit` once it has sent a line."""
 
     def __init__(self, hello: Callable[[], bytes], admit: Callable[[Visitor], None]) -> None:
         self._hello = hello
@@ -76,13 +76,13 @@ class Lobby:
         self._failing = False
 
     def open(self, listener: socket.socket) -> None:
-        """Begin to let in."""
+        """Begin to accept connections."""
         listener.setblocking(False)
         self._listener = listener
         asyncio.get_running_loop().add_reader(listener, self._let_in)
 
     def close(self) -> None:
-        """Let nobody in any more, and hang up on who waits."""
+        """Accept no more connections, and close those that wait."""
         loop = asyncio.get_running_loop()
         if self._turn is not None:
             self._turn.cancel()

@@ -43,7 +43,7 @@ class RefusalError(Exception):
 
 @dataclass(frozen=True)
 class Request:
-    """A command with its arguments, and the client's own mark for the reply."""
+    """A command with its arguments, and the client's `id` for the reply."""
 
     id: Id
     command: str
@@ -70,7 +70,7 @@ def parse_request(line: bytes) -> Request:
 
 
 def id_of(line: bytes) -> Id:
-    """The mark of a line that cannot be served, as far as it can be read, so that its client knows what failed."""
+    """The `id` of a line that cannot be served, if it can be read, so that the client knows which request failed."""
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):
@@ -94,7 +94,7 @@ def checked_arguments(request: Request, known: Mapping[str, tuple[type, ...]]) -
 
 
 def reply_line(mark: Id, result: Mapping[str, Any]) -> bytes:
-    """A command's result as a line."""
+    """Return the reply line for a command's result."""
     return _line({"id": mark, "ok": True, "result": result})
 
 
@@ -104,7 +104,7 @@ def refusal_line(mark: Id, refusal: RefusalError) -> bytes:
 
 
 def event_line(event: Mapping[str, Any]) -> bytes:
-    """An event as a line; its kind stands under "event"."""
+    """Return the line for an event; its kind is in the field "event"."""
     return _line(event)
 
 

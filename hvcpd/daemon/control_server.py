@@ -62,7 +62,7 @@ class Client:
     """The kinds of events that it follows."""
 
     def send(self, line: bytes) -> bool:
-        """Have a line sent; False if the client has left too much unread, and is let go."""
+        """Send a line; False if the client has left too much unread, and must be disconnected."""
         if self.writer is None:
             return False
         if self.writer.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
@@ -91,7 +91,7 @@ class ControlServer:
         self._lobby.open(listener)
 
     async def close(self) -> None:
-        """Serve nobody any more."""
+        """Stop serving, and close all connections."""
         self._lobby.close()
         for client in self._clients:
             if client.writer is not None:
@@ -102,11 +102,11 @@ class ControlServer:
                 task.cancel()
 
     def followed(self, kind: str) -> bool:
-        """Whether somebody wants events of this kind."""
+        """Whether any client has subscribed to events of this kind."""
         return any(kind in client.wanted for client in self._clients)
 
     def publish(self, event: Mapping[str, Any]) -> None:
-        """Send an event to all who want its kind."""
+        """Send an event to all clients that have subscribed to its kind."""
         kind = event["event"]
         followers = [client for client in self._clients if kind in client.wanted]
         if followers:
@@ -116,7 +116,7 @@ class ControlServer:
                     self._let_go(client)
 
     def follow(self, client: Client, kinds: frozenset[str]) -> None:
-        """Let the client have events of these kinds from now on. Raises RefusalError if too many follow already."""
+        """Subscribe the client to events of these kinds. Raises RefusalError if there are too many subscribers."""
         others = sum(bool(each.wanted) for each in self._clients if each is not client)
         if kinds and others >= MAX_FOLLOWERS:
             raise RefusalError("busy", f"{MAX_FOLLOWERS} programs already follow this robot; end one of them")

@@ -23,7 +23,7 @@ _log = structlog.get_logger(__name__)
 
 
 class ControlService:
-    """Lets other programs of this computer ask the daemon; without a socket the robot still lives on."""
+    """The control socket for other programs on this computer; without a socket the robot runs anyway."""
 
     def __init__(self, body: Body, rereading: Rereading | None = None) -> None:
         self.body = body
@@ -58,16 +58,16 @@ class ControlService:
             _log.info("control socket", path=str(path))
 
     async def close(self) -> None:
-        """Serve nobody any more."""
+        """Stop serving, and close all connections."""
         await self._server.close()
 
     def release(self) -> None:
-        """Let another daemon have this one's name."""
+        """Release the lock, so that another daemon of this name can start."""
         if self._file is not None:
             self._file.remove()
 
     def begin(self, robot: Robot) -> None:
-        """The robot is there, and can be asked."""
+        """Begin to answer requests: the robot is ready."""
         self.body.robot = robot
         self.body.skills.begin(robot)
         self.body.tell_unable()
@@ -77,7 +77,7 @@ class ControlService:
             robot.coordination.tell_memory_lost(robot.now)
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
-        """Publish one step of the robot: `heard`, shape (n,), float32, went in, and `output` came out."""
+        """Publish one step of the robot: its input `heard`, shape (n,), float32, and its `output`."""
         self.body.skills.take(output.skills, robot.now)  # first of all: a cancel is not to wait
         for record in output.records:
             self.body.tally.take(record)
@@ -95,7 +95,7 @@ class ControlService:
         self._move_base(robot)
 
     def publish(self, event: Mapping[str, Any]) -> None:
-        """Send an event to all clients that follow its kind."""
+        """Send an event to all clients that have subscribed to its kind."""
         self._server.publish(event)
 
     def _pass_sound(self, heard: Samples, now: float) -> None:

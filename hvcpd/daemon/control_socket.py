@@ -35,7 +35,7 @@ class Caller:
 
 
 def socket_folders(settings: Settings, environment: Mapping[str, str] = os.environ) -> tuple[Path, ...]:
-    """The usual places of the socket, each once, first the one that the daemon of these settings takes if it can."""
+    """The default folders for the socket, each once, in the order in which a daemon with these settings tries them."""
     given = [Path(folder) for folder in environment.get("RUNTIME_DIRECTORY", "").split(":") if folder]
     of_user = [Path(folder) / "hvcpd" for folder in [environment.get("XDG_RUNTIME_DIR")] if folder]
     return tuple(dict.fromkeys((*given[:1], *of_user, SYSTEM_FOLDER, settings.state_dir)))
@@ -47,7 +47,7 @@ def socket_name(name: str) -> str:
 
 
 def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ) -> Path:
-    """Where the daemon of these settings has its socket."""
+    """The path of the socket of a daemon with these settings."""
     if settings.control.socket is not None:
         return settings.control.socket
     folders = socket_folders(settings, environment)
@@ -64,7 +64,7 @@ class SocketFile:
         self._made = False
 
     def listen(self) -> socket.socket:
-        """The listening socket; a file that a daemon left which is no more is replaced.
+        """Return the listening socket; a file left behind by a daemon that has ended is replaced.
 
         Raises RunningError if a daemon has it, OSError if it cannot be made.
         """
@@ -84,7 +84,7 @@ class SocketFile:
         return listener
 
     def remove(self) -> None:
-        """Take the file away and let go of the lock; the lock's own file stays, so that nobody locks another one."""
+        """Remove the socket and release the lock; the lock's own file stays, so that nobody locks another one."""
         if self._made:
             with suppress(OSError):
                 self.path.unlink()
@@ -104,7 +104,7 @@ class SocketFile:
 
 
 def locked(path: Path, what: Path) -> int:
-    """The descriptor of a lock in the file `path`, held until it is closed or the process ends.
+    """Lock the file `path` until the returned descriptor is closed or the process ends.
 
     Raises RunningError if a daemon, which so has `what`, holds it, OSError if it cannot be made.
     """
@@ -124,7 +124,7 @@ def locked(path: Path, what: Path) -> int:
 
 @contextmanager
 def short_address(path: Path) -> Iterator[str]:
-    """An address for `bind` and `connect` that is short however long the path: AF_UNIX takes 107 bytes (unix(7)).
+    """A short address for `bind` and `connect` to a path of any length: AF_UNIX allows 107 bytes (unix(7)).
 
     Raises OSError if the folder is not there.
     """
@@ -136,6 +136,6 @@ def short_address(path: Path) -> Iterator[str]:
 
 
 def caller_of(connection: socket.socket) -> Caller:
-    """The process that has connected."""
+    """The process at the other end of a connection."""
     size = struct.calcsize("3i")
     return Caller(*struct.unpack("3i", connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, size)))

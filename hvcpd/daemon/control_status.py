@@ -71,7 +71,7 @@ class Body:
         return self.wiring.tasks.lacking(self.skills.offered)
 
     def unable(self) -> frozenset[int]:
-        """The tasks that the robot lacks the means for, just now."""
+        """The tasks that the robot lacks the means for at present."""
         return self.lacking | (self.wiring.unable if self.base is None else self.base.unable(self.wiring))
 
     def tell_unable(self) -> None:
@@ -83,13 +83,13 @@ class Body:
         if now != before:
             c.reconfigure(self.robot.now, replace(c.role, unable=now), forgiven=before - now)
 
-    def know(self, person: Person) -> None:
-        """There are more takes of somebody who is enrolled."""
+    def update_person(self, person: Person) -> None:
+        """Use more takes of an enrolled person."""
         people = {**self.wiring.people, person.name.lower(): person}
         self.wiring = replace(self.wiring, people=people)
 
     def take(self, reading: WheelReading | None) -> None:
-        """Note what the wheels have measured."""
+        """Note a reading of the wheels."""
         if reading is not None and reading.voltage_v is not None:
             self.voltage_v = reading.voltage_v
 
@@ -161,7 +161,7 @@ def _conversation(body: Body) -> dict[str, Any]:
 
 
 def _talk(body: Body) -> dict[str, Any]:
-    """How much the robot says now, and at which level; `quiet`: the hours of the day in which that is less."""
+    """How much the robot says now, and at which level; `quiet`: the quiet hours."""
     settings, robot = body.wiring.settings, body.robot
     role = robot.coordination.role if robot is not None else None
     return {
@@ -172,7 +172,7 @@ def _talk(body: Body) -> dict[str, Any]:
 
 
 def _place(p: PlaceState, now: float) -> dict[str, Any]:
-    """A place that only one robot fits in: where it is, who has it, and who waits, the longest first."""
+    """A place that only one robot fits in: its area, its keeper, and the waiting robots, the longest waiting first."""
     area = asdict(p.place)
     lasts = math.isfinite(p.lease_end_s) and not p.using
     return {

@@ -38,7 +38,7 @@ def make_wheels(
 
 @dataclass(frozen=True)
 class Devices:
-    """Where the sound cards are listed, and how stream, wheels and the button that stops are made."""
+    """Factories of the sound stream, the wheels and the stop button, and the list of sound cards."""
 
     sound_backend: Callable[[], Any] = load_backend
     make_stream: Callable[[AudioSettings], SoundStream] = AudioStream

@@ -29,28 +29,28 @@ from hvcpd.robot.records import Record, SaveCounter
 from hvcpd.security.codes import LOST
 
 MAX_WAITING = 1000
-"""Records that may wait for the disk: more than a day's talk makes in ten minutes; beyond, new ones are not kept."""
+"""Records that may wait for the disk: more than a day's talk makes in ten minutes; further ones are dropped."""
 LATER_S = 300.0
-"""Interval (sample clock) at which what may be lost with the process is written, the transcript above all. A card
-writes whole pages of 4 KB, and the file system its own beside them: with every change of a task
+"""Interval (sample clock) at which records that may be lost with the process are written, mainly the transcript. A card
+writes whole pages of 4 KB, and the file system its own besides: with every change of a task
 written at once, a busy hour was 3.0 MB, and 1.4 with this (`python -m benchmarks.daemon.writes`)."""
 MAX_LATER = 200
-"""Records that wait for it; robots that talk without a pause make 150."""
+"""Maximum number of records that wait for LATER_S; robots that talk without a pause make 150."""
 CHECK_S = 5.0
-"""Interval (sample clock) at which the file is checked, so that one that was cut or deleted is not first noticed when
-something is written: one stat() of it, in the memory's thread."""
+"""Interval (sample clock) at which the file is checked, so that a truncated or deleted file is noticed before the next
+write: one stat() of it, in the memory's thread."""
 
 TimedRecord = tuple[Record, float]
-"""A record, and when it was handed over, s of the sample clock."""
+"""A record, and when it was passed to the service, s of the sample clock."""
 
 _log = structlog.get_logger(__name__)
 
 
 class JournalService:
-    """Writes records in order. A failing disk costs memory, not the mission: it is logged once and counted.
+    """Writes records in order. If the disk fails, records are lost and counted, and the mission goes on.
 
-    What the robot must know after a restart is written at once and not given up: it is tried again until the disk
-    works. Until then the latch does not let the next start go on by itself. All else is written each LATER_S.
+    Records that the robot needs after a restart are written at once, and tried again until the disk works. Until then
+    the latch has the next start begin stopped. All others are written every LATER_S.
     """
 
     def __init__(self, wiring: Wiring) -> None:
@@ -59,15 +59,15 @@ class JournalService:
         places = spare_places(wiring.latch_path, socket_path(wiring.settings))
         self._latch = LatchService(StopLatch(wiring.latch_path, places))
         self._lock: int | None = None
-        """On the memory, whichever socket a daemon has: one that stands must not be released by another one's latch."""
+        """Lock on the memory, whatever the socket: another daemon's latch must not release a stopped robot."""
         self._memory: Memory | None = None
         self._journal: Journal | None = None
         self._flights: set[asyncio.Future[None]] = set()
         self._unwritten: dict[tuple[object, ...], Record] = {}
         self._later: list[TimedRecord] = []
-        """What waits for LATER_S."""
+        """Records that wait for LATER_S."""
         self._peers: set[str] = set()
-        """Of whom the memory knows: a name is kept at once when it is new."""
+        """Names in the memory: a new name is written at once."""
         self._waiting = 0
         self._retry_s = -math.inf
         self._checked_s = 0.0
@@ -76,26 +76,26 @@ class JournalService:
         self.stopped = False
         """Whether the robot was stopped when it was switched off, or has lost its memory; known once it is open."""
         self.loss: str | None = None
-        """Why what the robot knew before this start is gone; known once the memory is open."""
+        """Why the knowledge from before this start is lost; known once the memory is open."""
         self.fault: str | None = None
-        """Why what the robot learns is not kept at present."""
+        """Why nothing can be saved at present."""
         self.names: tuple[str, ...] = ()
-        """The robots that were heard before, who was heard last at the end; known once the memory is open."""
+        """The robots that were heard before, the latest last; known once the memory is open."""
         self.lost = 0
-        """Records that were not kept."""
+        """Number of records that were not saved."""
 
     @property
     def unkept(self) -> str | None:
-        """Why the next start will not be as it ought to: a stop that cannot be kept, or a resume."""
+        """Why a stop or resume would not survive a restart; None if it would."""
         return self._latch.unkept
 
-    def know(self, tasks: TaskRepository) -> None:
-        """There are these tasks from now on."""
+    def use_tasks(self, tasks: TaskRepository) -> None:
+        """Use these tasks from now on."""
         if self._journal is not None:
-            self._journal.know(tasks)
+            self._journal.use_tasks(tasks)
 
     async def open(self) -> MemoryPlan:
-        """Open the memory; what it knows. Raises NewerStoreError, and RunningError if a daemon has it."""
+        """Open the memory and return its content. Raises NewerStoreError, or RunningError if another daemon has it."""
         latched, memory = await asyncio.get_running_loop().run_in_executor(self._thread, self._open)
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
@@ -112,7 +112,7 @@ class JournalService:
         return memory
 
     def write(self, records: Sequence[Record], now: float) -> None:
-        """Have the records of one step kept."""
+        """Save the records of one step."""
         self._now = now
         if (broken := self._broken or self._latch.broken) is not None:
             raise broken
@@ -178,18 +178,18 @@ class JournalService:
             self._have_done(partial(self._write, tuple(timed), self._now), records)
 
     def _have_done(self, work: Callable[[], None], records: Sequence[Record] = ()) -> None:
-        """Have the thread do it; it writes these records."""
+        """Run `work`, which writes these records, in the thread."""
         self._waiting += len(records)
         flight = asyncio.get_running_loop().run_in_executor(self._thread, work)
         self._flights.add(flight)
         flight.add_done_callback(lambda done: self._landed(done, records))
 
     def stop(self, stopped: bool = True) -> None:
-        """Have it kept at once that the robot is stopped, or no longer."""
+        """Save at once whether the robot is stopped."""
         self._latch.stop(stopped)
 
     async def stop_kept(self) -> str | None:
-        """None once the stop, or its end, is on the disk; else why it is not."""
+        """Wait until the stop, or its end, is on the disk; return None, or why it is not."""
         return await self._latch.kept()
 
     async def transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
@@ -207,7 +207,7 @@ class JournalService:
         await self._latch.settled()
 
     async def close(self) -> None:
-        """Write what waits, close the file, end the thread."""
+        """Write all waiting records, close the file, end the thread."""
         await self.settled()
         if self._memory is not None:
             loop = asyncio.get_running_loop()

@@ -22,7 +22,7 @@ _log = structlog.get_logger(__name__)
 
 
 class LatchService:
-    """Has the latch say whether the next start may go on by itself; what cannot be written is tried again."""
+    """Writes the latch, which says whether the next start begins stopped, and tries again if that fails."""
 
     def __init__(self, latch: StopLatch) -> None:
         self.file = latch
@@ -35,12 +35,12 @@ class LatchService:
         self._now = 0.0
         self._retry_s = -math.inf
         self.unkept: str | None = None
-        """Why the next start will not be as it ought to: a stop that cannot be kept, or a resume."""
+        """Why a stop or resume would not survive a restart; None if it would."""
         self.broken: BaseException | None = None
-        """Our own mistake."""
+        """An unexpected exception of the thread: a bug."""
 
     def begin(self, latched: Latched, stopped: bool, unsure: bool) -> None:
-        """The memory that the latch belongs to is open; it knows whether the robot is stopped."""
+        """Begin to write: the memory that the latch belongs to is open, and says whether the robot is stopped."""
         self._latched = latched
         self._is_stopped |= stopped
         self._is_unsure = unsure
@@ -48,23 +48,23 @@ class LatchService:
         self._write()
 
     def stop(self, stopped: bool) -> None:
-        """Have it kept at once that the robot is stopped, or no longer."""
+        """Save at once whether the robot is stopped."""
         self._is_stopped = stopped
         self._write()
 
     def doubt(self, unsure: bool) -> None:
-        """Have it kept that not all that the robot knows could be written, or that all is now."""
+        """Save whether some of the robot's knowledge could not be written (`unsure`)."""
         self._is_unsure = unsure
         self._write()
 
     def tick(self, now: float) -> None:
-        """Try again what could not be written, if it is time; `now`: s of the sample clock."""
+        """Try a failed write again, if it is time; `now`: s of the sample clock."""
         self._now = now
         if self.unkept is not None and now >= self._retry_s:
             self._write()
 
     async def kept(self) -> str | None:
-        """None once what the robot is, stopped or free, is on the disk; else why it is not."""
+        """Wait until the robot's state, stopped or free, is on the disk; return None, or why it is not."""
         try:
             async with asyncio.timeout(LATCH_S):
                 await self._began.wait()
@@ -80,13 +80,13 @@ class LatchService:
             await asyncio.sleep(0)
 
     async def close(self) -> None:
-        """Let go of the file once all is written, and end the thread."""
+        """Close the file once all is written, and end the thread."""
         await self.settled()
         await asyncio.get_running_loop().run_in_executor(self._thread, self.file.close)
         self._thread.shutdown(wait=False)
 
     def _write(self) -> None:
-        """Have the latch say what it should by now; the last one to ask has the last word."""
+        """Write the present state to the latch; the latest write wins."""
         if self._latched is None:
             return  # as soon as the memory is open
         permit = Permit.UNSURE if self._is_unsure else Permit.STOPPED if self._is_stopped else Permit.FREE

@@ -31,7 +31,7 @@ _log = structlog.get_logger(__name__)
 
 
 class LibraryOutput:
-    """From `begin` to `end`; `drain` once a second at least, `report` where there is a log."""
+    """Collects from `begin` to `end`. Call `drain` at least once a second, and `report` if there is a log."""
 
     def __init__(self) -> None:
         self._reader: int | None = None
@@ -42,7 +42,7 @@ class LibraryOutput:
         self._kinds: Counter[str] = Counter()
 
     def begin(self) -> None:
-        """Take over file descriptor 2, if that is where Python's own standard error goes; else do nothing."""
+        """Take over file descriptor 2, if Python's own standard error uses it; otherwise do nothing."""
         try:
             if sys.stderr.fileno() != STDERR:
                 return
@@ -71,7 +71,7 @@ class LibraryOutput:
                     self._take(line)
 
     def report(self) -> None:
-        """One line in the log, if anything was written since the last one: how many lines, and the most frequent."""
+        """Log the number of lines since the last report, and the most frequent one; nothing if there are none."""
         self.drain()
         if self._count:
             ((example, _),) = self._kinds.most_common(1)
@@ -80,7 +80,7 @@ class LibraryOutput:
         self._kinds.clear()
 
     def end(self) -> None:
-        """Report the rest, and give file descriptor 2 back."""
+        """Report the rest, and restore file descriptor 2."""
         if self._reader is None:
             return
         self.drain()

@@ -53,7 +53,7 @@ REFILL_S = 3.0
 
 
 def clean_values(_logger: Any, _method: str, event: EventDict) -> EventDict:
-    """Nothing can end a line or steer a terminal, and nothing is endless; only a traceback has lines of its own."""
+    """Escape line breaks and control characters, and truncate long values; only a traceback keeps its lines."""
     return {key: _cleaned(key, value) for key, value in event.items()}
 
 
@@ -69,12 +69,12 @@ def _cleaned(key: str, value: Any) -> Any:
 
 
 def leave_out_unknown(_logger: Any, _method: str, event: EventDict) -> EventDict:
-    """What has no value has no place in a line for people."""
+    """Drop fields without a value from lines for people."""
     return {key: value for key, value in event.items() if value is not None}
 
 
 def hide_secrets(_logger: Any, _method: str, event: EventDict) -> EventDict:
-    """Nothing is written that is named as a secret."""
+    """Redact fields whose names say that they are secret."""
     return {key: "(hidden)" if key.lower() in SECRETS else value for key, value in event.items()}
 
 
@@ -121,13 +121,13 @@ class RateLimiter:
 
 
 def with_priority(_logger: Any, method: str, text: str) -> str:
-    """The text as the journal wants it: its priority before each line."""
+    """The text with the journal's priority before each line."""
     priority = PRIORITIES.get(method, 6)
     return "\n".join(f"<{priority}>{line}" for line in text.splitlines())
 
 
 class LossyStream:
-    """A stream for the log that may fail: the robot goes on when the disk is full or the reader has gone."""
+    """A stream for the log that ignores errors: the robot goes on if the disk is full or the reader has gone."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
@@ -209,13 +209,13 @@ def _renderer(form: LogFormat, colors: bool) -> Any:
 
 
 def tell_held_back(limiter: RateLimiter) -> None:
-    """One line on every kind of line that was held back."""
+    """Log a line for each kind of line that was held back."""
     for event, count in limiter.take_held_back().items():
         _log.warning("lines held back", of=event, count=count)
 
 
 def tell(record: Record, tasks: TaskRepository) -> None:
-    """One line on what the robot said, heard or did."""
+    """Log a record: something that the robot said, heard or did."""
     match record:
         case SaidRecord():
             _log.info("said", text=record.text, at_s=_s(record.at_s), duration_s=_s(record.duration_s))

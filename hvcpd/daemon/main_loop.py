@@ -91,11 +91,11 @@ class Daemon:
 
     @property
     def wiring(self) -> Wiring:
-        """The one in force: what is read again meanwhile takes its place."""
+        """The wiring in force; a reload replaces it."""
         return self._control.body.wiring
 
     def leave(self) -> None:
-        """Have `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
+        """Make `run` return once the robot has said that it leaves, after FAREWELL_S at the latest."""
         if self.robot is not None and self._leave_until_s is None:
             self._leave_until_s = self.robot.now + FAREWELL_S
             self._manager.stopping("saying goodbye")
@@ -149,7 +149,9 @@ class Daemon:
             stack.push_async_callback(self._name_learning.close)
             body.join, body.retask = self._name_learning.join, self._name_learning.retask
             if settings.learn_voices:
-                self._adaptation = Adaptation(settings.name, enrolled, body.know, settings.state_dir, self._second)
+                self._adaptation = Adaptation(
+                    settings.name, enrolled, body.update_person, settings.state_dir, self._second
+                )
                 stack.push_async_callback(self._adaptation.settled)
 
             body.button = self._devices.make_stop_button(settings.stop_button)
@@ -205,7 +207,7 @@ class Daemon:
         return JointService(self.wiring.settings)
 
     async def settled(self) -> None:
-        """Wait until wheels and memory have nothing under way; for those who make time pass themselves."""
+        """Wait until wheels and memory are idle; for simulations that control the time."""
         if self._wheels is not None:
             await self._wheels.settled()
         if self._name_learning is not None:

@@ -29,7 +29,7 @@ _log = structlog.get_logger(__name__)
 
 
 async def at_once() -> None:
-    """Do not wait: nobody else renders."""
+    """Do not wait: no other process renders."""
 
 
 class NameLearning:
@@ -55,7 +55,7 @@ class NameLearning:
         self._closing = False
 
     def take(self, records: Iterable[Record]) -> None:
-        """Begin to learn every name that is to be learned; to be called at every block."""
+        """Begin to learn each name in these records; call it at every block."""
         if self._robot.now >= self._tidy_s:
             self._tidy_s = math.inf
             give_back_memory()
@@ -74,7 +74,7 @@ class NameLearning:
         self._begin(self._join(names))
 
     def retask(self, tasks: TaskRepository, then: Callable[[], None]) -> None:
-        """Begin to know the words of these tasks, and no others; `then`, once the robot does."""
+        """Begin to prepare the words of these tasks, in place of all others; call `then` once the robot knows them."""
         self._begin(self._retask(tasks, then))
 
     async def _retask(self, tasks: TaskRepository, then: Callable[[], None]) -> None:
@@ -119,7 +119,7 @@ class NameLearning:
 
     async def _join(self, names: Sequence[str]) -> None:
         async with self._turn:
-            self._registry.part()
+            self._registry.forget_people()
             self._expect_voices()
         learned = [await self._learn(name, given=True) for name in names]
         if not any(learned):  # else the new ears know everything
@@ -132,20 +132,20 @@ class NameLearning:
             await asyncio.wait(self._under_way)
 
     async def close(self) -> None:
-        """Learn no more."""
+        """Stop learning."""
         self._closing = True
         for lesson in self._under_way:
             lesson.cancel()
         await self.settled()
 
     async def _learn(self, name: str, given: bool = False) -> bool:
-        """Whether it was learned."""
+        """Learn a name; return whether that succeeded."""
         async with self._turn:
             if given and name.lower() not in self._registry.people:
                 return False  # removed again meanwhile
             if self._registry.knows(name):  # it was spelled twice, or is enrolled now
                 if given:
-                    self._registry.keep(name)
+                    self._registry.mark_given(name)
                     self._expect_voices()
                 return False
             try:

@@ -38,29 +38,29 @@ class ServiceManager:
             self._socket.setblocking(False)
 
     def ready(self, status: str) -> None:
-        """The robot hears and speaks."""
+        """The robot is ready: it hears and speaks."""
         self._status = status
         self._send(f"READY=1\nSTATUS={status}")
 
     def status(self, text: str) -> None:
-        """One line for `systemctl status`; sent when it differs from the last."""
+        """Set the line that `systemctl status` shows; sent if it differs from the last."""
         if text != self._status:
             self._status = text
             self._send(f"STATUS={text}")
 
     def beat(self) -> None:
-        """A sign of life; call it whenever something sound was done, it is sent as often as the watchdog needs it."""
+        """A heartbeat: call it whenever work has succeeded; it is sent as often as the watchdog needs it."""
         now_s = self._clock()
         if self._beat_every_s > 0 and (self._beaten_s is None or now_s - self._beaten_s >= self._beat_every_s):
             self._beaten_s = now_s
             self._send("WATCHDOG=1")
 
     def stopping(self, status: str) -> None:
-        """The robot was told to end, and begins to."""
+        """The robot begins to shut down."""
         self._send(f"STOPPING=1\nSTATUS={status}")
 
     def close(self) -> None:
-        """Tell nothing more."""
+        """Send nothing more."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None

@@ -37,14 +37,14 @@ _log = structlog.get_logger(__name__)
 
 @dataclass(frozen=True)
 class KeptPose:
-    """Where the robot stood, and the angles of its wheels there, by the motors' own count."""
+    """The robot's pose, and the angles of its wheels there, as the motors count them."""
 
     pose: Pose
     reading: WheelReading
 
 
 class PoseKeeper:
-    """Keeps the pose in `path`, in a thread; a disk that fails costs the pose only, and is logged once."""
+    """Saves the pose in `path`, in a thread; if the disk fails, only the pose is lost, and that is logged once."""
 
     def __init__(self, path: Path, boot_id: Path = BOOT_ID) -> None:
         self._path = path
@@ -56,7 +56,7 @@ class PoseKeeper:
         self._over = False
 
     def recall(self) -> KeptPose | None:
-        """Where a daemon that did not end in order was last in this boot, or None."""
+        """The last pose of an earlier daemon of this boot that did not shut down properly, or None."""
         try:
             with self._path.open("rb") as file:
                 found = json.loads(file.read(MAX_BYTES))
@@ -70,7 +70,7 @@ class PoseKeeper:
         return KeptPose(Pose(*numbers[:3]), WheelReading(left_rad=numbers[3], right_rad=numbers[4]))
 
     def note(self, pose: Pose, reading: WheelReading | None, now: float) -> None:
-        """Have the pose and the reading that goes with it kept at time `now` (sample clock, s), if it is another."""
+        """Save the pose with its reading at time `now` (sample clock, s), if it has changed."""
         if reading is None or now - self._kept_s < EVERY_S or self._flight is not None:
             return
         if self._kept is not None and pose.near(self._kept):
@@ -88,7 +88,7 @@ class PoseKeeper:
 
     @contextmanager
     def forgotten_at_the_end(self) -> Iterator[None]:
-        """Have `close` forget the pose unless what is done in here fails; to be told to end is no failure."""
+        """Context of the daemon: unless it fails there, `close` deletes the pose. A shutdown is no failure."""
         try:
             yield
         except asyncio.CancelledError:
@@ -97,7 +97,7 @@ class PoseKeeper:
         self._over = True
 
     async def close(self) -> None:
-        """Write what is being written; after an orderly end, forget it all."""
+        """Finish writing; after a proper shutdown, delete the pose."""
         await self.settled()
         if self._over:
             with suppress(OSError):

@@ -26,7 +26,7 @@ Access = Callable[[Path, int], bool]
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was looked for: what is there, or what is wrong and the remedy (then with an exit status)."""
+    """The result of one check: what was found, or what is wrong and the remedy (then with an exit status)."""
 
     subject: str
     text: str
@@ -48,7 +48,7 @@ class Preflight:
 
     @property
     def exit_status(self) -> int:
-        """Of the first kind of thing that is wrong; EX_OK if nothing is."""
+        """The exit status of the first finding that is wrong; EX_OK if nothing is."""
         return next((finding.exit_status for finding in self.findings if not finding.ok), EX_OK)
 
 
@@ -117,7 +117,7 @@ def find_quiet_hours(settings: Settings) -> Iterator[Finding]:
 
 
 def nearest_there(directory: Path) -> Path:
-    """The directory itself, or the nearest above it that is there."""
+    """The directory itself, or its nearest parent that exists."""
     return next(path for path in (directory, *directory.absolute().parents) if path.exists())
 
 
@@ -134,7 +134,7 @@ def find_memory(directory: Path, access: Access = os.access) -> Finding:
 
 
 def sides_of(settings: AudioSettings) -> tuple[tuple[str, Direction, str | None], ...]:
-    """What is needed of sound cards, which way it goes, and the device that the settings name for it."""
+    """A sound device that is needed: microphone or loudspeaker, and the name in the settings."""
     return ("microphone", "input", settings.input_device), ("loudspeaker", "output", settings.output_device)
 
 
@@ -154,7 +154,7 @@ def find_sound(settings: AudioSettings, devices: Devices) -> Iterator[Finding]:
 
 
 def find_port(settings: WheelSettings, device_directory: Path, access: Access = os.access) -> Finding:
-    """The wheels' serial port: there, a device, and accessible."""
+    """Whether the wheels' serial port exists, is a device, and is accessible."""
     if settings.driver == "none":
         return Finding("wheels", "none, as wheels.driver says; the robot stands")
     if settings.driver == "ros":
@@ -183,7 +183,7 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
 
 
 def find_stop_button(settings: StopButtonSettings, device_directory: Path) -> Iterator[Finding]:
-    """What its pin needs, if the settings have one: without it the robot would not start."""
+    """Whether the stop button's pin can be used, if the settings have one: otherwise the robot would not start."""
     if settings.pin is None:
         return
     why = missing(device_directory)

@@ -34,7 +34,7 @@ _log = structlog.get_logger(__name__)
 
 @dataclass(frozen=True)
 class Rereading:
-    """How a daemon came by its settings, to do so again. `load` raises HvcpdError with every fault."""
+    """How a daemon's settings were loaded, to load them again. `load` raises HvcpdError with every fault."""
 
     load: Callable[[], Loaded]
     sources: tuple[Sourced, ...]
@@ -64,7 +64,7 @@ class Reloader:
         return await self._renew(None)
 
     async def add(self, task: Mapping[str, Any]) -> dict[str, Any]:
-        """Have one more task, in the form of the task file; keep it, and reload. Raises HvcpdError as `reload`."""
+        """Add a task, in the form of the task file; save it, and reload. Raises HvcpdError as `reload`."""
 
         def added(changes: TaskChanges) -> TaskChanges:
             taken = next((each for each in self._tasks.tasks if each.number == task.get("number")), None)
@@ -75,7 +75,7 @@ class Reloader:
         return await self._renew(added)
 
     async def remove(self, number: int) -> dict[str, Any]:
-        """Have a task no more; keep that, and reload. Raises HvcpdError as `reload`."""
+        """Remove a task; save that, and reload. Raises HvcpdError as `reload`."""
 
         def removed(changes: TaskChanges) -> TaskChanges:
             task = self._tasks.by_number(number)
@@ -169,7 +169,7 @@ class Reloader:
         if self._coming is tasks:
             self._coming = None
         self._body.wiring = replace(self._body.wiring, tasks=tasks)
-        self._body.journal.know(tasks)
+        self._body.journal.use_tasks(tasks)
         if robot is not None:
             robot.coordination.retask(tasks.tasks, robot.now, tasks.places)
             self._tell_robot(self._body.wiring)
@@ -183,7 +183,7 @@ class Reloader:
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
-    """The people who are new, gone, or have other takes."""
+    """The people who are new, no longer enrolled, or have other takes."""
     changes: list[dict[str, Any]] = [
         {"key": f"takes of {now[key].name}", "before": before[key].n_takes, "now": now[key].n_takes}
         for key in sorted(before.keys() & now.keys())

@@ -39,7 +39,7 @@ _log = structlog.get_logger(__name__)
 
 
 class RequestHandler:
-    """Carries out requests; what changes something is logged with who asked for it."""
+    """Carries out requests; those that change something are logged with the client."""
 
     def __init__(self, body: Body, reloader: Reloader) -> None:
         self._body = body
@@ -49,7 +49,7 @@ class RequestHandler:
         """"stop" was asked for before there was a robot to be stopped."""
 
     def hello(self) -> Result:
-        """The first line that each client is sent."""
+        """The first line that each client gets."""
         return {
             "event": "hello",
             "protocol": PROTOCOL,

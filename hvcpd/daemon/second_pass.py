@@ -19,7 +19,7 @@ _log = structlog.get_logger(__name__)
 
 
 def one_thread(name: str = "second-pass") -> Executor:
-    """A thread of the process's own priority, called so.
+    """A thread with this name and the process's own priority.
 
     With a lower one it is kept from running by other programs while it holds Python's global lock, for which hearing
     then waits: at nice 10 beside a process at nice -10, with four busy programs on two processors, a block of 25 ms was
@@ -72,17 +72,17 @@ class SecondPass(Generic[Job, Found]):
         return found
 
     def take_sentences(self) -> list[tuple[Job, Found]]:
-        """The sentences among the findings, each told once; the newest if nobody asked for long."""
+        """The sentences among the findings, each once; only the newest ones if this was not called for long."""
         sentences, self._sentences = self._sentences, []
         return sentences
 
     async def settled(self) -> None:
-        """Wait until nothing is being looked at."""
+        """Wait until no search is under way."""
         for future in tuple(self._under_way):
             await asyncio.wait([asyncio.wrap_future(future)])
 
     async def close(self) -> None:
-        """Look no more."""
+        """Stop searching."""
         self._pool.shutdown(wait=False, cancel_futures=True)
         await self.settled()
 

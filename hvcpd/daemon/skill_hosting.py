@@ -30,7 +30,7 @@ _log = structlog.get_logger(__name__)
 
 
 async def offer(path: Path, runners: Mapping[str, Runner]) -> None:
-    """Offer skills to the daemon at `path` for ever. Raises NotDoneError for what trying again does not mend."""
+    """Offer skills to the daemon at `path` for ever. Raises NotDoneError if trying again cannot help."""
     host = Host(runners)
     while True:
         with suppress(OSError):
@@ -45,7 +45,7 @@ async def offer(path: Path, runners: Mapping[str, Runner]) -> None:
 
 @runtime_checkable
 class OnPort(Protocol):
-    """Wheels behind a serial port."""
+    """Wheels on a serial port."""
 
     @property
     def port(self) -> str: ...
@@ -72,7 +72,7 @@ class JointService:
 
     @property
     def joints(self) -> tuple[Joint, ...]:
-        """All of them."""
+        """All joints."""
         return tuple(self._named.values())
 
     def begin(self, service: WheelService, wheels: Wheels) -> None:
@@ -85,7 +85,7 @@ class JointService:
         self._task.add_done_callback(_tell_end)
 
     async def close(self) -> None:
-        """End what is under way, and the watching process."""
+        """End calls under way, and the guard process."""
         if self._task is not None:
             self._task.cancel()
             with suppress(asyncio.CancelledError, NotDoneError):

@@ -40,14 +40,14 @@ _log = structlog.get_logger(__name__)
 
 @dataclass
 class _Use:
-    """A call under way, who carries it out, and how far it is."""
+    """A call under way, the client that carries it out, and its progress."""
 
     last: SkillRecord
     client: Client
 
 
 class SkillService:
-    """`changed` is called when other skills are offered than before."""
+    """Passes calls between the robot and the clients that offer skills; `changed` is called when the offer changes."""
 
     def __init__(self, tasks: Callable[[], TaskRepository], changed: Callable[[], None] = lambda: None) -> None:
         self._tasks = tasks
@@ -59,7 +59,7 @@ class SkillService:
 
     @property
     def offered(self) -> frozenset[str]:
-        """The skills that can be used now."""
+        """The skills that clients offer now."""
         return frozenset(self._offers)
 
     @property
@@ -68,12 +68,12 @@ class SkillService:
         return self._use.last if self._use is not None else None
 
     def begin(self, robot: Robot) -> None:
-        """The robot is there."""
+        """Begin: the robot is ready."""
         self._robot = robot
         robot.performer.offer(self.offered)
 
     def offer(self, client: Client, names: Iterable[object]) -> dict[str, Any]:
-        """A client offers these skills from now on, and no others; in place of who offered them before."""
+        """A client offers these skills from now on, and no others; it replaces clients that offered them before."""
         known = [*(skill.name for skill in self._tasks().skills), *TENDING]
         skills = []
         for name in names:
@@ -87,7 +87,7 @@ class SkillService:
         return {"skills": sorted(set(skills))}
 
     def gone(self, client: Client) -> None:
-        """A client has broken off: its skills are offered no more, and what it was at has failed."""
+        """A client has disconnected: its skills are no longer offered, and its call has failed."""
         if client in self._offers.values():
             self._offers = {name: each for name, each in self._offers.items() if each is not client}
             self._tell_offers()
@@ -95,7 +95,7 @@ class SkillService:
             self._tell_robot(Report(self._use.last.call.number, SkillState.FAILED, text=NOBODY))
 
     def take(self, orders: Iterable[Order], now: float) -> None:
-        """Hand on what the robot asks for, at time `now` (s, sample clock)."""
+        """Pass on the robot's requests, at time `now` (s, sample clock)."""
         for order in orders:
             if isinstance(order, Begin):
                 self._begin(order.call, now)
@@ -109,7 +109,7 @@ class SkillService:
             self._use.client.send(event_line({"event": "beat"}))
 
     def halt(self) -> None:
-        """Cancel what is under way now, without waiting for the next block of sound."""
+        """Cancel the call under way at once, without waiting for the next block of sound."""
         if self._use is not None:
             self._use.client.send(event_line({"event": "cancel", "call": self._use.last.call.number}))
 
@@ -121,7 +121,7 @@ class SkillService:
                 self._use = None
 
     def progress(self, client: Client, arguments: dict[str, Any]) -> None:
-        """How far a call is."""
+        """A client reports the progress of a call."""
         state = arguments.get("state", "running")
         if state not in _STATES:
             raise RefusalError("bad_argument", f"state: {did_you_mean(state[:40], _STATES)}")
@@ -131,12 +131,12 @@ class SkillService:
         self._tell(client, arguments, Report(0, _STATES[state], share, _text(arguments, "text")))
 
     def done(self, client: Client, arguments: dict[str, Any]) -> None:
-        """A call is carried out."""
+        """A client reports that a call has succeeded."""
         results = _results(arguments.get("results", {}))
         self._tell(client, arguments, Report(0, SkillState.FINISHED, 1.0, _text(arguments, "text"), results))
 
     def failed(self, client: Client, arguments: dict[str, Any]) -> None:
-        """A call cannot be carried out."""
+        """A client reports that a call has failed."""
         self._tell(client, arguments, Report(0, SkillState.FAILED, text=_text(arguments, "reason") or "it failed"))
 
     def _begin(self, call: Call, now: float) -> None:

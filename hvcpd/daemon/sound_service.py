@@ -33,7 +33,7 @@ _log = structlog.get_logger(__name__)
 
 
 class Overload:
-    """`note` each block; while `standing`, the alarm is raised. Times are seconds of sound that came."""
+    """Detects that the computer is too busy: `note` each block; `standing` is the alarm. Times are seconds of sound."""
 
     def __init__(self) -> None:
         self._disturbed_s: deque[int] = deque()
@@ -42,11 +42,11 @@ class Overload:
 
     @property
     def standing(self) -> bool:
-        """Whether sound is lost or late so often that what is heard proves little."""
+        """Whether sound is lost or late so often that recognition is unreliable."""
         return self._since_s is not None
 
     def note(self, now_s: float, before: StreamCounters, after: StreamCounters) -> None:
-        """A block came at `now_s`, between these counts of what was lost."""
+        """Note a block at `now_s`, with the counts of lost sound before and after it."""
         if is_disturbed(before, after):
             self._blocks += 1
             if not self._disturbed_s or self._disturbed_s[-1] < int(now_s):
@@ -74,7 +74,7 @@ class Overload:
 
 
 def is_disturbed(before: StreamCounters, after: StreamCounters) -> bool:
-    """Whether sound was lost or late between two counts. Silence that evens out two clocks is neither."""
+    """Whether sound was lost or late between two counts. Silence inserted between two clocks counts as neither."""
     if before is after:
         return False
     lost = ("input_dropped", "output_dropped", "output_late", "card_overflows", "card_underflows", "card_lost")
@@ -109,7 +109,7 @@ class Block:
 
 
 class SoundService:
-    """`open`, `start`, then `read` and `write` in turn, at last `close`. Only the first opening raises DeviceError.
+    """Call `open`, `start`, then `read` and `write` in turn, then `close`. Only the first opening raises DeviceError.
 
     `clock` (monotonic, s) and `sleep` are the event loop's; a test hands in others.
     """
@@ -143,7 +143,7 @@ class SoundService:
         await self._stream.open()
 
     async def start(self) -> None:
-        """Begin to hear and to play. Raises DeviceError."""
+        """Start recording and playing. Raises DeviceError."""
         await self._stream.start()
         self._heard_s = self._since_s = self._reported_s = self._clock()
 
@@ -154,7 +154,7 @@ class SoundService:
 
     @property
     def flowing(self) -> bool:
-        """Whether there is sound."""
+        """Whether the stream is open."""
         return self._recovery is None
 
     @property
@@ -167,7 +167,7 @@ class SoundService:
         return self._all
 
     async def read(self) -> Block:
-        """The next block heard, or after GAP_S without sound one that only tells how much time has passed.
+        """The next block heard or, after GAP_S without sound, an empty one that only says how much time has passed.
 
         Raises DeviceError if the failed card cannot be let go of.
         """
@@ -192,12 +192,12 @@ class SoundService:
         return Block(samples, lost if gap else None)
 
     def write(self, samples: Samples) -> None:
-        """Have sound played, shape (n,), float32, as long as what was read; without a card it is dropped."""
+        """Play sound, shape (n,), float32, as long as the block that was read; without a card it is dropped."""
         if self._recovery is None:
             self._stream.write(samples)
 
     async def close(self) -> None:
-        """Let go of the card. Never raises for a device."""
+        """Close the card. Never raises for a device."""
         if self._recovery is not None:
             self._recovery.cancel()
             await asyncio.wait([self._recovery])
@@ -207,7 +207,7 @@ class SoundService:
             _log.error("sound card not closed", reason=str(error))
 
     def tell_losses(self) -> None:
-        """One line in the log, if something was lost since the last one."""
+        """Log a line if sound was lost since the last one."""
         self._reported_s = self._clock()
         counters = self.counters
         if counters != self._reported:

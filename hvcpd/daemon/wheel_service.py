@@ -27,7 +27,7 @@ _log = structlog.get_logger(__name__)
 
 
 class WheelService:
-    """`serve` at every block, `take_reading` before it; neither blocks. A halt goes out at once."""
+    """Drives the wheels: `take_reading`, then `serve` at every block; neither blocks. A halt is sent at once."""
 
     def __init__(self, wheels: Wheels, lease_s: float = LEASE_S, lost_s: float = LOST_S) -> None:
         self._wheels = wheels
@@ -53,7 +53,7 @@ class WheelService:
         await asyncio.get_running_loop().run_in_executor(self._thread, self._wheels.open)
 
     def serve(self, command: WheelCommand, now: float) -> None:
-        """Have the wheels turn like this from time `now` (sample clock, s). Raises DeviceError once they are lost."""
+        """Set the wheels' speeds from time `now` on (sample clock, s). Raises DeviceError once the wheels are lost."""
         if self._broken is not None:
             raise self._broken
         self._now = now
@@ -73,16 +73,16 @@ class WheelService:
 
     @property
     def fault(self) -> str | None:
-        """Why the wheels do not answer at present; None: they do."""
+        """Why the wheels do not answer at present; None if they do."""
         return self._reason if self._failing_since_s is not None else None
 
     def exchange_now(self) -> None:
-        """Have the next exchange come at once: something else on the bus is not to wait."""
+        """Make the next exchange at once, because another device on the bus must not wait."""
         self._due = True
         self._send()
 
     def halt(self) -> None:
-        """Standstill now, without waiting for the next block of sound."""
+        """Halt now, without waiting for the next block of sound."""
         self.wanted, self._due = STANDSTILL, True
         self._renew_lease()
         self._send()

@@ -49,7 +49,7 @@ ONE_DAY = timedelta(days=1)
 
 @dataclass(frozen=True)
 class Wiring:
-    """What `wire_up` found good. `people`: those who are enrolled, and no robots, by name in lower case."""
+    """Checked settings with all files that they name. `people`: those enrolled, robots excluded, by lower-case name."""
 
     settings: Settings
     tasks: TaskRepository
@@ -59,7 +59,7 @@ class Wiring:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All robots and people known beforehand, this one first."""
+        """All robots and people known in advance, this robot first."""
         own = self.settings.name
         people = (person.name for person in self.people.values())
         others = {name.casefold(): name for name in (*people, *self.settings.names)}
@@ -67,17 +67,17 @@ class Wiring:
 
     @property
     def seals_path(self) -> Path:
-        """Where counters of seals are kept, apart from the tasks; see `Journal`."""
+        """The file of the counters of seals, apart from the tasks; see `Journal`."""
         return self.settings.state_dir / f"{self.settings.name.lower()}.seals.sqlite3"
 
     @property
     def latch_path(self) -> Path:
-        """Where it is kept whether the robot may go on at its next start; see `StopLatch`."""
+        """The file of the stop latch; see `StopLatch`."""
         return self.settings.state_dir / f"{self.settings.name.lower()}.latch"
 
     @property
     def unable(self) -> frozenset[int]:
-        """The tasks that the robot lacks the means for: what the settings name and, without wheels, what drives."""
+        """The tasks that the robot cannot do: those in the settings and, without wheels, those that drive."""
         wheeled = self.settings.wheels.driver != "none"
         return frozenset(self.settings.unable) | (frozenset() if wheeled else self.driving)
 
@@ -92,7 +92,7 @@ class Wiring:
         return drive_of(self.settings.wheels)
 
     def with_talk(self, role: Role, wall_s: float) -> Role:
-        """The role with the talk and the level that the settings have for this time, s since 1970."""
+        """The role with the `talk` and level that the settings prescribe for this time, s since 1970."""
         settings = self.settings
         is_quiet = settings.clock and settings.quiet.holds_at(wall_s)
         talk = Talk.TERSE if is_quiet else Talk(settings.talk)
@@ -101,7 +101,7 @@ class Wiring:
         return role if unchanged else replace(role, talk=talk, softly_db=softly_db)
 
     def with_live(self, role: Role) -> Role:
-        """The role with what of it may change while the robot lives."""
+        """The role with the settings that may change while the robot runs."""
         settings, role = self.settings, self.with_talk(role, time.time())
         return replace(
             role,
@@ -120,7 +120,7 @@ class Wiring:
         return now_s if datetime.fromtimestamp(now_s, UTC).date() >= self.keys.newest - ONE_DAY else None
 
     def ring(self) -> KeyRing | None:
-        """The keys that count today, if the team has any."""
+        """The keys that are valid today, if the team has any."""
         wall_s = self.wall_s()
         today = datetime.fromtimestamp(wall_s, UTC).date() if wall_s is not None else None
         return self.keys.ring(today) if self.keys is not None else None
@@ -130,11 +130,11 @@ class Wiring:
         return make_phrasebook(names, settings.teams, self.tasks, self.keys is not None, settings.security.encrypted)
 
     def phrasebook(self) -> Phrasebook:
-        """Of the names that the robots know. Raises PhraseError."""
+        """The phrasebook of the known names. Raises PhraseError."""
         return self._phrasebook(self.names)
 
     def names_with(self, heard: Sequence[str]) -> tuple[str, ...]:
-        """All that were told and, as far as there is room, those `heard` last that can be told from them."""
+        """The given names and, as far as there is room, those `heard` last that do not sound like them."""
         names = self.names
         for name in reversed(heard):
             if len(names) >= MAX_KNOWN_NAMES or any(name.casefold() == known.casefold() for known in names):
@@ -242,7 +242,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
 
 
 def _people(settings: Settings) -> dict[str, Person]:
-    """The enrolled people; a file that cannot be used costs that person's voice, not the mission."""
+    """The enrolled people; a file that cannot be used is skipped, with a warning."""
     if settings.voices == "robots":
         return {}
     people, faults = enrolled_people(settings.state_dir)
@@ -252,7 +252,7 @@ def _people(settings: Settings) -> dict[str, Person]:
 
 
 def _team_key(settings: Settings) -> KeyFile | None:
-    """The team's keys, if there are any; from then on this process shows nobody its memory."""
+    """The team's keys, if there are any; from then on no other process can read this one's memory."""
     path = find_key_file(settings.security.key)
     if path is None:
         if settings.security.encrypted:

@@ -52,7 +52,7 @@ class Journal:
         self._names = {task.number: task.name for task in tasks.tasks}
         self._own_name = own_name
 
-    def know(self, tasks: TaskRepository) -> None:
+    def use_tasks(self, tasks: TaskRepository) -> None:
         """Use these tasks from now on; records of others that are still to be written are kept, too."""
         self._names = {**self._names, **{task.number: task.name for task in tasks.tasks}}
 
