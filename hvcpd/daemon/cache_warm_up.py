@@ -79,7 +79,7 @@ class Preparation:
         self.ended()
 
     def counted(self, what: str, total: int, go_on: GoOn) -> GoOn:
-        """Return `go_on` with progress, to be called before each of `total` steps of making `what`; then call `ended`."""
+        """Return `go_on` with progress, to call before each of `total` steps of making `what`; then call `ended`."""
         self._begin(total)
 
         def step() -> bool:

@@ -14,7 +14,7 @@ from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.console.lines import surely
+from hvcpd.console.lines import confidence_note
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.peers import PeerDistance
@@ -189,7 +189,7 @@ def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_sure_of
             line = FollowLines(Console(file=io.StringIO())).line(event, 0.0)
             assert line is not None
             assert line.plain.endswith("somebody: Stop  heard, the word by itself")
-            assert surely(event["confidence"], event["snr_db"])["text"] == "heard, the word by itself"
+            assert confidence_note(event["confidence"], event["snr_db"])["text"] == "heard, the word by itself"
             row, *_ = (await talk.ask("transcript"))["result"]["rows"]
             assert (row["text"], row["confidence"]) == ("Stop", None)
             counts = (await talk.ask("status"))["result"]["counts"]
