@@ -1,4 +1,4 @@
-"""Puts one robot together from its settings: the only place that knows all packages."""
+"""Builds one robot from its settings: the only module that knows all packages."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def make_ears(
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
-    """Hears spelled names, in every voice; `watch`: of another recogniser on the same microphone."""
+    """A recogniser of spelled names, in every voice; `watch`: that of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     voices = {voice.name: voice for voice in sound.every_voice()}
 
@@ -135,7 +135,7 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
 
 
 def make_overhearing() -> Overhearing:
-    """Hears it while the robot itself speaks."""
+    """A listener for the keyword while the robot itself speaks."""
     return Overhearing(KeywordNet(Weights.load()))
 
 

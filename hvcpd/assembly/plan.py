@@ -1,4 +1,4 @@
-"""Everything that tells one robot from another, grouped by what it describes; None is the usual one."""
+"""The differences between robots, grouped by what they describe; None stands for the default."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hvcpd.security.silence import Patience
 
 @dataclass(frozen=True)
 class TeamPlan:
-    """The names that it knows in advance. `names`: of all robots and people, its own among them."""
+    """The names that it knows in advance: `names` of all robots and people, including its own."""
 
     names: tuple[str, ...]
     given: tuple[str, ...] | None = None

@@ -60,7 +60,7 @@ NEAR_NAMES = 5
 
 @dataclass(frozen=True)
 class Confusion:
-    """Two phrases that compete, the voice in which they are worst, and how often one is heard as the other.
+    """Two phrases that compete, the voice in which they are most alike, and how often one is heard as the other.
 
     Rates are of the worse direction, 0 to 0.5: in quiet, and in the worse of white and pink noise at 0 and -5 dB.
     """
@@ -213,7 +213,7 @@ def _distances(sounds: VoiceSounds, pairs: Sequence[Pair]) -> dict[Pair, NDArray
 
 
 def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion:
-    """Return what these distances, shape (len(CONDITIONS),), mean for the pair."""
+    """Return the confusion that follows from these distances of a pair, shape (len(CONDITIONS),)."""
     rate = ConfusionCurve().rate
 
     def worst(snr_db: float | None) -> float:

@@ -1,4 +1,4 @@
-"""Command lines: a parser whose messages are one line with a remedy, and its output to the terminal or elsewhere.
+"""Command lines: a parser with one-line messages that name a remedy, and output that may fail.
 
 Light, since every command builds the parser of all commands.
 """

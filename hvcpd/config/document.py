@@ -31,7 +31,7 @@ MAX_VALUES = 50_000
 
 @dataclass(frozen=True, order=True)
 class Place:
-    """Where something was written: a file with line and column (from 1), or a command's option (line 0)."""
+    """The source of a value: a file with line and column (from 1), or a command's option (line 0)."""
 
     source: str
     line: int = 0
@@ -59,15 +59,15 @@ class Document:
         return self.key_places.get(path) or self.places[path]
 
     def has(self, path: KeyPath) -> bool:
-        """Whether something is written at `path`, right or wrong."""
+        """Whether there is a value at `path`, valid or not."""
         return path in self.key_places or path in self.places
 
     def fault(self, path: KeyPath, text: str, place: Place | None = None) -> None:
-        """Note what is wrong at `path` and what to do; said once, however often it is noted."""
+        """Note a fault at `path` and its remedy; each path is reported only once."""
         self._faults.setdefault((place or self.place(path), text), path)
 
     def is_faulty(self, path: KeyPath) -> bool:
-        """Whether the value at `path` itself, or anything around it below the top, has a fault already."""
+        """Whether the value at `path`, or an enclosing one below the top level, already has a fault."""
         found = set(self._faults.values())
         return any(path[:length] in found for length in range(min(1, len(path)), len(path) + 1))
 
@@ -77,7 +77,7 @@ class Document:
             yield f"{place}: {text}"
 
     def overlay(self, path: KeyPath, value: object, source: str) -> None:
-        """Put a value from elsewhere (a command's option) over what the file says; the way to it is made.
+        """Override a value of the file by one from elsewhere (a command's option); missing parents are created.
 
         What lies in the way and is no group of keys stays, as the fault that it is.
         """
@@ -95,11 +95,11 @@ class Document:
         self._overlaid.add(path)
 
     def named_by_place(self, path: KeyPath) -> bool:
-        """Whether the place of the key at `path`, an option or a variable, is the key's own name already."""
+        """Whether the place of the key at `path`, an option or a variable, already names the key."""
         return path in self._overlaid
 
     def gather(self, place: Place) -> None:
-        """Have everything stand at one place: it comes from no file."""
+        """Give all values the same place: they come from no file."""
         for places in (self.places, self.key_places):
             places.update(dict.fromkeys(places, place))
 
@@ -127,7 +127,7 @@ def _moved(before: KeyPath, now: KeyPath) -> Callable[[KeyPath], KeyPath | None]
 
 
 def read_bytes(path: Path) -> bytes:
-    """The bytes of a configuration file. Raises ConfigError for what is no file, cannot be read or is too large."""
+    """The bytes of a configuration file. Raises ConfigError if it is no file, cannot be read, or is too large."""
     try:
         if path.exists() and not path.is_file() and not path.is_dir():  # to open a pipe would wait for its writer
             raise ConfigError(f"{path}: this is a pipe or a device, which cannot be read again; name a regular file")

@@ -1,4 +1,4 @@
-"""From a document's values to frozen dataclasses, strictly, with every fault told at its line.
+"""From a document's values to frozen dataclasses, strictly, with every fault reported at its line.
 
 Nothing is converted that a person may not have meant: "5" is no number, 5.7 no whole number, yes no 1. A field may
 carry a check in its metadata (`between`, `checked`); what concerns several fields is checked by a function that is
@@ -37,7 +37,7 @@ _SYNONYMS = "synonyms"
 
 
 class FaultError(ValueError):
-    """What is wrong with a value and what to do; `path` leads from that value to the part that is meant."""
+    """A fault of a value, with the remedy; `path` leads from that value to the faulty part."""
 
     def __init__(self, text: str, *path: str | int) -> None:
         super().__init__(text)
@@ -45,7 +45,7 @@ class FaultError(ValueError):
 
 
 class Parts:
-    """A document's values for a check across fields: those parts that are well-formed, and a way to fault any."""
+    """A document's well-formed values, for a check across fields, which can note a fault of any of them."""
 
     def __init__(self, document: Document, converter: Converter) -> None:
         self._document = document
@@ -67,7 +67,7 @@ class Parts:
             return None
 
     def has(self, path: KeyPath) -> bool:
-        """Whether something is written at `path`, right or wrong."""
+        """Whether there is a value at `path`, valid or not."""
         return self._document.has(path)
 
     def length(self, path: KeyPath) -> int:
@@ -124,7 +124,7 @@ def between(least: float, most: float) -> dict[str, Check]:
 
 
 def number_between(least: float, most: float) -> Check:
-    """The check alone."""
+    """The check of `between` alone."""
 
     def check(value: float | None) -> str | None:
         if value is None or least <= value <= most:
@@ -135,17 +135,17 @@ def number_between(least: float, most: float) -> Check:
 
 
 def checked(*checks: Check) -> dict[str, Check]:
-    """Field metadata: the first of the checks that finds a fault says what is wrong with the value and what to do."""
+    """Field metadata: checks of the value; the first fault that one finds is reported."""
     return {_CHECK: lambda value: next((text for check in checks if (text := check(value)) is not None), None)}
 
 
 def at_most(most: int, what: str) -> Check:
-    """The check that there are no more than so many; `what` is, for example, "names can be given"."""
+    """A check of the maximum number of elements; `what` is, for example, "names can be given"."""
     return lambda given: None if len(given) <= most else f"at most {most} {what}, found {len(given)}; remove some"
 
 
 def synonyms(*words: str) -> dict[str, tuple[str, ...]]:
-    """Field metadata: no names of the field, but words for which the message on an unknown key proposes it."""
+    """Field metadata: words that are no valid keys, but for which the message on an unknown key suggests this field."""
     return {_SYNONYMS: words}
 
 
@@ -156,7 +156,7 @@ def synonym_of(word: str, cls: Any) -> str | None:
 
 
 def describe(value: object) -> str:
-    """A value in a person's words."""
+    """A value in words for people."""
     match value:
         case None:
             return "nothing"
@@ -252,7 +252,7 @@ def _int(value: Any, _: Any) -> int:
 
 
 def as_number(value: object) -> str:
-    """How what was meant as a number is written: YAML takes `1e9` for a text."""
+    """The correct spelling of a text that was meant as a number: YAML takes `1e9` for a text."""
     try:
         meant = float(value) if isinstance(value, str) and "e" in value.lower() else math.nan
     except ValueError:

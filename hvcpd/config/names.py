@@ -117,7 +117,7 @@ def valid_alternative(phrase: str) -> str | None:
 
 
 def repeated_names(names: tuple[str, ...]) -> str | None:
-    """What is wrong with a list of robots' names as a whole, or None: each is said once, whatever its case."""
+    """What is wrong with a list of robots' names as a whole, or None: no name may occur twice, whatever its case."""
     firsts: dict[str, str] = {}
     for name in names:
         firsts.setdefault(name.casefold(), name)
@@ -127,7 +127,7 @@ def repeated_names(names: tuple[str, ...]) -> str | None:
 
 
 def valid_robot_names(names: tuple[str, ...]) -> str | None:
-    """What is wrong with each of a list of robots' names, else with the list, or None."""
+    """What is wrong with each of a list of robots' names, otherwise with the list, or None."""
     return every_fault(names, valid_robot_name) or repeated_names(names)
 
 

@@ -40,7 +40,7 @@ class QuietSettings:
     level_db: float = field(default=-10.0, metadata=between(-30, 0))
 
     def holds_at(self, wall_s: float) -> bool:
-        """Whether the hours hold at this time, s since 1970; never if the clock was not set."""
+        """Whether this time, s since 1970, lies in the quiet hours; never if the clock was not set."""
         minutes = _minutes(self.hours) if self.hours is not None else None
         if minutes is None or wall_s < CLOCK_SET_S:
             return False

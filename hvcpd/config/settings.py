@@ -122,7 +122,7 @@ class ControlSettings:
 
 @dataclass(frozen=True)
 class ClipSettings:
-    """Where recordings of what was not understood are kept, if at all, and how much of them at most."""
+    """The folder of recordings of speech that was not understood, if any, and its limits."""
 
     folder: Path | None = None
     keep: int = field(default=200, metadata=between(1, 10_000))
@@ -157,7 +157,7 @@ def _valid_teams(teams: tuple[str, ...]) -> str | None:
 
 @dataclass(frozen=True)
 class Settings:
-    """All that one robot's daemon, or a command, needs to know beforehand.
+    """All settings of one robot's daemon, or of a command.
 
     Of a robot that is loaded by `load_settings`, `teams` has its own `team` in it.
     """
@@ -209,5 +209,5 @@ class Settings:
 
     @property
     def task_changes_path(self) -> Path:
-        """What commands added to this robot's task file, and took out of it."""
+        """The file of tasks that commands have added to this robot's task file or removed from it."""
         return self.state_dir / f"{self.name.lower()}.tasks.yaml"

@@ -52,7 +52,7 @@ class SharedPlace:
         return low, Place(self.high_x_m + self.radius_m, self.high_y_m + self.radius_m)
 
     def way_m(self, here: Place, goal: Place, margin_m: float) -> float | None:
-        """How far along the straight way from `here` to `goal` the area comes as near as `margin_m`; None: nowhere.
+        """How far along the straight path from `here` to `goal` the area comes within `margin_m`, m; None: nowhere.
 
         The distance to a convex area changes no faster than the way along a line, so steps as long as it miss nothing
         (sphere tracing, Hart 1996).

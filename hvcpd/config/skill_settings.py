@@ -1,4 +1,4 @@
-"""How one robot does what its team's task file calls by a name: by a program, a pin, a joint, or an action of ROS.
+"""How one robot carries out a skill of its team's task file: by a program, a pin, a joint, or a ROS action.
 
 Also the pin of its stop button.
 """
@@ -87,7 +87,7 @@ class RosSettings:
 
 @dataclass(frozen=True)
 class SkillSettings:
-    """How this robot does what its team calls by a name: by a program, a pin, a joint, or an action of its ROS.
+    """How this robot carries out a skill: by a program, a pin, a joint, or an action of its ROS.
 
     `run` is the program and its arguments, where "{litres}" stands for what the call has for `litres`. `safe` is a
     program that leaves all safe, run after `run` was cancelled or has failed.
@@ -112,7 +112,7 @@ class StopButtonSettings:
 
 
 def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
-    """None; raises FaultError, at its place, for a name or a way to do a skill that is wrong."""
+    """Return None. Raises FaultError, at its place, for a wrong name or a wrong way to carry a skill out."""
     check_keys(skills)
     for name, skill in skills.items():
         if (wrong := _way_fault(skill)) is not None:
@@ -142,7 +142,7 @@ def _joint_fault(joint: JointSettings) -> str | None:
 
 
 def runnable(skill: SkillSettings, path: Path | None) -> SkillSettings:
-    """A program that begins with a point lies beside the file; others are looked for where the system has programs."""
+    """Make program paths that begin with a point absolute: they are relative to the settings file `path`."""
 
     def whole(words: tuple[str, ...]) -> tuple[str, ...]:
         beside = path is not None and words[:1] and words[0].startswith(("./", "../"))

@@ -1,4 +1,4 @@
-"""What settings come from beside their file, and where each one in force comes from.
+"""The sources of settings besides their file, and the source of each setting in force.
 
 Environment variables: `HVCPD_NAME=Rob`, `HVCPD_AUDIO__INPUT_DEVICE=mic`, `HVCPD_UNABLE='[2, 3]'`. The variable of a key
 is its name in capitals after HVCPD_, with two underscores for each step into a group. Text is taken as it stands;
@@ -99,7 +99,7 @@ class Sourced:
 
 
 def sources_of(settings: Any, document: Document) -> Iterator[Sourced]:
-    """Every setting with its source; `settings` is what was made of the document."""
+    """Every setting with its source; `settings`: the values made from the document."""
     for key, _ in leaf_keys(type(settings)):
         value: Any = settings
         for part in key:
@@ -109,7 +109,7 @@ def sources_of(settings: Any, document: Document) -> Iterator[Sourced]:
 
 
 def plain(value: Any) -> Any:
-    """A setting's value as JSON and YAML have it."""
+    """A setting's value in the types of JSON and YAML."""
     match value:
         case Path():
             return str(value)

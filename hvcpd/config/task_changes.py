@@ -1,4 +1,4 @@
-"""What was added to a task file, and taken out of it, by commands: kept in a file of the robot's own.
+"""The tasks that commands have added to a task file or removed from it, in a file of the robot's own.
 
 The task file itself stays as people wrote it, with its comments; the daemon's user need not be allowed to write it.
 """
@@ -26,7 +26,7 @@ HEAD = """\
 
 @dataclass(frozen=True)
 class Removed:
-    """A task of the task file that is left out; another one that gets its number later is not."""
+    """A task of the task file that was removed; a later task with the same number is not affected."""
 
     number: int
     name: str
@@ -46,7 +46,7 @@ class TaskChanges:
     removed: tuple[Removed, ...] = ()
 
     def with_added(self, task: Mapping[str, Any]) -> TaskChanges:
-        """One more task. Raises ConfigError if a file cannot have it; whether it is a task is not looked at."""
+        """The changes with one more task, which is not validated. Raises ConfigError if a file cannot contain it."""
         source = f"task {task.get('number', '')}".strip()
         try:
             json.dumps(task, ensure_ascii=False).encode()  # YAML would have half a character in an escape
@@ -57,13 +57,13 @@ class TaskChanges:
         return replace(self, added=(*self.added, (document, 0)))
 
     def without(self, number: int, name: str) -> TaskChanges:
-        """Without this task, wherever it comes from."""
+        """The changes without this task, wherever it comes from."""
         added = tuple(each for each in self.added if _identity(*each) != (number, name))
         is_files = len(added) == len(self.added)
         return replace(self, added=added, removed=(*self.removed, Removed(number, name)) if is_files else self.removed)
 
     def applied_to(self, document: Document) -> Document:
-        """A task file's document with these changes. What the file has by now is not added a second time."""
+        """A task file's document with these changes. Tasks that the file has by now are not added a second time."""
         tasks = document.value.get("tasks") if isinstance(document.value, dict) else None
         if not isinstance(tasks, list) or not (self.added or self.removed):
             return document

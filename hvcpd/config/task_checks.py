@@ -1,4 +1,4 @@
-"""What the tasks of a repository must be to each other: each one's number, names and order."""
+"""Checks across the tasks of a repository: numbers, names and order."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SoundsAlike = Callable[[str, str], bool]
 
 
 def check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
-    """What a task comes after is a task, and no task comes after itself, by whatever way round."""
+    """Check that each `after` names an existing task, and that there is no cycle."""
     after: dict[int, tuple[int, ...]] = {}
     for number, path in numbers.items():
         at: KeyPath = (*path[:-1], "after")
@@ -32,7 +32,7 @@ def check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
 
 
 def check_alternatives(parts: Parts) -> None:
-    """Each phrase is spoken words, and stands for one word only."""
+    """Check that each alternative consists of spoken words, and stands for one word only."""
     given = parts.get(("alternatives",), cast(type[Any], Any))
     if not isinstance(given, dict):
         return
@@ -57,7 +57,7 @@ def check_alternatives(parts: Parts) -> None:
 
 
 def check_names(parts: Parts, names: list[tuple[str, KeyPath]], sounds_alike: SoundsAlike | None) -> None:
-    """No two names are the same, or taken for each other by ear."""
+    """Check that no two names are the same or sound alike."""
     for later, (name, path) in enumerate(names):
         for other, other_path in names[:later]:
             line = parts.where(other_path, path)

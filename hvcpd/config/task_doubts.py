@@ -1,4 +1,4 @@
-"""What is strange about a valid task: its author may have meant something else."""
+"""Warnings about valid tasks: the author may have meant something else."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRep
 
 
 def doubts(tasks: TaskRepository) -> tuple[str, ...]:
-    """One message for each doubtful thing, in the order of the tasks; it names the task and the remedy."""
+    """One warning for each oddity, in the order of the tasks, with the task and the remedy."""
     return tuple(f"task {task.number}, {task.name!r}: {text}" for task in tasks.tasks for text in _doubts(task))
 
 

@@ -256,7 +256,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
 def load_tasks(
     path: Path, sounds_alike: SoundsAlike | None = None, changes: TaskChanges | None = None, robots: int = MAX_ROBOTS
 ) -> TaskRepository:
-    """Read the task file `path`, with what `changes` add and leave out.
+    """Read the task file `path`, with the tasks that `changes` add and remove.
 
     Checked are: numbers from 1 to 99 and names, each given once; distances, angles and waits within bounds; that a
     task with "go to place" has a place; that no task takes more robots than the team has, which are `robots`; and, if

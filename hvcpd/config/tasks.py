@@ -38,7 +38,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Dock:
-    """Drive back to where the robot's settings have it start, its charger for example, and face as it did there."""
+    """Drive back to the start pose in the robot's settings, for example its charger."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,14 @@ class Wait:
 
 @dataclass(frozen=True)
 class Tend(Wait):
-    """One of TENDING, for this time: by the skill of that name if the robot has it, else it stands and waits."""
+    """One of TENDING, for this time: by the skill of that name if the robot has it; otherwise it stands and waits."""
 
     skill: str = TENDING[0]
 
 
 @dataclass(frozen=True)
 class Use:
-    """Have a skill do something; it fails after `limit_s`. `arguments` are in the order of its parameters."""
+    """Use a skill; it fails after `limit_s`. `arguments` are in the order of its parameters."""
 
     skill: str
     arguments: tuple[tuple[str, Value], ...] = ()
@@ -138,7 +138,7 @@ class TaskRepository:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What its actions have robots say, each once."""
+        """The sentences that its actions have robots say, each once."""
         said = (a.text for task in self.tasks for a in task.actions if isinstance(a, SayAction))
         return tuple(dict.fromkeys(said))
 

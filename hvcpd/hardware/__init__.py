@@ -1,1 +1,1 @@
-"""The outside: sound cards and wheels. Nothing here loads a device library before it is used."""
+"""The devices: sound cards and wheels. Nothing here loads a device library before it is used."""

@@ -1,4 +1,4 @@
-"""What a microphone's samples tell of a room: levels, clipping, and the own sound found again. Pure numpy."""
+"""Analysis of a microphone's samples: levels, clipping, and the robot's own sound found again. Pure numpy."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def clipped_share(sound: Samples) -> float:
 
 @dataclass(frozen=True)
 class Echo:
-    """The own sound, found again in a recording."""
+    """The robot's own sound, found in a recording."""
 
     delay_s: float
     """From the first sample played to the first heard."""
@@ -69,7 +69,7 @@ class Echo:
 
 
 def find_echo(played: Samples, heard: Samples, noise: Samples) -> Echo | None:
-    """The sound `played`, shape (n,), in what was `heard`, shape (m,) with m >= n; None if it is not there.
+    """Find the sound `played`, shape (n,), in the recording `heard`, shape (m,) with m >= n; None if it is not there.
 
     `noise` is a recording of the same room in silence. The delay is the peak of the cross-correlation, both whitened
     by the played sound's spectrum (the phase transform; Knapp and Carter 1976), so that vowels do not blur it.

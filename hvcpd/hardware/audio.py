@@ -60,7 +60,7 @@ def load_backend() -> Any:
 
 
 def list_devices(backend: Any) -> tuple[SoundDevice, ...]:
-    """All sound devices. Raises DeviceError if PortAudio cannot tell."""
+    """All sound devices. Raises DeviceError if PortAudio cannot list them."""
     try:
         found = backend.query_devices()
     except backend.PortAudioError as error:

@@ -18,7 +18,7 @@ Block = tuple[Samples, int | None]
 
 @contextmanager
 def capture(settings: AudioSettings, backend: Any | None = None) -> Iterator[Iterator[Block]]:
-    """What the microphone takes from now on, block by block. `backend` stands in for the module sounddevice.
+    """Record from now on, block by block. `backend` replaces the module sounddevice.
 
     Raises DeviceError when there is no microphone, it is in use, or it goes away.
     """

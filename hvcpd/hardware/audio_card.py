@@ -71,12 +71,12 @@ class Microphone:
 
     @property
     def latency_s(self) -> float:
-        """What the card tells of its buffer, and the conversion's delay, s."""
+        """The delay of the buffer, as the card reports it, and of the conversion, s."""
         return float(self.stream.latency) + self._to_ours.delay_s
 
     @property
     def behind(self) -> bool:
-        """Whether what is read is not of this moment."""
+        """Whether older sound still waits to be read."""
         return bool(self.stream.read_available >= BEHIND_BLOCKS * self._frames)
 
     def read(self) -> tuple[Samples, int | None]:
@@ -110,7 +110,7 @@ class Loudspeaker:
 
     @property
     def latency_s(self) -> float:
-        """Of what is kept in the card's buffer, more or less than it should be, and of the conversion, s."""
+        """The delay of the sound in the card's buffer, which varies around its target, and of the conversion, s."""
         return (FILLED_BLOCKS * self._frames - self._owed) / self.opened.rate_hz + self._to_card.delay_s
 
     def start(self) -> None:
@@ -120,7 +120,7 @@ class Loudspeaker:
         self._put(np.zeros(min(FILLED_BLOCKS * self._frames, self._room), np.float32))
 
     def write(self, samples: Samples, behind: bool = False) -> bool:
-        """Play sound, shape (n,), float32 at 16 kHz; return whether the card had run out of it before.
+        """Play sound, shape (n,), float32 at 16 kHz; return whether there was an underrun before.
 
         Waits for room, unless the microphone is `behind`: then the sound, which answers to old sound, is left out;
         otherwise all that follows would come late for ever.

@@ -1,4 +1,4 @@
-"""Sound on its way between the card's thread and the event loop: two bounded queues that stay aligned.
+"""Two bounded queues of sound between the card's thread and the event loop, which stay aligned.
 
 What is written after the block that began at microphone sample n is played a fixed time after it was recorded. So
 sound that comes too late is left out, not played later, and the robot knows when it hears itself.
@@ -22,7 +22,7 @@ the block that it is thinking about, one is for the delays of a busy processor."
 
 @dataclass(frozen=True)
 class StreamCounters:
-    """What was lost since the stream was opened, in samples, and the blocks in which the card lost sound itself.
+    """Samples lost since the stream was opened, and the number of blocks in which the card itself lost sound.
 
     `clock_dropped` and `clock_inserted` are silence left out or added because the loudspeaker's clock is slower or
     faster than the microphone's, or because the card lost sound. `card_lost` is how much the microphone's overflows
@@ -124,12 +124,12 @@ class SoundExchange:
             return np.concatenate([out, np.zeros(missing, np.float32)]) if missing else out
 
     def take(self) -> Samples:
-        """Return the oldest block heard, shape (block,), float32, or what there is of it."""
+        """Return the oldest block heard, shape (block,), float32, or less if there is less."""
         with self._lock:
             return self._heard.take(self._block)
 
     def write(self, samples: Samples) -> None:
-        """Have sound of shape (n,) played after what waits already.
+        """Queue sound of shape (n,) for playing.
 
         What should have been played by now is left out and counted as late, what does not fit as dropped.
         """
@@ -146,7 +146,7 @@ class SoundExchange:
 
     @property
     def counters(self) -> StreamCounters:
-        """What was lost so far; the same object as long as nothing more was, for it is asked for at every block."""
+        """The losses so far; the same object until more is lost, since it is read at every block."""
         with self._lock:
             if self._counted is None:
                 self._counted = StreamCounters(**self._counters)

@@ -1,4 +1,4 @@
-"""How much sound a card lost where it only tells that it lost some."""
+"""How much sound a card lost, if it only reports that it lost some."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def play(samples: Samples, device: str | None = None, backend: Any | None = None
 
 
 class Playback:
-    """A loudspeaker that blocks until what it is given is nearly played, and so keeps its own pace.
+    """A loudspeaker whose `write` blocks until the sound is nearly played, and so sets the pace.
 
     `device` is a part of its name, None the system's default; `backend` stands in for the module sounddevice.
     """

@@ -67,7 +67,7 @@ def _filters(up: int, down: int) -> NDArray[np.float32]:
 
 
 class StreamResampler:
-    """`resample` of a sound that comes block by block: the same samples, whatever the blocks, for hours.
+    """`resample` for a stream of blocks: the same samples whatever the block size, for hours.
 
     Every output is given as soon as its window is in, so that what comes out lies `delay_s` behind what goes in, and
     after n inputs there have been ceil((n - delay) * to_hz / from_hz) outputs, exactly. Raises ValueError for a rate

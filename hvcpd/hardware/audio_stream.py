@@ -71,7 +71,7 @@ class AudioStream:
 
     @property
     def latency_s(self) -> float:
-        """From the end of a block that was read until what is then written is heard in the microphone, s.
+        """Time from the end of a block that was read until sound written then is heard in the microphone, s.
 
         The lead, what the card tells of its buffers and how full they are, and the conversions of rates; known once
         the stream is open, and may change as long as it is.
@@ -110,16 +110,16 @@ class AudioStream:
             waited = loop.time() >= watchdog.when()  # but if this loop was held up, sound has come meanwhile
 
     def write(self, samples: Samples) -> None:
-        """Have sound of shape (n,) played after what waits already, as `SoundExchange.write`."""
+        """Queue sound of shape (n,) for playing, as `SoundExchange.write`."""
         self._exchange.write(samples)
 
     @property
     def counters(self) -> StreamCounters:
-        """What was lost so far."""
+        """The losses so far."""
         return self._exchange.counters
 
     async def close(self) -> None:
-        """Stop and let go of the devices; what waits is not played. Never raises for a device that is gone.
+        """Stop and close the devices; queued sound is not played. Never raises for a device that is gone.
 
         Takes as long as the sound system does: one that hangs holds on to its thread.
         """

@@ -1,4 +1,4 @@
-"""What the wheels really measure, from where a robot ends up when it believes to be back. Pure.
+"""The wheels' true dimensions, from where a robot ends up when its odometry says that it is back. Pure.
 
 Method: UMBmark (Borenstein and Feng, "Measurement and Correction of Systematic Odometry Errors in Mobile Robots", IEEE
 Transactions on Robotics and Automation 12(6), 1996): a square driven both ways round tells unequal wheels from a wrong

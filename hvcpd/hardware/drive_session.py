@@ -47,7 +47,7 @@ class DriveSession:
 
     @property
     def reason(self) -> str:
-        """Why the last journey failed, and what the wheels said last; empty if all is well."""
+        """Why the last journey failed, and the wheels' last fault; empty if all is well."""
         return "; ".join(text for text in (self.navigator.reason, self.fault) if text)
 
     def carry_out(self, journey: Journey, show: Callable[[Snapshot], None] = lambda _moment: None) -> MotionState:
@@ -99,7 +99,7 @@ class DriveSession:
 
 
 class RehearsedWheels:
-    """Wheels that turn exactly as told, in time that passes only in `sleep`: to see what a robot would do."""
+    """Ideal wheels in virtual time, which passes only in `sleep`: to see what a robot would do."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -120,7 +120,7 @@ class RehearsedWheels:
         """Nothing to open."""
 
     def exchange(self, command: WheelCommand) -> WheelReading:
-        """Turn like this from now on."""
+        """Set the speeds from now on."""
         self._command = command
         return WheelReading(self._left_rad, self._right_rad, command.left_rad_s, command.right_rad_s)
 

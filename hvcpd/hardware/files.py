@@ -12,7 +12,7 @@ STANDARD_OUTPUT = Path("/dev/stdout")
 
 
 def write_whole(path: Path, data: bytes) -> None:
-    """Write `path` in one step: who reads it sees the old content or the new, never a part. Raises OSError.
+    """Write `path` atomically: readers see the old content or the new, never a part. Raises OSError.
 
     A device, a pipe or the like is written to, not replaced; of a link, what it leads to is replaced. A file that is
     the standard output grows, as the shell's >> wants it.

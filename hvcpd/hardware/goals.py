@@ -1,4 +1,4 @@
-"""Ways that somebody else finds: the place of a task becomes a goal of ROS's navigation. Pure.
+"""Navigation by ROS: the place of a task becomes a goal of its planner. Pure.
 
 Turning on the spot and driving straight on stay our own: they need no map.
 """
@@ -12,7 +12,7 @@ from hvcpd.ports import STANDSTILL, PlaceGoal, Pose, WheelCommand, WheelReading
 
 
 class GoalNavigator(Navigator):
-    """A navigator whose `GoTo` is carried out elsewhere: `goal` is what is wanted now, `tell` what has become of it."""
+    """A navigator whose `GoTo` is carried out by ROS: `goal` is the present goal, `tell` reports its result."""
 
     def __init__(self, drive: Drive = BURGER) -> None:
         super().__init__(drive)
@@ -40,13 +40,13 @@ class GoalNavigator(Navigator):
         super().rest()
 
     def tell(self, number: int, arrived: bool, reason: str = "") -> None:
-        """The goal of that number has been reached, or never will be; one that was withdrawn matters no more."""
+        """Report that the goal of that number was reached, or failed; a withdrawn goal is ignored."""
         if self.goal is not None and self.goal.number == number:
             self.goal = None
             self.state, self.reason = (MotionState.ARRIVED if arrived else MotionState.FAILED), reason
 
     def step(self, pose: Pose, now_s: float, reading: WheelReading | None) -> WheelCommand:
-        """As `Navigator.step`; standstill while somebody else drives."""
+        """As `Navigator.step`; standstill while ROS drives."""
         if self._place is None:
             return super().step(pose, now_s, reading)
         if self.state is not MotionState.MOVING:

@@ -47,7 +47,7 @@ def _not_installed() -> str:
 
 
 def missing(folder: Path = Path("/dev"), may_use: Callable[[Path], bool] = _may_use) -> str | None:
-    """What can be seen to be missing for pins without opening one, with the remedy; None: nothing."""
+    """What is missing for pins, with the remedy, as far as it shows without opening one; None if nothing is."""
     if find_spec("gpiozero") is None:
         return _not_installed()
     return None if "GPIOZERO_PIN_FACTORY" in os.environ else _no_chip(folder, may_use)

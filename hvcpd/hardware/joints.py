@@ -87,7 +87,7 @@ class Joint:
         return self._set_goal(None)
 
     def stop(self) -> int:
-        """Hold where it is, or let go, as declared."""
+        """Hold the position, or release the torque, as declared."""
         return self._set_goal(None, release=self.settings.stopped == "release")
 
     def inspect(self, bus: DynamixelBus) -> list[str]:
@@ -101,7 +101,7 @@ class Joint:
         return [f"joint (ID {motor_id}): {fault}"] if fault else []
 
     def cycle(self, bus: DynamixelBus) -> None:
-        """Carry the goal out and see how far it is; a silent joint is left alone for a while. Raises PortLostError."""
+        """Command the goal and read the state; a silent joint is skipped for a while. Raises PortLostError."""
         now_s, goal = self._clock(), self._goal
         if now_s < self._again_s and goal is self._tried:
             return

@@ -73,7 +73,7 @@ def advance_pose(pose: Pose, left_rad: float, right_rad: float, drive: Drive = B
 
 
 def wheel_command(twist: Twist, drive: Drive = BURGER) -> WheelCommand:
-    """Wheel speeds for a motion. Beyond the wheels' limit forward speed gives way first, so that the turn is kept."""
+    """Wheel speeds for a motion. Beyond the wheels' limit forward speed is reduced first, to keep the turning rate."""
     limit_m_s = drive.max_wheel_rad_s * min(drive.left_radius_m, drive.right_radius_m)
     half_m = drive.separation_m / 2.0
     angular_rad_s = min(max(twist.angular_rad_s, -limit_m_s / half_m), limit_m_s / half_m)
@@ -135,7 +135,7 @@ class Odometry:
         self._frame: Pose | None = None
 
     def update(self, reading: WheelReading) -> Pose:
-        """Take in a reading; return the new pose."""
+        """Add a reading; return the new pose."""
         before = self.last or self._kept
         if reading.pose is not None:
             self._follow(reading.pose)

@@ -41,7 +41,7 @@ Goal = GoTo | Forward | Turn
 
 
 class MotionState(Enum):
-    """What has become of the last goal."""
+    """The state of the last goal."""
 
     IDLE = "idle"
     MOVING = "moving"
@@ -94,7 +94,7 @@ class MotionController:
         self._drive = drive
         self._goal: Goal | None = None
         self.state = MotionState.IDLE
-        """What has become of the last goal."""
+        """The state of the last goal."""
         self.reason = ""
         """Why the motion failed; empty otherwise."""
         self._renewed_s = -math.inf

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Register:
-    """Where a value lies in the motor: address, size in bytes, and whether it has a sign (two's complement)."""
+    """A register of the motor: address, size in bytes, and whether it is signed (two's complement)."""
 
     name: str
     address: int

@@ -1,4 +1,4 @@
-"""A base that ROS has: no port is opened; a bridge process tells its odometry, and asks how it is to move.
+"""A base driven by ROS: no port is opened; a bridge process reports its odometry and gets its commands.
 
 Nothing here knows ROS. `RosBase` is told by the daemon what the bridge says, from the event loop, and asked by the
 wheels' thread. Two leases make the base stand: what it has not been told for `FRESH_S` counts as gone, here; and a
@@ -43,11 +43,11 @@ class RosBase:
         self._fault: tuple[str, float] | None = None
 
     def tell(self, report: BaseReport) -> None:
-        """The base has been heard of."""
+        """Note the base's odometry."""
         self._report, self._fault = (report, self._clock()), None
 
     def tell_fault(self, reason: str) -> None:
-        """The bridge has no base, for this reason: whatever was heard of it counts no more."""
+        """Note that the bridge has no base, for this reason: earlier odometry no longer counts."""
         self._report, self._fault = None, (reason, self._clock())
 
     @property
@@ -63,7 +63,7 @@ class RosBase:
         """Nothing to open: the base may come and go."""
 
     def exchange(self, command: WheelCommand) -> WheelReading:  # noqa: ARG002 - it goes another way
-        """What the base last said; the command reaches it by the daemon's control socket.
+        """The base's last odometry; the command reaches it through the daemon's control socket.
 
         Raises DeviceError when the base has not been heard of for `FRESH_S`.
         """

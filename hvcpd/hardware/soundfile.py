@@ -80,7 +80,7 @@ def read_wav(path: Path) -> Samples:
 
 
 def write_wav(path: Path, samples: Samples) -> None:
-    """Write sound, shape (n,), 1.0 = full scale, as 16 kHz mono 16-bit WAV; what is over full scale is clipped.
+    """Write sound, shape (n,), 1.0 = full scale, as 16 kHz mono 16-bit WAV; louder samples are clipped.
 
     Raises AudioFileError if the file cannot be written; then it is as it was.
     """

@@ -1,4 +1,4 @@
-"""Notices a wheel that is told to turn, strains, and does not. Pure."""
+"""Detects a stalled wheel: one that is commanded to turn, reports a high load, and does not move. Pure."""
 
 from __future__ import annotations
 

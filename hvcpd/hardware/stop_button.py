@@ -23,7 +23,7 @@ class StopButton:
 
     @property
     def pressed(self) -> bool:
-        """Whether it is pressed now. So is one whose wire is broken, if it is closed otherwise, or that cannot be
+        """Whether it is pressed now; a normally closed one also counts as pressed if its wire is broken, or if it cannot be
         read."""
         try:
             is_closed = bool(self._device.is_active)  # to ground, against the pull-up
@@ -32,7 +32,7 @@ class StopButton:
         return is_closed != self._normally_closed
 
     def close(self) -> None:
-        """Let go of the pin."""
+        """Release the pin."""
         self._device.close()
 
 

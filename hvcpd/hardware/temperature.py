@@ -9,7 +9,7 @@ THERMAL = Path("/sys/class/thermal/thermal_zone0/temp")
 
 
 def processor_temperature_c(path: Path = THERMAL) -> float | None:
-    """The temperature in degrees Celsius; None where the platform does not tell it."""
+    """The processor's temperature, degrees Celsius; None if the platform does not report it."""
     try:
         return int(path.read_text(encoding="ascii")) / 1000.0
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""What the two drivers have in common: an exchange that is tried again, heals what it can, and stops in doubt.
+"""The common part of both drivers: an exchange with retries, which recovers from faults and stops if in doubt.
 
 Blocking: the daemon wraps it in one worker thread. Two leases stop the wheels: the motors' or the controller's own,
 and the caller's, who must send every command anew.
@@ -46,7 +46,7 @@ class BusWheels(ABC):
 
     @property
     def port(self) -> str:
-        """The serial port that it was told to use."""
+        """The serial port in use."""
         return self._bus.path
 
     def open(self) -> None:
@@ -84,7 +84,7 @@ class BusWheels(ABC):
             raise DeviceError(f"the wheels do not answer: {error}") from error
 
     def close(self) -> None:
-        """Stop the wheels, switch torque off, let go of the port. Never raises; may be called twice."""
+        """Stop the wheels, switch torque off, close the port. Never raises; may be called twice."""
         if self._bus.is_open:
             self._stop_blindly()
             self._torque_off()

@@ -53,7 +53,7 @@ Answer = TypeVar("Answer")
 
 
 def twice(attempt: Callable[[], Answer]) -> Answer:
-    """What `attempt` returns, tried once more after a BusError: one lost reply is no missing motor."""
+    """Return the result of `attempt`, tried again after a BusError: one lost reply does not mean a missing motor."""
     try:
         return attempt()
     except (PortLostError, RefusedError):
@@ -63,7 +63,7 @@ def twice(attempt: Callable[[], Answer]) -> Answer:
 
 
 def answer(attempt: Callable[[], Answer]) -> Answer | None:
-    """What `attempt` returns, as by `twice`; None where nobody answers. Raises PortLostError."""
+    """Return the result of `attempt`, as by `twice`; None if nothing answers. Raises PortLostError."""
     try:
         return twice(attempt)
     except PortLostError:
@@ -101,7 +101,7 @@ class DynamixelBus:
             raise DeviceError(f"{self.path}: {self.baud_rate} baud is not a speed that Dynamixel motors know")
 
     def close(self) -> None:
-        """Let go of the port."""
+        """Close the port."""
         self._port.closePort()
 
     def ping(self, device_id: int) -> int:
@@ -254,7 +254,7 @@ def in_use(error: BaseException | None) -> bool:
 
 
 def port_remedy(path: str, error: Exception) -> str:
-    """What to tell a person when a port does not open."""
+    """The message for a port that does not open, with the remedy."""
     number = getattr(error, "errno", None)
     if number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
         return f"{path}: no such port. Plug in the U2D2 or OpenCR, or set wheels.port to the right one (auto finds it)"

@@ -49,7 +49,7 @@ KINDS = {"dynamixel": "two DYNAMIXEL motors", "opencr": "OpenCR with TurtleBot3 
 
 @dataclass(frozen=True)
 class WheelFinding:
-    """What the handshake found. Without problems `kind` and `port` are known."""
+    """The result of the handshake. Without problems `kind` and `port` are known."""
 
     kind: Kind | None = None
     port: str = ""
@@ -96,7 +96,7 @@ def holders(port: str, proc: Path = Path("/proc")) -> list[str]:
 
 
 def examine(settings: WheelSettings, make_port: MakePort = WaitingPort, directory: Path = Path("/dev")) -> WheelFinding:
-    """Look for the wheels that the settings ask for and inspect them; nothing is changed, nothing moves."""
+    """Find the wheels that the settings name and inspect them; nothing is changed, nothing moves."""
     ports = candidate_ports(directory) if settings.port == AUTO else [stable_name(settings.port, directory)]
     if not ports:
         return WheelFinding(
@@ -112,7 +112,7 @@ def examine(settings: WheelSettings, make_port: MakePort = WaitingPort, director
 
 
 def stop_anyway(settings: WheelSettings, make_port: MakePort = WaitingPort) -> list[str]:
-    """Stop the wheels and switch them off, whatever is wrong with them; what has confirmed it, in words.
+    """Stop the wheels and switch them off, whatever is wrong with them; return which devices confirmed it, in words.
 
     Without a handshake: an empty battery or a missing motor must not keep the others turning. Raises DeviceError if
     nothing confirmed it, with what the handshake finds.
@@ -303,6 +303,6 @@ class FoundWheels:
         return self.driver.exchange(command)
 
     def close(self) -> None:
-        """Stop the wheels, switch torque off, let go of the port. Never raises; may be called twice."""
+        """Stop the wheels, switch torque off, close the port. Never raises; may be called twice."""
         if self._wheels is not None:
             self._wheels.close()

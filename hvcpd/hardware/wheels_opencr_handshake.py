@@ -23,7 +23,7 @@ STATE_SIZE = opencr.BATTERY_VOLTAGE.address + opencr.BATTERY_VOLTAGE.size - STAT
 
 @dataclass(frozen=True)
 class ControllerState:
-    """What the controller says about itself. `millis` (ms) starts at 0 with it."""
+    """The controller's state. `millis` (ms) is 0 at its start."""
 
     millis: int
     debug_mode: int

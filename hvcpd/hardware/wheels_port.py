@@ -29,7 +29,7 @@ back."""
 
 
 class Port(Protocol):
-    """What `dynamixel-sdk` and our bus need of a port. Every method may raise one of `PORT_ERRORS` but `closePort`."""
+    """The port's interface for `dynamixel-sdk` and our bus. All methods but `closePort` may raise `PORT_ERRORS`."""
 
     is_open: bool
     is_using: bool
@@ -51,10 +51,10 @@ class Port(Protocol):
     def isPacketTimeout(self) -> bool: ...  # noqa: N802
 
     def overtime(self) -> bool:
-        """Whether the reply's time has been over for so long that the line must be babbling."""
+        """Whether the reply's time has been over for so long that the line must be sending garbage."""
 
     def drain(self) -> int:
-        """Throw away what still comes in until the line is quiet; the number of bytes thrown away."""
+        """Discard input until the line is quiet; return the number of discarded bytes."""
 
 
 class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no types
@@ -79,7 +79,7 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
         return opened
 
     def closePort(self) -> None:  # noqa: N802
-        """Let go of the port; safe to call when it is not open."""
+        """Close the port; safe to call when it is not open."""
         if self.ser is not None:
             self.ser.close()
         self.is_open = False
@@ -99,7 +99,7 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
         self._reply_ms = msec  # the SDK sets its own to zero when the time is over
 
     def overtime(self) -> bool:
-        """Whether the reply's time has been over for so long that the line must be babbling."""
+        """Whether the reply's time has been over for so long that the line must be sending garbage."""
         return bool(self.getTimeSinceStart() > self._reply_ms + OVERTIME_S * 1000.0)
 
     def readPort(self, length: int) -> bytes:  # noqa: N802
@@ -110,7 +110,7 @@ class WaitingPort(PortHandler):  # type: ignore[misc]  # the SDK carries no type
         return bytes(self.ser.read(length))
 
     def drain(self) -> int:
-        """Throw away what still comes in until the line is quiet; the number of bytes thrown away."""
+        """Discard input until the line is quiet; return the number of discarded bytes."""
         thrown = 0
         end_s = time.monotonic() + DRAIN_LIMIT_S
         while time.monotonic() < end_s and select.select([self.ser.fileno()], [], [], DRAIN_QUIET_S)[0]:

@@ -1,4 +1,4 @@
-"""What both drivers make of the motors' readings: an angle without end, and whether the battery still carries us."""
+"""Evaluation of the motors' readings, for both drivers: a continuous angle, and whether the battery suffices."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class MotorState:
 
 @dataclass(frozen=True)
 class MotorHealth(MotorState):
-    """What a motor says about itself."""
+    """A motor's own report of its condition."""
 
     voltage_v: float
     temperature_c: int | None
@@ -79,7 +79,7 @@ class Encoder:
         return self._ticks
 
     def rejoin(self, raw: int, dt_s: float = 0.0) -> None:
-        """The motor may have lost count of its turns: take the shorter way to the angle that it still knows.
+        """The motor may have lost count of its turns: assume the smallest change to the angle that it still knows.
 
         But a position that is not within the first turn was counted on, whatever befell the motor's torque; so was
         one that the wheel comes by if it went on as it did for some of the `dt_s` since it was last read.
@@ -103,7 +103,7 @@ class Battery:
         """True: the wheels are not to be driven."""
 
     def check(self, voltage_v: float, now_s: float) -> None:
-        """Take in a measurement. Raises DeviceError while the battery is empty."""
+        """Add a measurement. Raises DeviceError while the battery is empty."""
         if voltage_v >= LOWEST_VOLTAGE_V:
             self._low_since_s = None
         elif self._low_since_s is None:

@@ -57,12 +57,12 @@ class Journal:
         self._names = {**self._names, **{task.number: task.name for task in tasks.tasks}}
 
     def recall(self) -> None:
-        """Keep what a daemon that was killed had not written yet. Raises StoreError."""
+        """Save the records that a killed daemon had not written yet. Raises StoreError."""
         left = self._recent.left() if self._recent is not None else []
         self.write([record for record in left if record.number in self._names], 0.0)
 
     def hold(self, records: Sequence[OfTask], now: float) -> None:
-        """Have these outlive the daemon, though not a loss of power, until they are written. Raises StoreError."""
+        """Keep these records so that they survive a killed daemon, but not a power cut. Raises StoreError."""
         try:
             if self._recent is not None:
                 self._recent.keep(records)
@@ -116,7 +116,7 @@ class Journal:
         self._store.check()
 
     def write_together(self, timed: Iterable[tuple[Record, float]], now: float) -> None:
-        """Keep the records of those times, all or nothing but for the counters of seals. Raises StoreError."""
+        """Save the records with their times in one transaction, except the counters of seals. Raises StoreError."""
         timed = tuple(timed)
         self.write([record for record, _ in timed if isinstance(record, SaveCounter)], now)
         others = [(record, at_s) for record, at_s in timed if not isinstance(record, SaveCounter)]

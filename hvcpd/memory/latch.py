@@ -49,7 +49,7 @@ class Latched:
 
     @property
     def line(self) -> bytes:
-        """As it is written; the end of the line shows that nothing is missing."""
+        """The line of the file; its end shows that it is complete."""
         names = ("-" if number is None else f"{number:016x}" for number in (self.memory, self.seals))
         return " ".join((self.permit.value, *names)).encode("ascii") + b"\n"
 
@@ -79,7 +79,7 @@ def spare_places(latch: Path, runtime: Path) -> tuple[Path, ...]:
 
 
 class StopLatch:
-    """The latch in the file `path`; `spares` are used only while nothing of that file can be changed."""
+    """The latch in the file `path`; the files `spares` are used only while that file cannot be written."""
 
     def __init__(self, path: Path, spares: Sequence[Path] = ()) -> None:
         self.path = path
@@ -121,7 +121,7 @@ class StopLatch:
             self._revoke(latched.line)
 
     def close(self) -> None:
-        """Let go of the file; twice is harmless."""
+        """Close the file; may be called twice."""
         if self._held is not None:
             os.close(self._held)
             self._held = None

@@ -26,7 +26,7 @@ class MemoryFiles:
     latch: Path
 
     def are_new(self) -> bool:
-        """Whether the folder holds no trace of an earlier life, not even a damaged file or a journal."""
+        """Whether the folder has no trace of an earlier run, not even a damaged file or a journal."""
         try:
             names = [file.name for file in self.tasks.parent.iterdir()]
         except FileNotFoundError:
@@ -62,7 +62,7 @@ class Memory:
 
 
 def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
-    """Open the memory, and prepare it for this life: mark its state, and set the latch.
+    """Open the memory and prepare it for this run: mark its state, and set the latch.
 
     Raises StoreError if its folder cannot be made, and NewerStoreError if a newer version wrote it. Any other fault
     only makes the robot start stopped.

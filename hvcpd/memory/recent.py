@@ -26,7 +26,7 @@ class Recent:
         self._records: dict[tuple[type, int], OfTask] = {}
 
     def left(self) -> list[OfTask]:
-        """What an earlier daemon has left there."""
+        """The records that an earlier daemon has left there."""
         try:
             found = json.loads(self._path.read_bytes())
             left = found["records"] if found["memory"] == self._memory else []
@@ -37,7 +37,7 @@ class Recent:
         return records
 
     def keep(self, records: Iterable[OfTask]) -> None:
-        """Keep these in place of earlier ones. Raises OSError."""
+        """Save these records in place of earlier ones. Raises OSError."""
         self._records |= {(type(record), record.number): record for record in records}
         lines = [[type(record).__name__, *astuple(record)] for record in self._records.values()]
         partial = self._path.with_name(f"{self._path.name}.new")

@@ -1,4 +1,4 @@
-"""A robot's memory: its own copy of the tasks, the transcript, its peers and its counters, in one SQLite file.
+"""A robot's memory: its view of the tasks, the transcript, its peers and its counters, in one SQLite file.
 
 One robot, one file, one writer; nothing is shared. All times are seconds of the robot's sample clock.
 """
@@ -96,7 +96,7 @@ class Store:
 
     @property
     def identity(self) -> int | None:
-        """The number that tells this memory from any other; None before `mark`."""
+        """The unique number of this memory; None before `mark`."""
         rows = self._read("SELECT value FROM counters WHERE name = ?", (IDENTITY,))
         return int(rows[0][0]) if rows else None
 
@@ -181,7 +181,7 @@ class Store:
         self._file.check()
 
     def close(self) -> None:
-        """Let go of the file; twice is harmless."""
+        """Close the file; may be called twice."""
         self._db.close()
 
     def _write(self, query: str, values: Sequence[Any]) -> int:
@@ -269,7 +269,7 @@ class TranscriptReader:
         return tuple(TranscriptRow(row[0], row[1], TranscriptRecord(*row[2:])) for row in found)
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._db.close()
 
 

@@ -114,7 +114,7 @@ def _remedy(error: sqlite3.DatabaseError) -> str | None:
 
 @dataclass(frozen=True)
 class Opened:
-    """A store's connection; `is_new`: there was nothing in the file; `damage`: why another file was set aside."""
+    """A store's connection; `is_new`: the file was empty; `damage`: why an earlier file was set aside."""
 
     db: sqlite3.Connection
     is_new: bool
@@ -152,7 +152,7 @@ def _with_room(opened: Opened, path: Path) -> Opened:
 
 
 def make_directory(directory: Path) -> None:
-    """Make the folder of a memory, if it is not there. Raises StoreError."""
+    """Create the folder of a memory, if it does not exist. Raises StoreError."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:

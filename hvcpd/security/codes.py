@@ -33,7 +33,7 @@ class Codes:
         self._is_sheet_lost = f"{LOST}{key.fingerprint}" in counters
 
     def take(self, digits: str, now: float) -> bool:
-        """Whether the code is good now; it is used up then."""
+        """Whether the code is valid now; if so, it is used up."""
         last = self.counters.get(self._names["sheet"], -1)
         if not self._is_sheet_lost and self._take(
             "sheet", self._key.sheet_key, digits, range(last + 1, last + 1 + SHEET_WINDOW)

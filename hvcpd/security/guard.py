@@ -220,7 +220,7 @@ class Guard:
             codes.wall_s = wall_s
 
     def saves(self) -> dict[str, int]:
-        """Counters that have changed, to be kept; handed out once."""
+        """Counters that have changed and must be saved; each is returned once."""
         saves, self._saves = self._saves, {}
         return saves
 

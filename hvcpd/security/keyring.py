@@ -93,7 +93,7 @@ def fresh_entry(today: date, spoken_from: date | None = None) -> Entry:
 
 
 def find_key_file(named: Path | None, environment: Mapping[str, str] = os.environ) -> Path | None:
-    """The key file to use: the one that the settings name, or what systemd has handed over; None without a key."""
+    """The key file to use: the one that the settings name, or systemd's credential; None without a key."""
     if named is not None:
         return named
     folder = environment.get("CREDENTIALS_DIRECTORY")
@@ -198,7 +198,7 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
 
 @contextmanager
 def changing(path: Path) -> Iterator[None]:
-    """Lock the file between its reading and its writing: of two who revoke at once one change would be lost."""
+    """Lock the file between reading and writing: of two simultaneous changes one would be lost."""
     try:
         folder = os.open(Path(os.path.realpath(path)).parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError as error:

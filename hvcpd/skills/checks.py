@@ -1,4 +1,4 @@
-"""Whether a robot can do its skills as its settings say: checked before any device opens."""
+"""Checks, before any device is opened, that a robot can carry out its skills as its settings say."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ was killed before it could report the program's group."""
 
 @dataclass(frozen=True)
 class Line:
-    """A serial line with Dynamixel joints that must let go: its port, its speed in baud, the motors' identifiers."""
+    """A serial line with Dynamixel joints whose torque must be released: port, baud rate, the motors' identifiers."""
 
     port: str
     baud_rate: int
@@ -73,7 +73,7 @@ class GuardLine:
 
     @property
     def mark(self) -> dict[str, str]:
-        """What a program that it guards has in its environment."""
+        """The mark in the environment of each program that it guards."""
         return {MARK: str(self._process.pid)}
 
     async def beat(self) -> None:
@@ -94,7 +94,7 @@ class GuardLine:
         self._tell({"group": None, "safe": []})
 
     def close(self) -> None:
-        """All is safe, and the guard can go."""
+        """Everything is safe: end the guard."""
         self._tell({"bye": True})
         with suppress(OSError):
             if self._process.stdin is not None:

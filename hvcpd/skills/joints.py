@@ -16,7 +16,7 @@ BLOCKED = "something is in the way"
 
 
 class JointRunner:
-    """Carries calls out by `joint`; `at_once` has the bus's next exchange come now."""
+    """Carries calls out with `joint`; `at_once` triggers the next exchange on the bus."""
 
     def __init__(self, joint: Joint, at_once: Callable[[], None]) -> None:
         self._joint = joint
@@ -44,7 +44,7 @@ class JointRunner:
         return {settings.angle: round(state.angle_deg, 1), "load": round(state.load, 2)}
 
     def hold(self, on: bool) -> None:
-        """Stand, and go on later."""
+        """Pause the motion."""
         self._is_held = on
         if on:
             self._goal = self._joint.pause()

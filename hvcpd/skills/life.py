@@ -45,7 +45,7 @@ MAX_RESULTS = 12
 
 @dataclass(frozen=True)
 class Call:
-    """A skill is to be used. `number` tells it from all other calls of this robot's life; `limit_s` is its time."""
+    """A call of a skill. `number` is unique among this robot's calls; `limit_s` is its time limit."""
 
     number: int
     task: int
@@ -111,11 +111,11 @@ class OngoingCall:
         return self.state in OVER
 
     def is_late(self, now: float) -> bool:
-        """Whether its time is over at `now` (s)."""
+        """Whether its time limit has passed at `now` (s)."""
         return now >= self._until_s
 
     def take(self, report: Report) -> bool:
-        """Take a report. Returns whether that is news."""
+        """Apply a report; return whether it changes anything."""
         if report.number != self.call.number or report.state not in FOLLOWING[self.state]:
             return False
         self.state, self.last = report.state, report

@@ -83,7 +83,7 @@ class PythonRunner:
         self._process: asyncio.subprocess.Process | None = None
 
     async def open(self) -> None:
-        """Prepare it, so that a call begins at once. Raises FailedError."""
+        """Prepare the skill, so that a call begins at once. Raises FailedError."""
         if self._process is None or self._process.returncode is not None:
             try:
                 self._process = await start(self._words, asks=True, mark=self._mark)
