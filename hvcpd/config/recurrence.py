@@ -39,7 +39,7 @@ FREQUENCIES = ("HOURLY", "DAILY", "WEEKLY", "MONTHLY", "YEARLY")
 
 @dataclass(frozen=True)
 class Recurrence:
-    """A recurrence rule. Times are seconds since 1970. Raises ValueError for an invalid rule, or one that is too frequent."""
+    """A recurrence rule. Times are seconds since 1970. Raises ValueError for an invalid or too frequent rule."""
 
     text: str
 
