@@ -10,9 +10,9 @@ from hil_fakes.dynamixel.protocol import StatusError
 
 @dataclass(frozen=True)
 class Change:
-    """One cell that an accepted write sets."""
+    """One item that an accepted write sets."""
 
-    cell: ct.Cell
+    item: ct.Item
     value: int
 
 
@@ -21,29 +21,29 @@ class ControlMemory:
 
     def __init__(self) -> None:
         self._bytes = bytearray(ct.TABLE_END)
-        for cell in ct.CELLS:
-            self.set(cell.name, cell.initial)
+        for item in ct.ITEMS:
+            self.set(item.name, item.initial)
 
     def get(self, name: str) -> int:
-        """The value of a cell."""
-        cell = ct.BY_NAME[name]
-        return int.from_bytes(self._bytes[cell.address : cell.address + cell.size], "little", signed=cell.signed)
+        """The value of a item."""
+        item = ct.BY_NAME[name]
+        return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=item.signed)
 
     def set(self, name: str, value: int) -> None:
-        """Set a cell from inside the motor, whatever its access."""
-        cell = ct.BY_NAME[name]
-        size = cell.size
+        """Set a item from inside the motor, whatever its access."""
+        item = ct.BY_NAME[name]
+        size = item.size
         wrapped = value & ((1 << (8 * size)) - 1)
-        self._bytes[cell.address : cell.address + size] = wrapped.to_bytes(size, "little")
+        self._bytes[item.address : item.address + size] = wrapped.to_bytes(size, "little")
 
     def reset_ram(self) -> None:
-        """Lose power: RAM cells take their initial values."""
-        for cell in ct.CELLS:
-            if not cell.in_eeprom:
-                self.set(cell.name, cell.initial)
+        """Lose power: RAM items take their initial values."""
+        for item in ct.ITEMS:
+            if not item.in_eeprom:
+                self.set(item.name, item.initial)
 
     def read(self, address: int, size: int) -> tuple[StatusError, bytes]:
-        """The reply to a read instruction. Gaps between cells read 0, as on the real motor."""
+        """The reply to a read instruction. Gaps between items read 0, as on the real motor."""
         if size == 0 or address + size > ct.TABLE_END:
             return StatusError.ACCESS, b""
         if address + size <= ct.INDIRECT_DATA_START:
@@ -58,38 +58,38 @@ class ControlMemory:
         targets = [self._resolve(a) for a in range(address, address + len(data))]
         at = 0
         while at < len(data):
-            cell = ct.BY_ADDRESS.get(targets[at])
-            if cell is None:
+            item = ct.BY_ADDRESS.get(targets[at])
+            if item is None:
                 return StatusError.ACCESS, []
-            if targets[at : at + cell.size] != list(range(cell.address, cell.address + cell.size)):
+            if targets[at : at + item.size] != list(range(item.address, item.address + item.size)):
                 return StatusError.DATA_LENGTH, []
-            value = int.from_bytes(data[at : at + cell.size], "little", signed=cell.signed)
-            error = self._refusal(cell, value)
+            value = int.from_bytes(data[at : at + item.size], "little", signed=item.signed)
+            error = self._refusal(item, value)
             if error is not StatusError.NONE:
                 return error, []
-            changes.append(Change(cell, value))
-            at += cell.size
+            changes.append(Change(item, value))
+            at += item.size
         return StatusError.NONE, changes
 
     def _resolve(self, address: int) -> int:
-        """Where an address leads: an indirect data cell stands for the byte that its indirect address names."""
+        """Where an address leads: an indirect data item stands for the byte that its indirect address names."""
         n = address - ct.INDIRECT_DATA_START
         if not 0 <= n < ct.N_INDIRECT:
             return address
         target = self.get(f"indirect_address_{n + 1}")
         return target if target < ct.TABLE_END else address
 
-    def _refusal(self, cell: ct.Cell, value: int) -> StatusError:
-        if not cell.writable or (cell.in_eeprom and self.get("torque_enable")):
+    def _refusal(self, item: ct.Item, value: int) -> StatusError:
+        if not item.writable or (item.in_eeprom and self.get("torque_enable")):
             return StatusError.ACCESS
-        if cell.name in ct.GOALS and self.get("bus_watchdog") == -1:
+        if item.name in ct.GOALS and self.get("bus_watchdog") == -1:
             return StatusError.DATA_RANGE
-        if (cell.low is not None and value < cell.low) or (cell.high is not None and value > cell.high):
+        if (item.low is not None and value < item.low) or (item.high is not None and value > item.high):
             return StatusError.DATA_RANGE
-        if cell.name == "operating_mode" and value not in ct.OPERATING_MODES:
+        if item.name == "operating_mode" and value not in ct.OPERATING_MODES:
             return StatusError.DATA_RANGE
-        if cell.name == "goal_velocity" and abs(value) > self.get("velocity_limit"):
+        if item.name == "goal_velocity" and abs(value) > self.get("velocity_limit"):
             return StatusError.DATA_LIMIT
-        if cell.name == "goal_pwm" and abs(value) > self.get("pwm_limit"):
+        if item.name == "goal_pwm" and abs(value) > self.get("pwm_limit"):
             return StatusError.DATA_LIMIT
         return StatusError.NONE

@@ -38,7 +38,7 @@ assumption."""
 SAG_V = 0.4
 """The supply falls by this at full effort: about 0.3 ohm of battery, switch and cable at 1.3 A; assumption."""
 FULL_PWM = 885
-"""The PWM cells' value for all of the voltage (e-Manual)."""
+"""The PWM items' value for all of the voltage (e-Manual)."""
 AMBIENT_C = 30.0
 HEATING_C = 60.0
 HEATING_S = 300.0
@@ -141,7 +141,7 @@ class FakeMotor:
         self._refresh()
 
     def raise_hardware_error(self, bits: int) -> None:
-        """A hardware fault: the status shows it, replies carry the alert, and the shutdown cell's bits end torque."""
+        """A hardware fault: the status shows it, replies carry the alert, and the shutdown item's bits end torque."""
         self.memory.set("hardware_error_status", self.memory.get("hardware_error_status") | bits)
         if self._shut_down:
             self.memory.set("torque_enable", 0)
@@ -178,10 +178,10 @@ class FakeMotor:
         error, changes = self.memory.check(address, data)
         if error is not StatusError.NONE:
             return error
-        if self._shut_down and any(c.cell.name == "torque_enable" and c.value for c in changes):
+        if self._shut_down and any(c.item.name == "torque_enable" and c.value for c in changes):
             return StatusError.RESULT_FAIL
         for change in changes:
-            self.memory.set(change.cell.name, change.value)
+            self.memory.set(change.item.name, change.value)
         self._refresh()
         return StatusError.NONE
 

@@ -11,7 +11,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from hil_fakes.dynamixel.control_table import Cell
+from hil_fakes.dynamixel.control_table import Item
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, encode_status
 
@@ -48,39 +48,39 @@ _SENSORS = "angular_velocity_x angular_velocity_y angular_velocity_z acceleratio
 _SENSORS += " magnetic_x magnetic_y magnetic_z orientation_w orientation_x orientation_y orientation_z"
 
 ITEMS = (
-    Cell("model_number", 0, 2),
-    Cell("model_information", 2, 4),
-    Cell("firmware_version", 6, 1),
-    Cell("id", 7, 1),
-    Cell("protocol_version", 9, 1),
-    Cell("millis", 10, 4),
-    Cell("debug_mode", 14, 1),
-    Cell("connect_ros2", 15, 1),
-    Cell("connect_manipulator", 16, 1),
-    Cell("device_status", 18, 1, signed=True),
-    Cell("heartbeat", 19, 1),
-    *(Cell(f"led_{n + 1}", 20 + n, 1) for n in range(4)),
-    *(Cell(name, 26 + n, 1) for n, name in enumerate(("button_1", "button_2", "bumper_1", "bumper_2"))),
-    Cell("illumination", 30, 2),
-    Cell("infrared", 34, 4),
-    Cell("sonar", 38, 4),
-    Cell("battery_voltage", 42, 4),
-    Cell("battery_percentage", 46, 4),
-    Cell("sound", 50, 1),
-    Cell("imu_recalibration", 59, 1),
-    *(Cell(name, 60 + 4 * n, 4) for n, name in enumerate(_SENSORS.split())),
-    Cell("present_current_left", 120, 4, signed=True),
-    Cell("present_current_right", 124, 4, signed=True),
-    Cell("present_velocity_left", 128, 4, signed=True),
-    Cell("present_velocity_right", 132, 4, signed=True),
-    Cell("present_position_left", 136, 4, signed=True),
-    Cell("present_position_right", 140, 4, signed=True),
-    Cell("motors_connected", 148, 1),
-    Cell("motor_torque", 149, 1),
-    *(Cell(f"linear_{axis}", 150 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
-    *(Cell(f"angular_{axis}", 162 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
-    Cell("profile_acceleration_left", 174, 4),
-    Cell("profile_acceleration_right", 178, 4),
+    Item("model_number", 0, 2),
+    Item("model_information", 2, 4),
+    Item("firmware_version", 6, 1),
+    Item("id", 7, 1),
+    Item("protocol_version", 9, 1),
+    Item("millis", 10, 4),
+    Item("debug_mode", 14, 1),
+    Item("connect_ros2", 15, 1),
+    Item("connect_manipulator", 16, 1),
+    Item("device_status", 18, 1, signed=True),
+    Item("heartbeat", 19, 1),
+    *(Item(f"led_{n + 1}", 20 + n, 1) for n in range(4)),
+    *(Item(name, 26 + n, 1) for n, name in enumerate(("button_1", "button_2", "bumper_1", "bumper_2"))),
+    Item("illumination", 30, 2),
+    Item("infrared", 34, 4),
+    Item("sonar", 38, 4),
+    Item("battery_voltage", 42, 4),
+    Item("battery_percentage", 46, 4),
+    Item("sound", 50, 1),
+    Item("imu_recalibration", 59, 1),
+    *(Item(name, 60 + 4 * n, 4) for n, name in enumerate(_SENSORS.split())),
+    Item("present_current_left", 120, 4, signed=True),
+    Item("present_current_right", 124, 4, signed=True),
+    Item("present_velocity_left", 128, 4, signed=True),
+    Item("present_velocity_right", 132, 4, signed=True),
+    Item("present_position_left", 136, 4, signed=True),
+    Item("present_position_right", 140, 4, signed=True),
+    Item("motors_connected", 148, 1),
+    Item("motor_torque", 149, 1),
+    *(Item(f"linear_{axis}", 150 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
+    *(Item(f"angular_{axis}", 162 + 4 * n, 4, signed=True) for n, axis in enumerate("xyz")),
+    Item("profile_acceleration_left", 174, 4),
+    Item("profile_acceleration_right", 178, 4),
 )
 BY_NAME = {item.name: item for item in ITEMS}
 TABLE_SIZE = 182

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, field
 
 VELOCITY_UNIT_RAD_S = 0.229 * 2.0 * math.pi / 60.0
-"""One unit of the velocity cells: 0.229 rev/min (e-Manual, xl430-w250)."""
+"""One unit of the velocity items: 0.229 rev/min (e-Manual, xl430-w250)."""
 
 ACCELERATION_UNIT_RAD_S2 = 214.577 * 2.0 * math.pi / 3600.0
 """One unit of profile acceleration: 214.577 rev/min² (e-Manual)."""

@@ -41,7 +41,7 @@ class Bench:
             self.wheels.exchange(command)
             self.time.advance(CYCLE_S)
 
-    def cell(self, name: str) -> int:
+    def item(self, name: str) -> int:
         return self.motor.memory.get(name)
 
 
@@ -71,7 +71,7 @@ def test_it_turns_to_its_angle_as_fast_as_it_may_while_the_wheels_turn(reverse: 
     state = robot.joint.state
     assert (state.goal, state.there, state.blocked, state.fault) == (number, True, False, None)
     assert state.angle_deg == pytest.approx(60.0, abs=2.0)
-    assert (robot.cell("present_position") > 2048) is not reverse
+    assert (robot.item("present_position") > 2048) is not reverse
     assert robot.line.motors[1].true_speed_rad_s == pytest.approx(3.0, abs=0.1)
     with pytest.raises(ValueError, match="100° is beyond -90 to 90°"):
         robot.joint.turn(100.0)
@@ -82,10 +82,10 @@ def test_nothing_moves_when_the_wheels_are_opened_and_an_old_goal_is_forgotten()
     motor.memory.set("goal_position", 3000)
     robot = bench(motor)
     robot.run(1.0)
-    assert robot.cell("torque_enable") == 0
+    assert robot.item("torque_enable") == 0
     robot.joint.turn(0.0)
     robot.run(0.05)
-    assert abs(robot.cell("present_position") - 1000) < 200
+    assert abs(robot.item("present_position") - 1000) < 200
 
 
 def test_a_gripper_that_meets_a_book_is_blocked_and_presses_as_hard_as_it_may() -> None:
@@ -97,7 +97,7 @@ def test_a_gripper_that_meets_a_book_is_blocked_and_presses_as_hard_as_it_may() 
     assert (state.blocked, state.there) == (True, False)
     assert state.load == pytest.approx(0.3, abs=0.01)
     robot.run(5.0)  # no overload: it may hold the book for long
-    assert robot.cell("torque_enable") == 1
+    assert robot.item("torque_enable") == 1
     robot.joint.turn(-10.0)
     robot.run(2.0)
     assert robot.joint.state.there
@@ -110,12 +110,12 @@ def test_a_stop_leaves_it_where_it_is_with_its_torque_as_declared(stopped: str, 
     robot.run(0.5)
     robot.joint.stop()
     robot.run(0.1)
-    place = robot.cell("present_position")
+    place = robot.item("present_position")
     robot.run(2.0)
-    assert abs(robot.cell("present_position") - place) < 150
-    assert robot.cell("torque_enable") == torque
+    assert abs(robot.item("present_position") - place) < 150
+    assert robot.item("torque_enable") == torque
     robot.wheels.close()
-    assert robot.cell("torque_enable") == torque
+    assert robot.item("torque_enable") == torque
 
 
 def test_it_stands_when_nobody_talks_any_more_and_moves_again_when_it_is_told_anew() -> None:
@@ -123,13 +123,13 @@ def test_it_stands_when_nobody_talks_any_more_and_moves_again_when_it_is_told_an
     robot.joint.turn(80.0)
     robot.run(0.3)
     robot.time.advance(1.0)
-    place = robot.cell("present_position")
-    assert robot.cell("bus_watchdog") == -1
+    place = robot.item("present_position")
+    assert robot.item("bus_watchdog") == -1
     assert place < 2048 + 80 / 0.088
     robot.run(0.05)
     assert "heard nothing" in (robot.joint.state.fault or "")
     robot.run(1.0)
-    assert abs(robot.cell("present_position") - place) < 20
+    assert abs(robot.item("present_position") - place) < 20
     robot.joint.turn(80.0)
     robot.run(1.5)
     assert robot.joint.state.there
@@ -141,7 +141,7 @@ def test_a_watchdog_that_tripped_between_two_calls_costs_nothing() -> None:
     robot.joint.turn(30.0)
     robot.run(1.0)
     robot.time.advance(1.0)
-    assert robot.cell("bus_watchdog") == -1
+    assert robot.item("bus_watchdog") == -1
     robot.joint.turn(-30.0)
     robot.run(1.5)
     assert (robot.joint.state.there, robot.joint.state.fault) == (True, None)
@@ -186,10 +186,10 @@ def test_a_joint_that_hears_and_is_not_heard_is_stopped_all_the_same(stopped: st
     robot.run(0.15)
     assert "does not answer" in (robot.joint.state.fault or "")
     robot.run(0.6)
-    place = robot.cell("present_position")
-    assert robot.cell("torque_enable") == torque
+    place = robot.item("present_position")
+    assert robot.item("torque_enable") == torque
     robot.run(2.0)
-    assert abs(robot.cell("present_position") - place) < 20
+    assert abs(robot.item("present_position") - place) < 20
     assert place < 2048 + 60 / 0.088
 
 

@@ -11,8 +11,8 @@ REGISTERS = [value for value in vars(registers).values() if isinstance(value, re
 
 @pytest.mark.parametrize("register", REGISTERS, ids=lambda register: register.name)
 def test_both_tables_say_the_same(register: registers.Register) -> None:
-    cell = BY_NAME[register.name.replace(" ", "_")]
-    assert (register.address, register.size, register.signed) == (cell.address, cell.size, cell.signed)
+    item = BY_NAME[register.name.replace(" ", "_")]
+    assert (register.address, register.size, register.signed) == (item.address, item.size, item.signed)
 
 
 def test_the_unit_of_velocity() -> None:

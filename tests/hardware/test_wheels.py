@@ -15,7 +15,7 @@ from tests.hardware.conftest import Robot, make_robot
 LIMIT_RAD_S = 265 * VELOCITY_UNIT_RAD_S
 
 
-def cell(bus: FakeBus, motor_id: int, name: str) -> int:
+def item(bus: FakeBus, motor_id: int, name: str) -> int:
     return bus.motors[motor_id].memory.get(name)
 
 
@@ -23,9 +23,9 @@ def test_open_makes_the_motors_ready(robot: Robot) -> None:
     wheels: Wheels = robot.wheels
     assert wheels is robot.wheels
     for motor_id in (1, 2):
-        state = [cell(robot.bus, motor_id, name) for name in ("operating_mode", "torque_enable", "bus_watchdog")]
+        state = [item(robot.bus, motor_id, name) for name in ("operating_mode", "torque_enable", "bus_watchdog")]
         assert state == [1, 1, 12]
-        assert cell(robot.bus, motor_id, "goal_velocity") == 0
+        assert item(robot.bus, motor_id, "goal_velocity") == 0
 
 
 def test_an_old_goal_does_not_move_the_robot_at_open(bus: FakeBus) -> None:
@@ -65,7 +65,7 @@ def test_speeds_beyond_the_limit_keep_their_ratio(
     wheels = DynamixelWheels(bus.path)
     wheels.open()
     wheels.exchange(wanted)
-    assert tuple(cell(bus, motor_id, "goal_velocity") for motor_id in (1, 2)) == expected
+    assert tuple(item(bus, motor_id, "goal_velocity") for motor_id in (1, 2)) == expected
     wheels.close()
 
 
@@ -105,7 +105,7 @@ def test_close_stops_and_lets_go(robot: Robot) -> None:
     robot.run(WheelCommand(3.0, 3.0), 0.5)
     robot.wheels.close()
     for motor_id in (1, 2):
-        assert (cell(robot.bus, motor_id, "torque_enable"), cell(robot.bus, motor_id, "goal_velocity")) == (0, 0)
+        assert (item(robot.bus, motor_id, "torque_enable"), item(robot.bus, motor_id, "goal_velocity")) == (0, 0)
     robot.wheels.close()
     with pytest.raises(DeviceError, match="not open"):
         robot.wheels.exchange(STANDSTILL)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil_fakes.dynamixel.control_table import CELLS
+from hil_fakes.dynamixel.control_table import ITEMS
 from hil_fakes.dynamixel.motor import REVERSE, SHUTDOWN_OVERLOAD, FakeMotor
 from hil_fakes.dynamixel.physics import VELOCITY_UNIT_RAD_S, Shaft, ShaftSettings
 from hil_fakes.dynamixel.protocol import ALERT, StatusError
@@ -127,12 +127,12 @@ def test_a_reboot_forgets_turns_but_not_the_angle_within_one() -> None:
 @given(st.integers(0, 300), st.binary(min_size=1, max_size=12))
 def test_no_write_leaves_a_cell_out_of_its_range(address: int, data: bytes) -> None:
     motor = FakeMotor(shaft=QUIET)
-    before = [motor.memory.get(cell.name) for cell in CELLS]
+    before = [motor.memory.get(item.name) for item in ITEMS]
     error = motor.write(address, data)
-    for cell, old in zip(CELLS, before, strict=True):
-        value = motor.memory.get(cell.name)
+    for item, old in zip(ITEMS, before, strict=True):
+        value = motor.memory.get(item.name)
         if value != old:
             assert error is StatusError.NONE
-            assert cell.writable
-            assert cell.low is None or value >= cell.low
-            assert cell.high is None or value <= cell.high
+            assert item.writable
+            assert item.low is None or value >= item.low
+            assert item.high is None or value <= item.high
