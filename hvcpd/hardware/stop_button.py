@@ -23,8 +23,8 @@ class StopButton:
 
     @property
     def pressed(self) -> bool:
-        """Whether it is pressed. A pin that cannot be read counts as pressed, and so does a broken wire of a normally closed
-        button."""
+        """Whether it is pressed. A pin that cannot be read counts as pressed, and so does the broken wire of a
+        normally closed button."""
         try:
             is_closed = bool(self._device.is_active)  # to ground, against the pull-up
         except pin_errors():
