@@ -68,12 +68,12 @@ def test_what_is_in_its_way_is_a_failure_or_what_it_was_to_grip() -> None:
     with pytest.raises(FailedError, match="something is in the way"):
         scene.play(scene.perform(call(angle_deg=45.0)))
     scene.bench.run(0.2)
-    assert scene.bench.cell("torque_enable") == 0
+    assert scene.bench.item("torque_enable") == 0
     gripper = Scene(blocked="done", effort=0.4)
     gripper.bench.motor.obstacle_ticks = 2300
     results = gripper.play(gripper.perform(call(angle_deg=45.0)))
     assert results == {"angle_deg": pytest.approx(22.1, abs=0.5), "load": pytest.approx(0.4, abs=0.01)}
-    assert gripper.bench.cell("torque_enable") == 1
+    assert gripper.bench.item("torque_enable") == 1
 
 
 @pytest.mark.parametrize("wrong", [{"angle_deg": 400.0}, {"angle_deg": "wide"}, {}])
@@ -81,7 +81,7 @@ def test_a_wrong_angle_moves_nothing(wrong: dict[str, float | str]) -> None:
     scene = Scene()
     with pytest.raises(FailedError):
         scene.play(scene.perform(call(**wrong)))
-    assert scene.bench.cell("torque_enable") == 0
+    assert scene.bench.item("torque_enable") == 0
 
 
 def test_it_is_held_and_goes_on_and_a_cancel_stops_it() -> None:
@@ -92,9 +92,9 @@ def test_it_is_held_and_goes_on_and_a_cancel_stops_it() -> None:
         await pass_time(0.4)
         scene.motion.hold(True)
         await pass_time(1.0)
-        place = scene.bench.cell("present_position")
+        place = scene.bench.item("present_position")
         await pass_time(3.0)
-        assert abs(scene.bench.cell("present_position") - place) < 25  # of 4096 in a turn
+        assert abs(scene.bench.item("present_position") - place) < 25  # of 4096 in a turn
         assert not task.done()
         scene.motion.hold(False)
         await pass_time(0.2)
@@ -102,9 +102,9 @@ def test_it_is_held_and_goes_on_and_a_cancel_stops_it() -> None:
         with suppress(asyncio.CancelledError):
             await task
         await pass_time(1.0)
-        place = scene.bench.cell("present_position")
+        place = scene.bench.item("present_position")
         await pass_time(2.0)
-        assert abs(scene.bench.cell("present_position") - place) < 25  # of 4096 in a turn
+        assert abs(scene.bench.item("present_position") - place) < 25  # of 4096 in a turn
         assert place < 2048 + 70 / 0.088
 
     scene.play(deeds())
@@ -154,5 +154,5 @@ def test_a_daemon_offers_its_joints_and_a_stop_ends_them(tmp_path: Path) -> None
             await robot.close()
 
     run(play())
-    assert model.cell("operating_mode") == 3
-    assert abs(model.cell("present_position") - 2048) < 30
+    assert model.item("operating_mode") == 3
+    assert abs(model.item("present_position") - 2048) < 30
