@@ -209,7 +209,7 @@ class Coordination:
         ranging.tell(self.knowledge, asker, ticks, now)
 
     def ranged(self, name: str, away: PeerDistance) -> None:
-        """Note how far a peer is."""
+        """Note the distance of a peer."""
         peer = self.peers.get(name)
         if peer is not None:
             peer.away = away
@@ -272,7 +272,7 @@ class Coordination:
         fire(self.knowledge, Trigger.LEAVE, now)
 
     def tick(self, now: float) -> None:
-        """Do everything that is due."""
+        """Carry out everything that is due."""
         me = self.knowledge
         if now >= me.timer_s:
             me.timer_s = me.floor.unsettled_until(now)  # the answer may be in the air or in recognition

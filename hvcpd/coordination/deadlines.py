@@ -62,7 +62,7 @@ def renewal_s(me: Knowledge) -> float:
 
 
 def renew_lease(me: Knowledge, now: float) -> None:
-    """Say that the robot is at its task, if it has not spoken of it for long: listeners renew the lease."""
+    """Say that the robot is at its task, if it has not mentioned it for long: listeners then renew the lease."""
     if now >= renewal_s(me):
         me.current.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))

@@ -163,7 +163,7 @@ def go(me: Knowledge, now: float) -> None:
 
 
 def go_alone(me: Knowledge, now: float) -> None:
-    """Nobody has answered any repetition: there is nobody."""
+    """Go without a confirmation: nobody has answered any repetition, so nobody is there."""
     me.peers.nobody_answered(me.current.asked_since_s)
     me.acquaintance.alone = True
     go(me, now)
@@ -187,14 +187,14 @@ def want_announcement(me: Knowledge, now: float) -> None:
 
 
 def finish_task(me: Knowledge, now: float) -> None:
-    """The task is done, or this robot's part of it."""
+    """Mark the task, or this robot's part of it, as done."""
     me.board.complete_part(me.my_task(), me.role.name, me.lease_end_s(now))
     me.board[me.my_task()].acted_s = now
     _report_first_time(me, now, failed=False)
 
 
 def go_on(me: Knowledge, now: float) -> None:
-    """The first of two tasks is done: its report waits for the other's."""
+    """Go on to the second of two tasks: the first one's report waits for it."""
     done, me.current.task = me.my_tasks()
     me.current.ahead = me.current.owner_before = me.current.doubted = None
     me.board.complete(done, me.role.name)
@@ -237,8 +237,8 @@ def claim_with_report(_me: Knowledge, _now: float) -> None:
     """The report is about to be said; the robot claims the task that it has just chosen in the same turn."""
 
 
-def let_go(me: Knowledge) -> None:
-    """Stand still, and give back the unfinished tasks."""
+def give_tasks_back(me: Knowledge) -> None:
+    """Stand still, and release the unfinished tasks."""
     me.do(Halt())
     for number in me.my_tasks():
         me.board.withdraw(number, me.role.name)
@@ -246,7 +246,7 @@ def let_go(me: Knowledge) -> None:
 
 def go_back(me: Knowledge, now: float) -> None:
     """The unsaid sentence is still due there: a claim or an order is chosen again, a report or a question repeated."""
-    let_go(me)
+    give_tasks_back(me)
     place = earshot.way_back(me, now)
     earshot.note_sought(me, now)
     me.current.task = me.current.ahead = me.current.task_ref = me.current.partner = None
@@ -255,7 +255,7 @@ def go_back(me: Knowledge, now: float) -> None:
 
 def make_room(me: Knowledge, _now: float) -> None:
     """Go back out to where the robot came in; there it again claims a task that it has not begun, or reports."""
-    let_go(me)
+    give_tasks_back(me)
     me.current.clear()
     outside = (each.came_from for each in me.places if each.inside)
     me.do(Perform(0, tuple(GoTo(place) for place in outside if place is not None)))
@@ -268,12 +268,12 @@ def make_room_and_ask(me: Knowledge, now: float) -> None:
 
 
 def drop_task(me: Knowledge, now: float) -> None:
-    let_go(me)
+    give_tasks_back(me)
     rest(me, now)
 
 
 def leave_for_later(me: Knowledge, now: float) -> None:
-    """Nobody is there to do the task with: call again later, less and less often."""
+    """Postpone a shared task for which nobody is there: call again later, less and less often."""
     entry = me.board[me.my_task()]
     entry.call_s = now + CALL_S * 2.0 ** min(entry.calls, CALL_DOUBLINGS_MAX) * (1.0 + me.rng.random())
     entry.calls += 1

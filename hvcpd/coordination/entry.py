@@ -116,5 +116,5 @@ def new_entry(task: TaskDefinition) -> Entry:
 
 
 def spoken_name(task: TaskDefinition) -> str:
-    """A task's name as a spoken reference has it: lower case, single spaces."""
+    """A task's name in the form of a spoken reference: lower case, single spaces."""
     return " ".join(task.name.lower().split())

@@ -146,7 +146,7 @@ class Floor:
         """How long the state machine's last sentence had waited for the floor."""
 
     def unsettled_until(self, now: float) -> float:
-        """Until when a sentence in the air may still be understood."""
+        """The time until which a sentence in the air may still be understood, s."""
         speaking = self.busy or self.speaking is not None
         return (now if speaking else self._released_s) + self._timing.settle_s
 
@@ -157,11 +157,11 @@ class Floor:
         self._intents.append(intent)
 
     def wants(self, topic: str) -> bool:
-        """Whether a sentence on this topic waits to be said."""
+        """Whether a sentence on this topic is waiting."""
         return any(intent.topic == topic for intent in self._intents)
 
     def hasten(self, topic: str) -> None:
-        """Let what waits to be said on this topic come before all turns."""
+        """Move the waiting sentence on this topic before all turns."""
         for intent in self._intents:
             intent.early |= intent.topic == topic
 

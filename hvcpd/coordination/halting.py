@@ -19,7 +19,7 @@ def release(me: Knowledge, now: float) -> None:
 
 def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; first repeat the report of a finished task that was not yet confirmed."""
-    effects.let_go(me)
+    effects.give_tasks_back(me)
     me.floor.clear()
     effects.forget_report(me, Urgency.ALARM, now, _farewell_slot(me, now))
     me.current.clear()
@@ -56,7 +56,7 @@ def fall_silent(me: Knowledge, _now: float) -> None:
 
 def halt(me: Knowledge, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
-    effects.let_go(me)
+    effects.give_tasks_back(me)
     me.latch(True)
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
