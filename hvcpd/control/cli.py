@@ -23,6 +23,7 @@ from hvcpd.control.bench.bench_parser import add_bench
 from hvcpd.control.doctor.doctor_parser import add_doctor_commands
 from hvcpd.control.drive.drive_parser import add_drive
 from hvcpd.control.duet.duet_parser import add_duet
+from hvcpd.control.ending import ending_in_order
 from hvcpd.control.enrol.enrol_parser import add_enrol
 from hvcpd.control.hear.hear_parser import add_hear_commands
 from hvcpd.control.keys.key_parser import add_key_commands
@@ -79,6 +80,7 @@ def _add_completion(commands: Commands) -> None:
     completion.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell")
 
 
+@ending_in_order()
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `hvcpctl`; returns the exit status."""
     gc.set_threshold(NEW_OBJECTS)
