@@ -128,10 +128,10 @@ class Parser(argparse.ArgumentParser):
 
 
 def replace_closed_streams() -> None:
-    """Replace standard output and standard error by /dev/null if the parent process has closed them."""
-    for name in ("stdout", "stderr"):
+    """Replace standard streams that the parent process has closed by /dev/null: an input that has ended."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w"))  # noqa: SIM115 - open to the end
+            setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115 - open to the end
 
 
 def print_error(program: str, text: str) -> None:

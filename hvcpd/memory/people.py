@@ -6,6 +6,7 @@ They hold energies, not recordings: these have a tenth of the size, and they can
 from __future__ import annotations
 
 import os
+import stat
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -104,7 +105,10 @@ def remove_person(path: Path) -> bool:
 def read_person(path: Path) -> Person:
     """Read the person from an untrusted file. Raises StoreError that names the file and the fault."""
     try:
-        if path.stat().st_size > MAX_FILE_BYTES:
+        state = path.stat()
+        if not stat.S_ISREG(state.st_mode):  # to open a pipe would wait for its writer
+            raise _WrongError("it is a folder, a pipe or a device")
+        if state.st_size > MAX_FILE_BYTES:
             raise _WrongError(f"it is larger than {MAX_FILE_BYTES // 1_000_000} MB")
         with zipfile.ZipFile(path) as archive:
             if sum(entry.file_size for entry in archive.infolist()) > MAX_FILE_BYTES:

@@ -86,6 +86,17 @@ def test_a_reader_that_goes_away_is_no_fault(arguments: str) -> None:
     assert done.stderr == "0\n"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [("key restore --key key", "these are 0 words, not 24"), ("new-team team", "this is not a terminal")],
+)
+def test_a_closed_input_has_ended(arguments: str, message: str, tmp_path: Path) -> None:
+    done = shell(f"cd {tmp_path}; {' '.join(HVCPCTL)} {arguments} <&-", PYTHONPATH=str(Path(__file__).parents[2]))
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"hvcpctl: {message}")
+
+
 def test_a_closed_output_does_no_harm() -> None:
     done = shell(f"{' '.join(HVCPCTL)} phrases >&-")
     assert "Traceback" not in done.stderr

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import io
+import os
 import pickle
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +39,17 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         for one, other in zip(takes, again.takes[word], strict=True):
             np.testing.assert_allclose(np.log(one), np.log(other), atol=0.01)
     assert path.stat().st_mode & 0o007 == 0
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
+def test_what_is_no_file_is_not_opened(make: Callable[[Path], None], tmp_path: Path) -> None:
+    """The daemon waited for whoever would write into a pipe, and did not even end when it was told to."""
+    path = person_path(tmp_path, "Anna")
+    path.parent.mkdir()
+    make(path)
+    people, (fault,) = enrolled_people(tmp_path)
+    assert not people
+    assert "it is a folder, a pipe or a device" in fault
 
 
 def test_sentences_are_read_again_and_the_newest_are_kept(tmp_path: Path) -> None:
