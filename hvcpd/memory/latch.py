@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -72,9 +71,11 @@ def spare_places(latch: Path, runtime: Path) -> tuple[Path, ...]:
     """Spare places for a stop if the latch's own disk accepts no writes: beside the control socket `runtime`, and in
     the folder for temporary files. The first outlives the daemon, the second may outlive a boot; neither need."""
     digest = hashlib.sha256(os.fsencode(latch.absolute())).hexdigest()[:16]
+    # Not `tempfile.gettempdir`, which takes another folder, or fails, where the disk is full.
+    temporary = Path(os.environ.get("TMPDIR") or "/tmp")
     return (
         runtime.with_suffix(".stopped"),
-        Path(tempfile.gettempdir()) / f"hvcpd-{os.geteuid()}-{digest}.stopped",
+        temporary / f"hvcpd-{os.geteuid()}-{digest}.stopped",
     )
 
 

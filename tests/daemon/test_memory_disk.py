@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hvcpd.errors import StoreError
-from hvcpd.memory.latch import Latched, Permit, StopLatch
+from hvcpd.memory.latch import Latched, Permit, StopLatch, spare_places
 from tests.daemon.lives import TASK, Robot, stop
 from tests.full_disk import no_new_bytes
 
@@ -95,6 +96,16 @@ def test_a_file_in_the_place_of_the_folder(robot: Robot) -> None:
             stop(memory, latch)
     folder.unlink()
     assert robot.starts().stopped
+
+
+def test_a_full_disk_moves_no_place_for_a_stop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where /tmp was on the full disk, too, the robot did not even start."""
+    monkeypatch.setattr(tempfile, "tempdir", None)  # Python looks for it once, by writing to it
+    monkeypatch.chdir(tmp_path)
+    before = spare_places(tmp_path / "rob.latch", tmp_path / "rob.sock")
+    tempfile.tempdir = None
+    with no_new_bytes():
+        assert spare_places(tmp_path / "rob.latch", tmp_path / "rob.sock") == before
 
 
 @pytest.fixture
