@@ -167,8 +167,14 @@ def did_you_mean(wrong: str, known: Iterable[str]) -> str:
     return f"did you mean {near!r}?" if near is not None else f"known are: {', '.join(names)}"
 
 
+NO_TEMPORARY = "no folder for temporary files can be written: make room in /tmp, or set TMPDIR to another folder"
+"""For the error of Python's tempfile, the only one of a missing file that names none."""
+
+
 def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file that you may write") -> str:
     """Why a file cannot be written, and what to do; `otherwise` is the remedy where the reason suggests none."""
+    if isinstance(error, FileNotFoundError) and error.filename is None:
+        return NO_TEMPORARY
     reason = getattr(error, "strerror", None) or str(error)
     if isinstance(error, FileExistsError):
         reason = "this is a file"  # where a folder should be made
@@ -198,6 +204,8 @@ def writing(
 def unreadable(error: Exception) -> str:
     """What is wrong with a file that cannot be opened, and what to do."""
     match error:
+        case FileNotFoundError(filename=None):
+            return NO_TEMPORARY
         case FileNotFoundError():
             return "there is no such file; check the name, or create it"
         case IsADirectoryError():

@@ -87,6 +87,15 @@ def test_a_reader_that_goes_away_is_no_fault(arguments: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("arguments", ["bench", "hear -"])
+def test_a_full_disk_with_the_temporary_folders_is_told(arguments: str) -> None:
+    """It was "standard output: cannot be written", and "/dev/stdin: there is no such file"."""
+    done = shell(f"ulimit -f 0; echo RIFF | {' '.join(HVCPCTL)} {arguments}")
+    assert done.returncode == 2
+    assert "no folder for temporary files can be written: make room in /tmp" in done.stderr
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [("key restore --key key", "these are 0 words, not 24"), ("new-team team", "this is not a terminal")],
