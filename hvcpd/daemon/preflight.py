@@ -125,6 +125,9 @@ def find_memory(directory: Path, access: Access = os.access) -> Finding:
     """Whether the robot's memory can be kept in `directory`, or the directory be made."""
     remedy = "make it, writable for the daemon's user, or set `state_dir` to another"
     nearest = nearest_there(directory)
+    if directory.is_symlink() and nearest != directory:
+        text = f"state_dir: {directory} is a link to nothing; mount its disk, or set `state_dir` to another"
+        return Finding("memory", text, EX_CANTCREAT)
     if not nearest.is_dir():
         return Finding("memory", f"state_dir: {nearest} is not a directory; set `state_dir` to another", EX_CANTCREAT)
     if not access(nearest, os.W_OK | os.X_OK):

@@ -111,6 +111,14 @@ def test_memory_below_a_file(tmp_path: Path) -> None:
     assert find_memory(tmp_path / "file" / "state").exit_status == EX_CANTCREAT
 
 
+def test_memory_on_a_disk_that_is_not_mounted(tmp_path: Path) -> None:
+    """It was to be made, and then the daemon failed for a "File exists"."""
+    (tmp_path / "state").symlink_to(tmp_path / "usb" / "state")
+    finding = find_memory(tmp_path / "state")
+    assert finding.exit_status == EX_CANTCREAT
+    assert "is a link to nothing; mount its disk" in finding.text
+
+
 def test_memory_in_a_read_only_directory(tmp_path: Path) -> None:
     assert "cannot be written" in find_memory(tmp_path, may_only(os.R_OK | os.X_OK)).text
     finding = find_memory(tmp_path / "state", may_only(os.R_OK | os.X_OK))
