@@ -22,7 +22,10 @@ class _Ended(SystemExit):
 
 def _end(number: int, _: FrameType | None) -> None:
     signal.signal(number, signal.SIG_IGN)  # both the shell and the kernel may tell that a terminal is closed
-    raise _Ended(number)
+    if signal.getsignal(signal.SIGTERM) not in (_end, signal.SIG_IGN, signal.SIG_DFL):
+        signal.raise_signal(signal.SIGTERM)  # the command has its own way to end, as the console's server has
+    else:
+        raise _Ended(number)
 
 
 @contextmanager

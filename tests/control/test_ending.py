@@ -54,6 +54,16 @@ def test_a_hangup_that_is_ignored_stays_so(tmp_path: Path) -> None:
         assert process.wait(60.0) == -signal.SIGTERM
 
 
+def test_who_takes_a_request_to_end_takes_a_hangup_as_one() -> None:
+    """The console's server showed a traceback of its libraries."""
+    taken: list[int] = []
+    with ending_in_order():
+        before = signal.signal(signal.SIGTERM, lambda number, _: taken.append(number))
+        signal.raise_signal(signal.SIGHUP)
+        signal.signal(signal.SIGTERM, before)
+    assert taken == [signal.SIGTERM]
+
+
 def test_afterwards_signals_are_as_before() -> None:
     before = [signal.getsignal(number) for number in ENDING]
     with ending_in_order():
