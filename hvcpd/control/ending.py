@@ -30,8 +30,8 @@ def _end(number: int, _: FrameType | None) -> None:
 
 @contextmanager
 def ending_in_order() -> Iterator[None]:
-    """Have the process leave all its `with` and `finally` blocks before a signal ends it: they delete temporary folders,
-    end other processes, and stop wheels. A signal that is ignored stays so (nohup)."""
+    """Have the process leave all its `with` and `finally` blocks before a signal ends it: they delete temporary
+    folders, end other processes, and stop wheels. A signal that is ignored stays so (nohup)."""
     if threading.current_thread() is not threading.main_thread():  # no other may take signals
         yield
         return

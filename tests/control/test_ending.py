@@ -38,6 +38,7 @@ def waiting(folder: Path, ignores: bool = False) -> Iterator[subprocess.Popen[st
             signal.signal(signal.SIGHUP, before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", ENDING)
 def test_a_signal_ends_it_as_ever_but_leaves_no_folder(number: signal.Signals, tmp_path: Path) -> None:
     with waiting(tmp_path) as process:
@@ -47,6 +48,7 @@ def test_a_signal_ends_it_as_ever_but_leaves_no_folder(number: signal.Signals, t
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_hangup_that_is_ignored_stays_so(tmp_path: Path) -> None:
     with waiting(tmp_path, ignores=True) as process:
         process.send_signal(signal.SIGHUP)
@@ -69,6 +71,7 @@ def test_afterwards_signals_are_as_before() -> None:
     with ending_in_order():
         assert [signal.getsignal(number) for number in ENDING] != before
     assert [signal.getsignal(number) for number in ENDING] == before
+
 
 @pytest.mark.slow
 def test_a_benchmark_that_is_ended_leaves_no_work_behind(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from hvcpd.security.guard import CHALLENGE_S, FAR, NEAR, PRESENT_S, PROVED_S, Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
-from hvcpd.security.one_time import STEP_S, counted_code
+from hvcpd.security.one_time import STEP_S, counted_code, step_of
 from hvcpd.security.seal import Sentence
 from hvcpd.security.silence import GrowingSilence, Patience
 from hvcpd.security.trust import Trust
@@ -224,6 +224,16 @@ def test_codes_of_the_clock_are_good_once_and_for_a_minute() -> None:
     assert Guard("Bot", RING, bot.saves(), WALL_S).judge(said(), None, code, 12.0).trust is Trust.WRONG
     assert Guard("Zoe", RING, wall_s=WALL_S).judge(said(), None, code, 100.0).trust is Trust.WRONG
     assert Guard("Max", RING).judge(said(), None, code, 10.0).trust is Trust.WRONG
+
+
+def test_after_a_code_of_a_clock_that_was_ahead_the_sheet_has_good_ones() -> None:
+    ahead = Guard("Bot", RING, wall_s=WALL_S + 86_400.0)
+    assert ahead.judge(said(), None, counted_code(KEY.clock_key, step_of(WALL_S + 86_400.0)), 0.0).trust is Trust.CODE
+    right = Guard("Bot", RING, ahead.saves(), WALL_S)
+    codes = [counted_code(KEY.clock_key, step_of(WALL_S)), counted_code(KEY.sheet_key, 0)]
+    assert [right.judge(said(), None, code, 0.0).trust for code in codes] == [Trust.WRONG, Trust.CODE]
+    later = counted_code(KEY.clock_key, step_of(WALL_S + 86_500.0))
+    assert right.judge(said(), None, later, 86_500.0).trust is Trust.CODE
 
 
 def test_who_guesses_is_heard_ever_more_rarely() -> None:
