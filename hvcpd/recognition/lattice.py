@@ -17,6 +17,7 @@ CAPACITY = 1 << 17
 """Records: about ten a frame while somebody speaks, so two minutes; 3 MB, if ever a path lives that long."""
 PAUSE = -1
 """Stands for the instance in the record of a pause's end."""
+_RECORD = np.dtype([("frame", "i4"), ("instance", "i4"), ("token", "i4"), ("cost", "f4"), ("rival", "f4")])
 
 Tokens = NDArray[np.int32]
 Costs = NDArray[np.float32]
@@ -45,11 +46,7 @@ class Lattice:
     """Records of word ends and pauses."""
 
     def __init__(self) -> None:
-        self._instance = blank((CAPACITY,), np.int32)
-        self._token = blank((CAPACITY,), np.int32)
-        self._cost = blank((CAPACITY,), np.float32)
-        self._rival = blank((CAPACITY,), np.float32)
-        self._frame = blank((CAPACITY,), np.int32)
+        self._records = blank((CAPACITY,), _RECORD)
         self._count = 0
 
     def clear(self) -> None:
@@ -58,18 +55,14 @@ class Lattice:
 
     def add(self, frame: int, instance: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
         """Store records of paths that end a word (or a pause) with `frame`; return their tokens."""
-        numbers = (np.arange(self._count, self._count + len(token)) % CAPACITY).astype(np.int32)
-        self._count += len(token)
-        self._instance[numbers] = instance
-        self._token[numbers] = token
-        self._cost[numbers] = cost
-        self._rival[numbers] = rival
-        self._frame[numbers] = frame
-        return numbers
+        first, self._count = self._count, self._count + len(token)
+        new = self._records[first : self._count]
+        new["frame"], new["instance"], new["token"], new["cost"], new["rival"] = frame, instance, token, cost, rival
+        return np.arange(first, self._count, dtype=np.int32)
 
     def frame_of(self, token: Tokens) -> Tokens:
         """The last frame of the word or pause that each record ends."""
-        frames: Tokens = np.where(token < 0, -2 - token, self._frame[np.maximum(token, 0)])
+        frames: Tokens = np.where(token < 0, -2 - token, self._records["frame"][np.maximum(token, 0)])
         return frames
 
     @property
@@ -81,13 +74,14 @@ class Lattice:
         """The words of the path that ends in `token`, first to last."""
         steps: list[Step] = []
         while token >= 0:
-            before = int(self._token[token])
-            if self._instance[token] != PAUSE:
+            record = self._records[token]
+            before = int(record["token"])
+            if record["instance"] != PAUSE:
                 start_frame = int(self.frame_of(np.array([before], np.int32))[0]) + 1
-                cost = float(self._cost[token])
-                before_cost = float(self._cost[before]) if before >= 0 else 0.0
-                margin = float(self._rival[token]) - cost
-                end_frame = int(self._frame[token]) + 1
-                steps.append(Step(int(self._instance[token]), start_frame, end_frame, cost - before_cost, margin))
+                cost = float(record["cost"])
+                before_cost = float(self._records["cost"][before]) if before >= 0 else 0.0
+                margin = float(record["rival"]) - cost
+                end_frame = int(record["frame"]) + 1
+                steps.append(Step(int(record["instance"]), start_frame, end_frame, cost - before_cost, margin))
             token = before
         return steps[::-1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,14 +43,11 @@ class Scorer:
     def rest(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
 
-        `_composed` has their features, those of frame `row` at a gain hypothesis in line `_slots[hypothesis, row]`;
-        line 0 is unused.
+        `_composed` has the features of each frame at each gain hypothesis, where `_is_composed`.
         """
         shape = len(self._gain_factors), self._bank.n_frames
-        self._composed: Features = blank((1 + shape[0] * shape[1], N_FEATURES), np.float32)
-        self._slots: NDArray[np.int32] = blank(shape, np.int32)
-        self._used: list[tuple[int, NDArray[np.intp]]] = []
-        self._n_composed = 1
+        self._composed: Features = blank((*shape, N_FEATURES), np.float32)
+        self._is_composed = np.zeros(shape, np.bool_)
 
     def vowels_db(self, gain: float) -> float:
         """Level of the voice's vowels, at this gain, above the noise, dB over all bands."""
@@ -62,9 +60,7 @@ class Scorer:
             return
         self._noise = noise.copy()
         self._gain = gain
-        for hypothesis, rows in self._used:
-            self._slots[hypothesis, rows] = 0
-        self._used, self._n_composed = [], 1
+        self._is_composed.fill(False)
         self._noise_features = noise_features(noise)
         self._codebook_features = self._bank.compose(self._codebook, noise, gain)
         self._codebook_norms = norms_of(self._codebook_features)
@@ -83,23 +79,15 @@ class Scorer:
     def follow(self, layout: Layout) -> None:
         """Load the features of this layout's states; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
-        for hypothesis in range(len(self._gain_factors)):
-            begin, end = layout.hypothesis_begins[hypothesis : hypothesis + 2]
-            rows = layout.row[begin:end]
-            slots = self._slots[hypothesis, rows]
-            missing = rows[slots == 0]
+        for hypothesis, (begin, end) in enumerate(pairwise(layout.hypothesis_begins)):
+            rows, composed = layout.row[begin:end], self._composed[hypothesis]
+            missing = rows[~self._is_composed[hypothesis, rows]]
             if len(missing):
-                self._compose_more(hypothesis, distinct(missing))
-                slots = self._slots[hypothesis, rows]
-            np.take(self._composed, slots, axis=0, out=features[begin:end])
+                new = distinct(missing)
+                composed[new] = self._bank.compose(new, self._noise, self._gain * self._gain_factors[hypothesis])
+                self._is_composed[hypothesis, new] = True
+            np.take(composed, rows, axis=0, out=features[begin:end])
         self._features, self._norms = features, norms_of(features)
-
-    def _compose_more(self, hypothesis: int, rows: NDArray[np.intp]) -> None:
-        first, end = self._n_composed, self._n_composed + len(rows)
-        self._composed[first:end] = self._bank.compose(rows, self._noise, self._gain * self._gain_factors[hypothesis])
-        self._slots[hypothesis, rows] = np.arange(first, end)
-        self._used.append((hypothesis, rows))
-        self._n_composed = end
 
     def score(self, features: Features) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
         """Euclidean distances of `features`, shape (n, N_FEATURES), to every state of the layout, shape (n, n_states),
