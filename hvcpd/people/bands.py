@@ -142,7 +142,10 @@ def mask_of(energies: NDArray[np.floating]) -> float:
 
 def completed(logs: Bands, bands: Bands) -> Bands:
     """Logarithms, shape (frames, N_BANDS), with empty upper bands of `bands` extrapolated."""
-    return np.concatenate([logs[:, :UPPER], _extrapolated(logs[:, :UPPER])], axis=1) if upper_lost(bands) else logs
+    if not upper_lost(bands):
+        return logs
+    lower, weights = logs[:, :UPPER], _regression()
+    return np.concatenate([lower, weights[0] + lower @ weights[1:]], axis=1)
 
 
 def upper_lost(bands: Bands) -> bool:
@@ -157,8 +160,3 @@ def _regression() -> NDArray[np.float64]:
     """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + UPPER, N_BANDS - UPPER),
     the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
     return np.asarray(stored(Path(__file__).with_name("upper_bands.npz"))["weights"], np.float64)
-
-
-def _extrapolated(lower: NDArray[np.float64]) -> NDArray[np.float64]:
-    weights = _regression()
-    return np.asarray(weights[0] + lower @ weights[1:])

@@ -137,9 +137,9 @@ class Decoder:
         if len(old.pair):
             hypothesis, instance = np.divmod(old.pair, net.n_instances)
             target = hypothesis * net.n_nodes + net.target_node[instance]
-            kept = survivors(old, net.length[instance], target, cost, self._beam)
-            low[kept.pair], high[kept.pair], self._bound = kept.low, kept.high, np.float32(kept.bound)
-            reached.reshape(-1)[kept.reached] = True
+            kept, lows, highs, bound, soon = survivors(old, net.length[instance], target, cost, self._beam)
+            low[kept], high[kept], self._bound = lows, highs, np.float32(bound)
+            reached.reshape(-1)[soon] = True
         entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
         low[entering] = 0
         high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], REACH))

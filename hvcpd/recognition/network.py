@@ -104,8 +104,8 @@ class Layout:
     For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.
     States of hypothesis r are `hypothesis_begins[r]` up to `hypothesis_begins[r + 1]`.
     Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, hypothesis *
-    n_nodes + node. Ending pairs, followed to their last frame: `ends`, which pairs, `last`, that state, `end_instance`
-    and `target`, hypothesis * n_nodes + node.
+    n_nodes + node. Ending pairs, followed to their last frame: `last`, that state, `end_instance` and `target`, hypothesis *
+    n_nodes + node.
     """
 
     pair: Index
@@ -117,7 +117,6 @@ class Layout:
     hypothesis_begins: tuple[int, ...]
     entry: Index
     source: Index
-    ends: Index
     last: Index
     end_instance: Index
     target: Index
@@ -150,7 +149,6 @@ def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: 
         tuple(int(bound) for bound in bounds),
         begin[is_open] + AHEAD - 1,
         (node + network.source_node[instance])[is_open],
-        np.flatnonzero(is_ending),
         ends[is_ending] - 1,
         instance[is_ending],
         (node + network.target_node[instance])[is_ending],
@@ -183,22 +181,12 @@ class Beam:
     """Maximum number of active pairs of instance and hypothesis."""
 
 
-@dataclass(frozen=True, eq=False)
-class Survivors:
-    """The stretches of a layout that hold promising paths, and the nodes that they may reach soon.
-
-    `bound`: the cost from which on paths are dropped.
-    """
-
-    pair: Index
-    low: Index
-    high: Index
-    bound: float
-    reached: Index
-
-
-def survivors(layout: Layout, length: Index, target: Index, cost: Costs, beam: Beam) -> Survivors:
-    """Select the next layout. For each pair: `length` in frames and `target`; for each state: `cost`."""
+def survivors(
+    layout: Layout, length: Index, target: Index, cost: Costs, beam: Beam
+) -> tuple[Index, Index, Index, float, Index]:
+    """The stretches of a layout that hold promising paths: each one's pair, low and high; the cost from which on paths
+    are dropped; and the nodes that they may reach soon. For each pair: `length` in frames and `target`; for each state:
+    `cost`."""
     lowest = np.minimum.reduceat(cost, layout.begin)
     bound = min(float(lowest.min()) + beam.width, beam.above_filler)
     if len(lowest) > beam.max_pairs:
@@ -212,4 +200,4 @@ def survivors(layout: Layout, length: Index, target: Index, cost: Costs, beam: B
     low = np.maximum(offset[first], 0)
     far = offset[last] + 1 + REACH
     ends_soon = far >= length[alive]
-    return Survivors(layout.pair[alive], low, np.minimum(far, length[alive]), bound, target[alive[ends_soon]])
+    return layout.pair[alive], low, np.minimum(far, length[alive]), bound, target[alive[ends_soon]]
