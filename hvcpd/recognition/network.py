@@ -104,8 +104,8 @@ class Layout:
     For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.
     States of hypothesis r are `hypothesis_begins[r]` up to `hypothesis_begins[r + 1]`.
     Open pairs, followed from their first frame: `entry`, the state where sentences enter, `source`, hypothesis *
-    n_nodes + node. Ending pairs, followed to their last frame: `last`, that state, `end_instance` and `target`, hypothesis *
-    n_nodes + node.
+    n_nodes + node. Ending pairs, followed to their last frame: `last`, that state, `end_instance` and `target`,
+    hypothesis * n_nodes + node.
     """
 
     pair: Index
