@@ -12,7 +12,6 @@ from hvcpd.recognition.channel.listener import ChannelListener, Stretch
 from hvcpd.recognition.channel.whitening import (
     CELL_STEP,
     CELLS,
-    beyond_noise,
     cell_weights,
     inverse_spectrum,
     through_cells,
@@ -51,15 +50,6 @@ def test_a_loud_tone_takes_its_own_cells_away_and_leaves_the_others() -> None:
     far = np.abs(np.arange(CELLS) - cell) > 6
     assert (after[inside][:, far] > before[inside][:, far] - 0.1).all()
     assert (after[: inside.start - 8] > before[: inside.start - 8] - 1e-3).all()
-
-
-def test_little_of_the_noise_alone_is_beyond_it_and_most_of_a_loud_sound() -> None:
-    heard, alone = noise(32_000), noise(16_000, 1)
-    heard[16_000:] *= 10.0
-    share = beyond_noise(weights(heard, alone), len(heard))
-    assert share.shape == heard.shape
-    assert share[2000:14_000].mean() < 0.35
-    assert share[18_000:30_000].min() > 0.9
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -65,12 +65,6 @@ def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Pa
     return Evidence(path, path.score - rival, fit)
 
 
-def share_of(sound: WeightedSound, path: Path) -> float:
-    """Share that a path explains of the energy beyond the noise's, from its first word to its last; more than 1 where
-    that energy is small."""
-    return path.score / max(sound.speech(path.starts[0], path.end), 1.0)
-
-
 @dataclass(frozen=True, eq=False)
 class _Part:
     """A part of a known signal."""
@@ -116,7 +110,8 @@ QUIETER = 0.2
 """Share of the stretches that are quieter than the chosen one: gain controls and drop-outs make some that are not
 representative."""
 LEAST_SCORE = 450.0
-"""Least explained energy, in variances of the noise: chance and other talk reach 390."""
+"""Least explained energy, in variances of the noise, from which on it is a robot that somebody heard, though perhaps
+not what it said: chance and other talk reach 390."""
 BEGUN = 150.0
 """The same for a beginning where sound was cut: a second search costs little."""
 GOES_ON = SAMPLE_RATE_HZ
@@ -127,11 +122,6 @@ MOST_IN_PROGRESS = 16
 """Maximum number of paths with which the next search goes on."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
-ROBOTS_SHARE = 0.3
-"""Share of the energy beyond the noise's, times the number of words, from which on it is a robot that somebody heard,
-though not what it said: a word through some response fits a part of anybody's speech, several words through the same
-one hardly do. In 48 sentences by other robots and people to each other, at 30 and 10 dB, it was 0.04 at most.
-As a feature of `confidence` a share got no weight."""
 TAIL = SAMPLE_RATE_HZ // 10
 """Most samples (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
 MOST_LOSS = 3.0
@@ -224,20 +214,19 @@ class ChannelListener:
         while len(reported) < MOST_AT_ONCE:
             sound = WeightedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
-            goes_on = evidence is not None and stretch.cut and evidence.path.end + GOES_ON > sound.n
-            if evidence is not None and not goes_on and self._is_unlike(evidence.path, heard, noise):
+            sure_at = sys.maxsize
+            if evidence is not None and stretch.cut and evidence.path.end + GOES_ON > sound.n:
+                sure_at, evidence = evidence.path.end + GOES_ON + stretch.origin + begin, None
+            elif evidence is not None and self._is_unlike(evidence.path, heard, noise):
                 evidence = None
-            if evidence is None or goes_on:
+            if evidence is None:
                 if not paths:
                     break
-                best = evidence.path if evidence is not None else paths[0]
-                robot = self._is_robots(sound, best)
-                least = BEGUN if stretch.cut else LEAST_SCORE
-                last = _in_progress(paths, len(heard), least) if robot or stretch.cut else []
+                robot = paths[0].score >= LEAST_SCORE
+                last = _in_progress(paths, len(heard), BEGUN if stretch.cut else LEAST_SCORE)
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
                 going_on = tuple(path.moved(stretch.origin + begin) for path in last)
-                sure_at = best.end + GOES_ON + stretch.origin + begin if goes_on else sys.maxsize
                 return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
@@ -269,10 +258,6 @@ class ChannelListener:
         """Whether other phones were heard than a sentence has."""
         there = heard[max(path.starts[0] - MARGIN, 0) : path.end + MARGIN]
         return self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
-
-    def _is_robots(self, sound: WeightedSound, best: Path) -> bool:
-        """Whether a robot that somebody knows said something there, if not these words."""
-        return best.score >= LEAST_SCORE and len(best.words) * share_of(sound, best) >= ROBOTS_SHARE
 
     def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:

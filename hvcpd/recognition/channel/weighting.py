@@ -17,7 +17,6 @@ from hvcpd.recognition.channel.whitening import (
     CELL_STEP,
     Spectrum,
     at_bins,
-    beyond_noise,
     cell_weights,
     filtered,
     inverse_spectrum,
@@ -182,7 +181,6 @@ class WeightedSound:
         white = np.square(filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
         variance = max(float(np.mean(white)), TINY)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
-        self._speech = np.concatenate([[0.0], np.cumsum(white * beyond_noise(cells, self.n) / variance)])
         silence = SIZE // CELL_STEP, 2 * SIZE // CELL_STEP
         around = np.pad(np.square(cells)[: self.n // CELL_STEP + 1], (silence, (0, 0)))
         self._cells = np.lib.stride_tricks.sliding_window_view(around, SIZE // CELL_STEP, axis=0)
@@ -194,16 +192,8 @@ class WeightedSound:
 
     def energy(self, first: int, last: int) -> float:
         """The received energy from sample `first` up to `last`, in variances of the noise."""
-        return self._between(self._energy, first, last)
-
-    def speech(self, first: int, last: int) -> float:
-        """The received energy from sample `first` up to `last` beyond the noise's, in variances of the noise."""
-        return self._between(self._speech, first, last)
-
-    def _between(self, total: NDArray[np.float64], first: int, last: int) -> float:
-        """What a cumulative sum, shape (n + 1,), gains from sample `first` up to `last`."""
         begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
-        return float(total[end] - total[begin])
+        return float(self._energy[end] - self._energy[begin])
 
     def seek(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the

@@ -84,14 +84,6 @@ def cell_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -
     return np.asarray((1.0 + power / (CELL_LOUD * floor)) ** -0.5, np.float32)
 
 
-def beyond_noise(weights: Spectrum, n: int) -> NDArray[np.float64]:
-    """The share of the weighted energy that is not the noise's, around each of `n` samples."""
-    squares = np.square(weights, dtype=np.float64)
-    received = CELL_LOUD * (1.0 - squares)  # a cell's weighted power, in powers of the noise
-    share = np.maximum(received - squares, 0.0).sum(axis=1) / np.maximum(received.sum(axis=1), TINY)
-    return np.asarray(np.interp(np.arange(n), CELL_STEP * np.arange(len(share)), share))
-
-
 def through_cells(sound: Samples, weights: Spectrum) -> Samples:
     """A sound, shape (n,), with its cells weighted."""
     spectra = _cell_spectra(sound)
