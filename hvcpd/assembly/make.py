@@ -119,7 +119,7 @@ def make_ears(
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(ears, KeywordNet(weights), RecentSound(KeywordNet(weights)), loss_of_call)
+    return KeywordEars(ears, KeywordNet(weights), RecentSound(KeywordNet(weights), ears.first.history), loss_of_call)
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
@@ -177,6 +177,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         places=plan.tasks.places,
     )
     phrasebook, ears = _book_and_ears(plan, names, sound, plan.team.strangers)
+    rate = SLOW if speech.slowly else 1.0
     return Robot(
         coordination,
         phrasebook,
@@ -190,7 +191,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         make_sealing(plan),
         OwnDelay(),
         voices_of(names, sound, plan.hearing.people),
-        Measures(Ranging(plan.role.name), lambda name: sound.speaker_of(name, SLOW if speech.slowly else 1.0)),
+        Measures(Ranging(plan.role.name, ears.first.history), lambda name: sound.speaker_of(name, rate)),
     )
 
 

@@ -1,4 +1,4 @@
-"""One robot's part in measuring distances: it remembers what it heard, and knows the samples of what was said.
+"""One robot's part in measuring distances: it knows the samples of what was said, and looks for them in what was heard.
 
 A: "Hi Bot, I am Rob, how far are you" · B: "Hi Rob, I am Bot, I will measure it" · B: "Hi Rob, I am Bot, I measure four
 eight two three". Both measure when the first two arrive at their microphones, and the third tells A B's interval.
@@ -6,7 +6,6 @@ eight two three". Both measure when the first two arrive at their microphones, a
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,10 +13,8 @@ from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.ranging.arrival import LATE, REACH, Arrival, arrival
 from hvcpd.ranging.distance import Distance, distance, interval_ticks, is_sure
-from hvcpd.recognition.stream import Kept, cleaned, joined, kept
+from hvcpd.recognition.stream import History
 
-KEPT_S = 12.0
-"""Sound that is remembered: a sentence of 4 s, slowly and with a seal 8 s, and 3 s until it was recognised."""
 OWN_WAY_M = 0.1
 """From a robot's loudspeaker to its microphone, as on a TurtleBot3; half an error of it is in the distance."""
 
@@ -34,32 +31,24 @@ class Timed:
 
 
 class Ranging:
-    """`hear` all sound; call `say` and `said` at the beginning and the end of each own sentence, `understood` for
-    those of others. Samples are counted by the microphone."""
+    """Call `say` and `said` at the beginning and the end of each own sentence, `understood` for those of others.
+    Samples are counted by the microphone."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, history: History) -> None:
+        """`history`: all sound of the microphone, the robot's own voice, too."""
         self._name = name.lower()
-        self.lost()
+        self._history = history
+        self.lost(0)
 
-    def lost(self) -> None:
-        """Sound was lost: nothing before it can be compared with anything after it."""
-        self._blocks: deque[Kept] = deque()
-        self._n_kept = 0
-        self._end = 0
+    def lost(self, until: int) -> None:
+        """Sound was lost until that sample: nothing before it can be compared with anything after it."""
+        self._whole_from = until
         self._saying: tuple[m.Utterance, Samples, int] | None = None
         self._questions: dict[str, Arrival | None] = {}
         """Of others, by their names."""
         self._asked: tuple[str, Arrival | None] | None = None
         self._answers: dict[str, tuple[Arrival, Arrival]] = {}
         """The own question and the answer, by the name of the robot that answered."""
-
-    def hear(self, samples: Samples, start: int) -> None:
-        """Take the next samples, shape (n,), float32, the first of which has the number `start`."""
-        self._blocks.append(kept(cleaned(samples)))
-        self._n_kept += len(samples)
-        self._end = start + len(samples)
-        while self._n_kept - len(self._blocks[0]) >= KEPT_S * SAMPLE_RATE_HZ:
-            self._n_kept -= len(self._blocks.popleft())
 
     def say(self, utterance: m.Utterance, sound: Samples, start: int) -> None:
         """The robot begins to say `sound`; its first sample is played over sample `start`."""
@@ -109,10 +98,9 @@ class Ranging:
 
     def _arrival(self, sound: Samples, near: int) -> Arrival | None:
         """By the microphone's count; None if it was not heard."""
-        heard = joined(self._blocks)
         first = near - REACH
-        begin = first - (self._end - len(heard))
-        if begin < 0 or near + len(sound) + LATE > self._end + REACH:
+        heard = self._history.between(first, near + len(sound) + REACH) if first >= self._whole_from else None
+        if heard is None or near + len(sound) + LATE > self._history.end + REACH:
             return None
-        found = arrival(heard[begin : begin + len(sound) + 2 * REACH], sound, REACH)
+        found = arrival(heard, sound, REACH)
         return found.later(first) if found is not None else None

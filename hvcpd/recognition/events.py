@@ -11,7 +11,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.stream import Chunk, History
 
 
 class Source(StrEnum):
@@ -122,6 +122,10 @@ class FirstEars(Protocol):
     @property
     def chunks(self) -> Sequence[Chunk]:
         """The frames of the last push."""
+
+    @property
+    def history(self) -> History:
+        """What was heard in the last seconds, up to the last push."""
 
     @property
     def ending(self) -> str:

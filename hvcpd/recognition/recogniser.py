@@ -75,6 +75,7 @@ class Recogniser:
         bank = TemplateBank(templates)
         self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
         self.watch = watch or Watch()
+        self.history = self.watch.history
         self._make_spelled = make_spelled
         self._spelled: Recogniser | None = None
         self._segments = SegmentTracker()

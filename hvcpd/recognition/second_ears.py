@@ -23,7 +23,7 @@ from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.watch import WAIT_FRAMES
 
 LEAD_S = 3.0
-"""Sound kept before the speech, for its noise: the noise tracker's memory."""
+"""Sound before the speech, for its noise: the noise tracker's memory."""
 PAUSE_S = 0.5
 """Speech this soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"."""
 SHORT_S = 0.1
@@ -65,7 +65,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
     _listener: PeopleListener
 
     def __init__(self, ears: Ears, listener: PeopleListener, worker: Worker[Segment, Recognised | None]) -> None:
-        super().__init__(ears, listener, worker, round((LEAD_S + LONGEST_S + 2 * MOST_WAIT_S) * SAMPLE_RATE_HZ))
+        super().__init__(ears, listener, worker)
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
@@ -178,7 +178,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         if not starts:
             return
         begin, end = starts[0] - round(LEAD_S * SAMPLE_RATE_HZ), stretch.end + round(PAUSES_S * SAMPLE_RATE_HZ)
-        sound, lead = self._history.around(begin, starts[0], end)
+        sound, lead = self.first.history.around(begin, starts[0], end)
         if len(sound) - lead < stretch.end - starts[0]:
             return
         later = tuple(starts[1:])
@@ -194,7 +194,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
             return None
         begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)
         end = event.end_sample + round(AFTER_S * SAMPLE_RATE_HZ)
-        sound, lead = self._history.around(begin, event.start_sample, end)
+        sound, lead = self.first.history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
         return Segment(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)

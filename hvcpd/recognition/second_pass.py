@@ -11,7 +11,6 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, EarsAround, Event, Recognised
-from hvcpd.recognition.stream import History, cleaned
 
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Margins around the noticed speech, for its faint beginning and end; AFTER_S has been heard when the event is
@@ -99,19 +98,12 @@ class AtOnce(Generic[Job, Found]):
 
 
 class LaterEars(EarsAround, ABC, Generic[Job, Found]):
-    """`Ears` around others that submit sound for a second pass, and keep the last seconds for it."""
+    """`Ears` around others that submit sound of the last seconds for a second pass."""
 
-    def __init__(
-        self, ears: Ears, listener: SegmentListener[Job, Found], worker: Worker[Job, Found], keep: int
-    ) -> None:
-        """`keep`: samples of sound that are kept."""
+    def __init__(self, ears: Ears, listener: SegmentListener[Job, Found], worker: Worker[Job, Found]) -> None:
         super().__init__(ears)
         self._listener = listener
         self._worker = worker
-        self._earlier = ears if isinstance(ears, LaterEars) else None
-        """The inner ears keep the last seconds already."""
-        self._history: History = self._earlier._history if self._earlier is not None else History(keep)
-        self._history.keep(keep)
         self._began = self._now = 0
 
     def flush(self) -> list[Event]:
@@ -128,8 +120,6 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         events = self._ears.push(samples, masked)
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
-            if self._earlier is None:
-                self._history.push(self._began, cleaned(samples))
             self._follow()
         else:
             self._mask()

@@ -1,5 +1,5 @@
 """Cuts a stream of blocks of any size into chunks of frames that always begin at the same samples; keeps the last
-seconds of it."""
+seconds of it, once for all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.ports import Samples
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, Energies, energies_of
 
 CHUNK_FRAMES = 4
@@ -25,15 +25,11 @@ _SLICE_SAMPLES = 16_000
 
 @dataclass(frozen=True)
 class Chunk:
-    """Energies of consecutive frames, shape (n, N_BANDS), from `first_frame` on; `masked` if any sample was.
-
-    `samples`, shape (n * HOP_SAMPLES,), are those from the beginning of the first frame to that of the next chunk's.
-    """
+    """Energies of consecutive frames, shape (n, N_BANDS), from `first_frame` on; `masked` if any sample was."""
 
     first_frame: int
     energies: Energies
     masked: bool
-    samples: Samples
 
 
 def cleaned(samples: Samples) -> Samples:
@@ -47,16 +43,14 @@ def cleaned(samples: Samples) -> Samples:
 Kept = NDArray[np.int16]
 """Sound, shape (n,), to be remembered for some seconds, in the steps of a 16-bit converter: half the memory."""
 STEPS = np.float32(32_768.0)
+KEPT_SAMPLES = 29 * SAMPLE_RATE_HZ
+"""0.9 MB. `ChannelEars` look back farthest: to two of the longest sentences, 20 s, after 3 s for the noise, and 3 s for
+each search."""
 
 
 def kept(samples: Samples) -> Kept:
     """Return `cleaned` sound in steps; nothing is lost of what such a converter gave at our rate."""
     return np.asarray(np.minimum(np.rint(samples * STEPS), STEPS - 1), np.int16)
-
-
-def joined(blocks: Iterable[Kept]) -> Samples:
-    """Return the sound of these blocks, one after the other, shape (n,), float32."""
-    return np.concatenate([np.zeros(0, np.int16), *blocks]).astype(np.float32) / STEPS
 
 
 class FrameStream:
@@ -86,42 +80,72 @@ class FrameStream:
 
     def _chunk(self) -> Chunk:
         first_frame, used = self.next_frame, slice(_NEEDED_SAMPLES)
-        new = self._sound[:CHUNK_SAMPLES].copy()  # who keeps it does not keep the rest
-        chunk = Chunk(first_frame, energies_of(self._sound[used]), bool(self._masked[used].any()), new)
+        chunk = Chunk(first_frame, energies_of(self._sound[used]), bool(self._masked[used].any()))
         self._sound, self._masked = self._sound[CHUNK_SAMPLES:], self._masked[CHUNK_SAMPLES:]
         self.next_frame += CHUNK_FRAMES
         return chunk
 
     def rest(self) -> Chunk:
         """The whole frames of the incomplete chunk, fewer than CHUNK_FRAMES; they stay in the stream."""
-        energies = energies_of(self._sound)
-        samples = self._sound[: len(energies) * HOP_SAMPLES]
-        return Chunk(self.next_frame, energies, bool(self._masked.any()), samples)
+        return Chunk(self.next_frame, energies_of(self._sound), bool(self._masked.any()))
 
 
 class History:
-    """The last seconds of the microphone signal without the robot's own speech, in blocks; positions in samples since
-    the beginning."""
+    """The last seconds of the microphone's signal, once for all who look back. Positions in samples since the
+    beginning."""
 
-    def __init__(self, n: int) -> None:
-        """Keep at least the last `n` samples."""
-        self._most = n
-        self._blocks: deque[tuple[int, Kept]] = deque()
-        self._kept = 0
+    def __init__(self, n: int = KEPT_SAMPLES) -> None:
+        """Keep the last `n` samples."""
+        self._ring: Kept = np.zeros(n, np.int16)
+        self.end = 0
+        """The sample after the newest."""
+        self._lost = 0
+        """Samples lost after it."""
+        self._heard: deque[tuple[int, int]] = deque()
+        """The blocks in which the robot itself did not speak: from a sample up to another one."""
 
-    def keep(self, n: int) -> None:
-        """Keep at least the last `n` samples from now on."""
-        self._most = max(self._most, n)
+    @property
+    def begin(self) -> int:
+        """The oldest sample that is kept."""
+        return max(self.end - len(self._ring), 0)
 
-    def push(self, at: int, block: Samples) -> None:
-        """Append a `cleaned` block, shape (m,), that begins at sample `at`, after all others."""
-        self._blocks.append((at, kept(block)))
-        self._kept += len(block)
-        while self._kept - len(self._blocks[0][1]) > self._most:
-            self._kept -= len(self._blocks.popleft()[1])
+    def push(self, samples: Samples, masked: bool) -> None:
+        """Append samples, shape (m,); `masked` while the robot itself speaks."""
+        silent, self._lost = self._lost, 0
+        if silent:
+            self.end += max(silent - len(self._ring), 0)
+            self.push(np.zeros(min(silent, len(self._ring)), np.float32), masked=True)
+        self.end += len(samples)
+        new = kept(cleaned(samples[-len(self._ring) :]))
+        np.put(self._ring, np.arange(self.end - len(new), self.end), new, mode="wrap")
+        if not masked:
+            self._heard.append((self.end - len(new), self.end))
+        while self._heard and self._heard[0][0] < self.begin:
+            self._heard.popleft()
+
+    def lose(self, n_samples: int) -> None:
+        """Advance time by lost samples, as `push` of masked silence; but until the next push all is kept that was heard
+        before them."""
+        self._lost += n_samples
+
+    def between(self, begin: int, end: int) -> Samples | None:
+        """Return the sound from sample `begin` up to `end`, shape (end - begin,), float32, silent where nothing was
+        heard yet; None if its beginning is no longer kept."""
+        if begin < self.begin:
+            return None
+        sound = self._read([(begin, max(begin, min(end, self.end)))])
+        return np.pad(sound, (0, end - begin - len(sound)))
 
     def around(self, begin: int, middle: int, end: int) -> tuple[Samples, int]:
-        """Return the kept sound from sample `begin` up to `end`, in whole blocks; and the number of its samples before
-        `middle`."""
-        parts = [(at, block) for at, block in self._blocks if at + len(block) > begin and at < end]
-        return joined(block for _, block in parts), sum(min(len(block), max(middle - at, 0)) for at, block in parts)
+        """Return what is kept from sample `begin` up to `end` without the robot's own speech, in whole blocks; and the
+        number of its samples before `middle`."""
+        blocks = [(first, last) for first, last in self._heard if last > begin and first < end]
+        return self._read(blocks), sum(min(last, max(middle, first)) - first for first, last in blocks)
+
+    def _read(self, blocks: Iterable[tuple[int, int]]) -> Samples:
+        """The samples of these blocks, all of which are kept, one after the other."""
+        parts, n = [self._ring[:0]], len(self._ring)
+        for first, last in blocks:
+            at = first % n
+            parts += self._ring[at : at + last - first], self._ring[: max(at + last - first - n, 0)]
+        return np.concatenate(parts).astype(np.float32) / STEPS

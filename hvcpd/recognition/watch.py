@@ -18,7 +18,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, power_weights
 from hvcpd.recognition.noise import STEADY_NOISE, STEP_FRAMES, NoiseTracker
-from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, FrameStream
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream, History
 
 FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""
@@ -175,6 +175,7 @@ class Watch:
 
     def __init__(self) -> None:
         self.stream = FrameStream()
+        self.history = History()
         self.noise = NoiseTracker()
         self.activity = ActivityDetector()
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
@@ -190,7 +191,9 @@ class Watch:
     def push(self, samples: Samples, masked: bool, watchers: Sequence[Watcher]) -> Iterator[Found]:
         """Pass the next samples, shape (n,), to the watchers. Iterate to the end, or samples are lost."""
         self.chunks = []
-        for chunk in self.stream.push(np.asarray(samples).reshape(-1), masked):
+        samples = np.asarray(samples).reshape(-1)
+        self.history.push(samples, masked)
+        for chunk in self.stream.push(samples, masked):
             yield from self._take(chunk, watchers)
 
     def lose(self, n_samples: int, watchers: Sequence[Watcher]) -> Iterator[Found]:
@@ -198,6 +201,7 @@ class Watch:
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
         self.chunks = []
+        self.history.lose(n_samples)
         yield self._break_off(self.stream.next_frame, watchers)
         for chunk in self.stream.lose(n_samples):
             yield from self._take(chunk, watchers)
@@ -211,7 +215,7 @@ class Watch:
         frame = rest.first_frame + len(rest.energies)
         silence = np.tile(self.noise.estimate * np.exp(STEADY_NOISE.mean_log), (CHUNK_FRAMES, 1))
         for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
-            yield from self._hear(Chunk(at, silence, False, np.zeros(CHUNK_SAMPLES, np.float32)), watchers)
+            yield from self._hear(Chunk(at, silence, False), watchers)
 
     def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
         """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""

@@ -106,7 +106,7 @@ class Robot:
 
     def disturb(self) -> None:
         """Sound was lost or late until now, so it does not show which voice or name belongs to whom."""
-        self._measures.ranging.lost()
+        self._measures.ranging.lost(self._n_heard)
         self._disturbed_until_s = self.now
 
     def set_clock(self, wall_s: float | None) -> None:
@@ -143,7 +143,6 @@ class Robot:
         masked = self._voice.masks(self.now)
         self._voice.hear(heard)
         events = [*gap_events, *self._ears.push(heard, masked=masked), *self._overhearing.hear(heard, masked)]
-        self._measures.ranging.hear(heard, self._n_heard)
         self._n_heard += len(heard)
         self._locate(reading)
         self.coordination.mute(self.is_silent)

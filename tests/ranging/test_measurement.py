@@ -10,6 +10,7 @@ from hvcpd.language.range_messages import measured
 from hvcpd.ports import Samples
 from hvcpd.ranging.distance import Distance
 from hvcpd.ranging.ranging import Ranging
+from hvcpd.recognition.stream import History
 from tests.ranging.test_arrival import LENGTH, VOICE
 
 PAUSE = 8000
@@ -19,12 +20,12 @@ class Asker:
     """Rob, who hears every sentence at the sample where it is said; each takes as long as the voice."""
 
     def __init__(self) -> None:
-        self.ranging = Ranging("Rob")
-        self._now = 0
+        self._history, self._now = History(), 0
+        self.ranging = Ranging("Rob", self._history)
         self._hear(np.zeros(PAUSE, np.float32))
 
     def asks(self) -> None:
-        start = self._hear(VOICE)
+        start = self._hear(VOICE, own=True)
         self.ranging.say(m.Utterance("Rob", m.ToRobot("Bot"), statement=m.HowFarAway()), VOICE, start)
         assert self.ranging.said(0.0) is None
 
@@ -33,11 +34,16 @@ class Asker:
         said = m.Utterance("Bot", m.ToRobot("Rob"), statement=statement)
         return self.ranging.understood(said, start, lambda _: VOICE)
 
-    def _hear(self, sound: Samples) -> int:
+    def loses(self, n_samples: int) -> None:
+        self._history.lose(n_samples)
+        self._now += n_samples
+        self.ranging.lost(self._now)
+
+    def _hear(self, sound: Samples, own: bool = False) -> int:
         start, self._now = self._now, self._now + LENGTH + PAUSE
         noise = 1e-4 * np.random.default_rng(start).standard_normal(LENGTH + PAUSE)
         noise[: len(sound)] += sound
-        self.ranging.hear(np.asarray(noise, np.float32), start)
+        self._history.push(np.asarray(noise, np.float32), masked=own)
         return start
 
 
@@ -68,4 +74,21 @@ def test_who_cannot_measure_tells_no_interval_later() -> None:
     rob.asks()
     assert rob.hears(m.Measuring()) is None
     assert rob.hears(m.CannotMeasure()) is None
+    assert rob.hears(measured(interval(3.0))) is None
+
+
+def test_across_lost_sound_nothing_is_measured() -> None:
+    rob = Asker()
+    rob.asks()
+    rob.loses(100)
+    assert rob.hears(m.Measuring()) is None
+    assert rob.hears(measured(interval(3.0))) is None
+
+
+def test_a_sentence_that_follows_lost_sound_at_once_is_not_measured() -> None:
+    """It may have arrived a little before where its beginning is sought."""
+    rob = Asker()
+    rob.loses(PAUSE)
+    rob.asks()
+    assert rob.hears(m.Measuring()) is None
     assert rob.hears(measured(interval(3.0))) is None

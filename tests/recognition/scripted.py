@@ -10,7 +10,7 @@ from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import AtOnce, Found, Job, SegmentListener, Worker
-from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.stream import Chunk, History
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
 LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
@@ -35,14 +35,17 @@ class Script:
         self.ending, self.gain = "", 0.0
         self.learned: object = None
         self.chunks: Sequence[Chunk] = ()
+        self.history = History()
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         before, self.now = self.now, self.now + len(samples)
+        self.history.push(samples, masked)
         self.signs = self.speaking = self.busy = any(begin < self.now and before < end for begin, end in self.speech)
         return [event for at, event in self.events if before < at <= self.now]
 
     def lost(self, n_samples: int) -> list[Event]:
         self.now += n_samples
+        self.history.lose(n_samples)
         return []
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 from collections import deque
-from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -15,8 +14,7 @@ from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchR
 from hvcpd.recognition.channel.stretches import CLATTER, CUT, MORE
 from hvcpd.recognition.channel.weighting import _blocks_of
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_ears import SecondEars
-from hvcpd.recognition.second_pass import AtOnce, Segment, SegmentListener
+from hvcpd.recognition.second_pass import AtOnce, SegmentListener
 from tests.recognition.hisses import GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,
@@ -290,26 +288,3 @@ def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
     run(listening, 0, len(sound), sound)
     gc.collect()
     assert sum(isinstance(each, Stretch) for each in gc.get_objects()) < 12
-
-
-def test_ears_around_them_share_what_they_keep() -> None:
-    inner = ears(Script([]))
-    outer = SecondEars(inner, Deaf(), AtOnce())
-    for at in range(0, 10 * BLOCK, BLOCK):
-        outer.push(SOUND[at : at + BLOCK])
-    sound, before = inner._history.around(0, BLOCK, 10 * BLOCK)
-    assert (len(sound), before) == (10 * BLOCK, BLOCK)
-    assert outer._history is inner._history
-
-
-class Deaf:
-    """Hears nothing in a second look."""
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        pass
-
-    def search(self, _: Segment) -> None:
-        return None
-
-    def may_go_on(self, _: Sequence[str]) -> bool:
-        return False

@@ -7,8 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.ports import Samples
-from hvcpd.recognition.stream import STEPS, History, joined, kept
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition import second_ears
+from hvcpd.recognition.channel.ears import LEAD, MOST_WAIT
+from hvcpd.recognition.channel.stretches import LONGEST
+from hvcpd.recognition.stream import KEPT_SAMPLES, STEPS, History, kept
+
+KEEP = 100
+Sizes = st.lists(st.integers(0, 150), min_size=1, max_size=30)
 
 
 def block(begin: int, end: int) -> Samples:
@@ -16,54 +22,95 @@ def block(begin: int, end: int) -> Samples:
     return np.arange(begin, end, dtype=np.float32) / STEPS
 
 
-def filled(sizes: list[int], keep: int) -> History:
-    """Blocks of these sizes."""
-    history, at = History(keep), 0
-    for size in sizes:
-        history.push(at, block(at, at + size))
+def filled(*blocks: tuple[str, int]) -> History:
+    """Blocks of these sizes: "heard", "own" or "lost"."""
+    history, at = History(KEEP), 0
+    for kind, size in blocks:
+        if kind == "lost":
+            history.lose(size)
+        else:
+            history.push(block(at, at + size), masked=kind == "own")
         at += size
     return history
 
 
-@given(sizes=st.lists(st.integers(0, 50), min_size=1, max_size=30), keep=st.integers(0, 300))
-def test_so_much_is_kept_and_little_more(sizes: list[int], keep: int) -> None:
-    now = sum(sizes)
-    sound, _ = filled(sizes, keep).around(0, 0, now)
-    assert min(keep, now) <= len(sound) <= keep + max(sizes)
+def heard(*sizes: int) -> History:
+    return filled(*(("heard", size) for size in sizes))
+
+
+@given(sizes=Sizes)
+def test_the_last_samples_are_kept_whatever_the_blocks(sizes: list[int]) -> None:
+    history, now = heard(*sizes), sum(sizes)
+    assert (history.begin, history.end) == (max(now - KEEP, 0), now)
+    assert np.array_equal(history.between(history.begin, now), block(history.begin, now))
+    sound, _ = history.around(0, 0, now)
+    assert min(KEEP - max(sizes), now) <= len(sound) <= KEEP
     assert np.array_equal(sound, block(now - len(sound), now))
 
 
+@given(sizes=Sizes, at=st.integers(-20, 500), n=st.integers(0, 200))
+def test_what_is_too_old_is_missing_and_what_is_still_to_come_is_silent(sizes: list[int], at: int, n: int) -> None:
+    history = heard(*sizes)
+    sound = history.between(at, at + n)
+    if at < history.begin:
+        assert sound is None
+        return
+    assert sound is not None
+    assert (sound.shape, sound.dtype) == ((n,), np.float32)
+    known = max(min(at + n, history.end) - at, 0)
+    assert np.array_equal(sound[:known], block(at, at + known))
+    assert not sound[known:].any()
+
+
 @given(
-    sizes=st.lists(st.integers(1, 50), min_size=1, max_size=30),
-    cuts=st.tuples(st.integers(-20, 1000), st.integers(-20, 1000), st.integers(-20, 1000)),
+    blocks=st.lists(st.tuples(st.sampled_from(("heard", "own", "lost")), st.integers(0, 150)), max_size=30),
+    cuts=st.tuples(*[st.integers(-20, 1000)] * 3),
 )
-def test_what_is_asked_for_is_there_at_its_place(sizes: list[int], cuts: tuple[int, int, int]) -> None:
+def test_around_is_what_others_said_in_whole_blocks(blocks: list[tuple[str, int]], cuts: tuple[int, int, int]) -> None:
     begin, middle, end = sorted(cuts)
-    sound, lead = filled(sizes, 10_000).around(begin, middle, end)
-    wanted = np.arange(max(begin, 0), min(end, sum(sizes)))
-    assert set(wanted) <= set(sound * STEPS)
-    assert lead == int(np.sum(sound * STEPS < middle))
-    assert len(sound) <= len(wanted) + 2 * max(sizes)
-
-
-@pytest.mark.parametrize(("begin", "middle", "end"), [(0, 10, 40), (10, 25, 40), (15, 35, 40)])
-def test_a_gap_is_left_out(begin: int, middle: int, end: int) -> None:
-    history = History(100)
-    for at in (0, 10, 30):
-        history.push(at, block(at, at + 10))
+    history = filled(*blocks)
+    kinds = [kind for kind, size in blocks for _ in range(size)]
     sound, lead = history.around(begin, middle, end)
-    assert not any(20 <= each < 30 for each in sound * STEPS)
-    assert lead == int(np.sum(sound * STEPS < middle))
+    places = [round(float(each * STEPS)) for each in sound]
+    assert places == sorted(set(places))
+    assert all(kinds[at] == "heard" and history.begin <= at for at in places)
+    kept_blocks = range(max(begin, history.begin + 150), min(end, history.end))
+    assert {at for at in kept_blocks if kinds[at] == "heard"} <= set(places)
+    assert all(begin - 150 < at < end + 150 for at in places)
+    assert lead == sum(at < middle for at in places)
+
+
+def test_the_own_voice_is_between_two_samples_and_lost_sound_is_silent() -> None:
+    history = filled(("heard", 10), ("own", 10), ("lost", 10), ("heard", 10))
+    sound = history.between(0, 40)
+    assert sound is not None
+    assert np.array_equal(sound, np.concatenate([block(0, 20), np.zeros(10), block(30, 40)]))
+
+
+@pytest.mark.parametrize("n", [KEEP, 10 * KEEP + 7])
+def test_a_loss_longer_than_all_that_is_kept_leaves_nothing_once_more_is_heard(n: int) -> None:
+    history = filled(("heard", 30), ("lost", n))
+    assert np.array_equal(history.around(0, 0, 30 + n)[0], block(0, 30))
+    history.push(block(30 + n, 35 + n), masked=False)
+    assert history.end == 35 + n
+    assert history.between(29, 31) is None
+    assert np.array_equal(history.around(0, 0, history.end)[0], block(30 + n, 35 + n))
 
 
 def test_nothing_was_heard_yet() -> None:
-    sound, lead = History(100).around(-50, 0, 50)
+    sound, lead = History(KEEP).around(-50, 0, 50)
     assert (len(sound), sound.dtype, lead) == (0, np.float32, 0)
+
+
+def test_it_is_long_enough_for_all_who_look_back() -> None:
+    people_s = second_ears.LEAD_S + second_ears.LONGEST_S + 2 * second_ears.MOST_WAIT_S
+    robots = LEAD + 2 * LONGEST + 2 * MOST_WAIT
+    assert max(robots, people_s * SAMPLE_RATE_HZ) <= KEPT_SAMPLES
 
 
 def test_a_converters_steps_are_kept_and_others_to_half_a_step() -> None:
     steps = np.array([-32_768, -1, 0, 1, 32_767], np.int16)
-    assert np.array_equal(joined([kept(steps / STEPS)]), steps / STEPS)
+    assert np.array_equal(kept(steps / STEPS), steps)
     sound = np.linspace(-1.0, 1.0 - 1.0 / STEPS, 999, dtype=np.float32)
-    assert np.abs(joined([kept(sound)]) - sound).max() <= 0.5 / STEPS
-    assert joined([kept(np.ones(1, np.float32))]) == 1.0 - 1.0 / STEPS
+    assert np.abs(kept(sound) / STEPS - sound).max() <= 0.5 / STEPS
+    assert kept(np.ones(1, np.float32)) == STEPS - 1

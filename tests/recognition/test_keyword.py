@@ -187,9 +187,7 @@ class Scripted:
 def words_of(*probabilities: float | tuple[float, float]) -> list[Word | None]:
     spotter = KeywordSpotter(Scripted(*probabilities))
     silence = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
-    chunks = (
-        Chunk(k * CHUNK_FRAMES, silence, False, np.zeros(640, np.float32)) for k in range(25, 25 + len(probabilities))
-    )
+    chunks = (Chunk(k * CHUNK_FRAMES, silence, False) for k in range(25, 25 + len(probabilities)))
     return [spotter.hear(chunk) for chunk in chunks]
 
 

@@ -14,7 +14,7 @@ from hvcpd.recognition.keyword.belief import CERTAIN, DOUBT, SENTENCE_WAIT
 from hvcpd.recognition.keyword.listener import USUAL_GAIN, KeywordEars, RecentSound
 from hvcpd.recognition.keyword.net import POSSIBLE, KeywordNet, Probabilities, Weights
 from hvcpd.recognition.recogniser import Recogniser
-from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
@@ -29,8 +29,8 @@ def agreed(_sound: Samples) -> float:
 
 
 def ears() -> KeywordEars:
-    weights = Weights.load()
-    return KeywordEars(Recogniser(graph(), templates()), KeywordNet(weights), RecentSound(KeywordNet(weights)), agreed)
+    weights, first = Weights.load(), Recogniser(graph(), templates())
+    return KeywordEars(first, KeywordNet(weights), RecentSound(KeywordNet(weights), first.history), agreed)
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -80,7 +80,7 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     inner = channel_ears.ears(channel_ears.Script(speech=()))
-    around = KeywordEars(inner, Scripted(), RecentSound(Scripted()), agreed)
+    around = KeywordEars(inner, Scripted(), RecentSound(Scripted(), inner.first.history), agreed)
     events = [event for _, event in hear(around, channel_ears.SOUND, block)]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
@@ -108,15 +108,18 @@ class Silent:
 
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []
+        self.history = History()
         self.events: list[Event] = []
         self.first = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        self.history.push(samples, masked)
         told, self.events = self.events, []
         return told
 
     def lost(self, n_samples: int) -> list[Event]:
         self.chunks = []
+        self.history.lose(n_samples)
         return []
 
     def flush(self) -> list[Event]:
@@ -136,16 +139,16 @@ class Bench:
         self.net, self.in_noise = Scripted(), Scripted()
         self.nats = 0.0
         self.ears = Silent()
-        self.listener = KeywordEars(self.ears, self.net, RecentSound(self.in_noise), lambda _sound: self.nats)
+        recent = RecentSound(self.in_noise, self.ears.history)
+        self.listener = KeywordEars(self.ears, self.net, recent, lambda _sound: self.nats)
         self._frame = 0
 
     def live(self, *probabilities: float, ending: str = "") -> list[type]:
         told: list[Event] = []
         for self.net.probability in probabilities:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
-            chunk = Chunk(self._frame, energies, False, np.zeros(CHUNK_SAMPLES, np.float32))
-            self.ears.chunks, self.ears.ending = [chunk], ending
-            told += self.listener.push(chunk.samples)
+            self.ears.chunks, self.ears.ending = [Chunk(self._frame, energies, False)], ending
+            told += self.listener.push(np.zeros(CHUNK_SAMPLES, np.float32))
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
 

@@ -8,9 +8,9 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Received, Recognised
 from hvcpd.recognition.keyword.belief import LEFT
-from hvcpd.recognition.keyword.listener import KEPT_CHUNKS, RecentSound
+from hvcpd.recognition.keyword.listener import RecentSound
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
-from hvcpd.recognition.stream import FrameStream
+from hvcpd.recognition.stream import KEPT_SAMPLES, FrameStream, History
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
@@ -35,13 +35,19 @@ def mixed(talk: Samples, call: Samples, at: int) -> Samples:
     return out
 
 
+def heard_of(sound: Samples) -> RecentSound:
+    history = History()
+    history.push(sound, masked=False)
+    recent = RecentSound(KeywordNet(Weights.load()), history)
+    for chunk in FrameStream().push(sound, masked=False):
+        recent.hear(chunk)
+    return recent
+
+
 def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: float = 1.0) -> float | None:
     """The log odds left of the word that was heard `at` samples after the talk began; the talk is told `late` samples
     off its place, and `rest_s` after its end."""
-    recent = RecentSound(KeywordNet(Weights.load()))
-    sound = in_noise(np.pad(np.float32(GAIN) * heard, (0, round(rest_s * SAMPLE_RATE_HZ))))
-    for chunk in FrameStream().push(sound, masked=False):
-        recent.hear(chunk)
+    recent = heard_of(in_noise(np.pad(np.float32(GAIN) * heard, (0, round(rest_s * SAMPLE_RATE_HZ)))))
     begin, end = BEGIN + late, BEGIN + late + len(talk)
     received = Received(begin, np.float32(GAIN) * talk)
     told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, (), received=received)
@@ -75,10 +81,8 @@ def test_a_sentence_that_is_known_poorly_leaves_itself_and_no_call(at: int) -> N
 
 
 def test_a_sentence_that_explains_all_leaves_no_call() -> None:
-    recent = RecentSound(KeywordNet(Weights.load()))
     talk = mixed(TALK, CALL, 6_000)
-    for chunk in FrameStream().push(np.pad(talk, SAMPLE_RATE_HZ), masked=False):
-        recent.hear(chunk)
+    recent = heard_of(np.pad(talk, SAMPLE_RATE_HZ))
     heard = recent.since(0)
     assert heard is not None
     told = Recognised(("green",), "oak", BEGIN, BEGIN + len(talk), 1.0, 20.0, (), received=Received(0, heard))
@@ -94,6 +98,6 @@ def test_from_a_sentence_of_which_nothing_is_known_nothing_follows() -> None:
 
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
-    recent = RecentSound(KeywordNet(Weights.load()))
+    recent = heard_of(np.zeros(SAMPLE_RATE_HZ, np.float32))
     assert recent.without(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
-    assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=0.04 * KEPT_CHUNKS) is None
+    assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=KEPT_SAMPLES / SAMPLE_RATE_HZ) is None

@@ -12,7 +12,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.second_ears import SecondEars
 from hvcpd.recognition.second_pass import AtOnce, Segment
-from hvcpd.recognition.stream import Chunk, FrameStream
+from hvcpd.recognition.stream import Chunk, FrameStream, History
 from tests.recognition.scripted import Slow
 
 BLOCK = 1600
@@ -29,17 +29,20 @@ class Script:
         self.blocks = 0
         self.chunks: list[Chunk] = []
         self._frames = FrameStream()
+        self.history = History()
         self.first = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.blocks += 1
         self.chunks = list(self._frames.push(samples, masked))
+        self.history.push(samples, masked)
         return self.events.get(self.blocks - 1, [])
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
         return 20.0
 
     def lost(self, n_samples: int) -> list[Event]:
+        self.history.lose(n_samples)
         return []
 
     def adopt(self, others: object) -> None:

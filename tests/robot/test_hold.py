@@ -19,6 +19,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.events import Event, Held, Released, Urgent
+from hvcpd.recognition.stream import History
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
@@ -128,7 +129,7 @@ class Bench:
             None,
             KnownDelay(),
             {},
-            Measures(Ranging("Rob"), lambda _: mouth),
+            Measures(Ranging("Rob", History()), lambda _: mouth),
         )
         self.angles = [0.0, 0.0]
         self.wheels = STANDSTILL

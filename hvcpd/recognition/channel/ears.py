@@ -55,7 +55,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         varied: frozenset[str] = frozenset(),
     ) -> None:
         """`varied`: words that are also said, or followed by others, in other ways than the listener knows."""
-        super().__init__(ears, listener, worker, LEAD + 2 * LONGEST + 2 * MOST_WAIT)
+        super().__init__(ears, listener, worker)
         self._varied = varied
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
@@ -169,7 +169,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if first < self._sought or first < self._whole_from:
             return
         self._sought = first + STEP
-        sound, lead = self._history.around(first - LEAD, first, self._now)
+        sound, lead = self.first.history.around(first - LEAD, first, self._now)
         if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
         found = self._listener.beginning(sound[lead : lead + SIZE], sound[:lead])
@@ -225,7 +225,7 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         if self._is_dealt_with(stretch):
             stretch.result = SearchResult()
             return
-        sound, lead = self._history.around(stretch.begin - LEAD, stretch.begin, self._now)
+        sound, lead = self.first.history.around(stretch.begin - LEAD, stretch.begin, self._now)
         origin = stretch.begin - lead
         stretch.job = Stretch(sound, origin, lead, cut, stretch.earlier)
         self._searched_at = self._now

@@ -21,7 +21,7 @@ from hvcpd.recognition.keyword.net import (
     Word,
     second_highest,
 )
-from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, Kept, joined, kept
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 
 CALL = "stop"
 LAST_WORD = 4 * SAMPLE_RATE_HZ // 5
@@ -34,8 +34,6 @@ AFTER_CALL = 3 * SAMPLE_RATE_HZ // 4
 """Samples (0.75 s) after the end of a word within which the net knows whether it was a call."""
 SPANS_KEPT = 32
 """Words of half a minute, if they came one after the other: a sentence is reported within 13 s of its beginning."""
-KEPT_CHUNKS = 300
-"""12 s of sound are kept, 0.4 MB: a long sentence, the rest after it, and the sound before it."""
 BEFORE = 3 * SAMPLE_RATE_HZ // 2
 """The net starts this long (1.5 s) before the word: its receptive field."""
 NOISE_POWER = 0.1
@@ -60,24 +58,23 @@ end on."""
 class RecentSound:
     """The last seconds of sound, in which the net can listen again: without a sentence, or with noise."""
 
-    def __init__(self, net: KeywordNet) -> None:
-        """`net`: its own instance, because it starts again each time."""
+    def __init__(self, net: KeywordNet, history: History) -> None:
+        """`net`: its own instance, because it starts again each time. `history`: the sound of the chunks."""
         self._net = net
-        self._kept = deque[Kept](maxlen=KEPT_CHUNKS)
-        self._end = 0
+        self._history = history
+        self._begin = self._end = 0
+        """The sound of all chunks from one sample up to another one was heard, and not the robot's own voice."""
 
     def hear(self, chunk: Chunk) -> None:
-        """Push the next samples."""
+        """Take the next frames."""
         first = chunk.first_frame * HOP_SAMPLES
         if first != self._end:
-            self._kept.clear()
-        self._kept.append(kept(chunk.samples))
-        self._end = first + len(chunk.samples)
+            self._begin = first
+        self._end = first + len(chunk.energies) * HOP_SAMPLES
 
     def since(self, start: int) -> Samples | None:
         """The sound from sample `start` on; None if that is not kept."""
-        first = start - self._oldest
-        return joined(self._kept)[first:] if first >= 0 else None
+        return self._history.between(start, self._end) if start >= self._begin else None
 
     def without(self, sentence: Recognised, start: int, end: int) -> Residual | None:
         """What is left between samples `start` and `end` without that sentence; None if the sentence's samples are
@@ -113,13 +110,9 @@ class RecentSound:
         power = NOISE_POWER * np.mean(np.square(heard[start - first : end - first]))
         return self._listen(heard + np.sqrt(power) * _white(len(heard)), start - first, end - first)
 
-    @property
-    def _oldest(self) -> int:
-        return self._end - sum(map(len, self._kept))
-
     def _around(self, start: int, end: int) -> tuple[int, Samples] | None:
         """The sound that tells whether a word was said between two samples, and its first sample."""
-        first = max(start - BEFORE, self._oldest)
+        first = max(start - BEFORE, self._begin, self._history.begin)
         sound = self.since(first) if first <= start else None
         return (first, sound[: end + AFTER_CALL - first]) if sound is not None else None
 
