@@ -4,7 +4,7 @@ seconds of it, once for all."""
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,8 +101,8 @@ class History:
         """The sample after the newest."""
         self._lost = 0
         """Samples lost after it."""
-        self._heard: deque[tuple[int, int]] = deque()
-        """The blocks in which the robot itself did not speak: from a sample up to another one."""
+        self._masked: deque[tuple[int, int]] = deque()
+        """Where the robot itself spoke or sound was lost, the earliest first: from a sample up to another one."""
 
     @property
     def begin(self) -> int:
@@ -115,13 +115,15 @@ class History:
         if silent:
             self.end += max(silent - len(self._ring), 0)
             self.push(np.zeros(min(silent, len(self._ring)), np.float32), masked=True)
-        self.end += len(samples)
+        begin, self.end = self.end, self.end + len(samples)
         new = kept(cleaned(samples[-len(self._ring) :]))
         np.put(self._ring, np.arange(self.end - len(new), self.end), new, mode="wrap")
-        if not masked:
-            self._heard.append((self.end - len(new), self.end))
-        while self._heard and self._heard[0][0] < self.begin:
-            self._heard.popleft()
+        if masked:
+            if self._masked and self._masked[-1][1] == begin:
+                begin, _ = self._masked.pop()
+            self._masked.append((begin, self.end))
+        while self._masked and self._masked[0][1] <= self.begin:
+            self._masked.popleft()
 
     def lose(self, n_samples: int) -> None:
         """Advance time by lost samples, as `push` of masked silence; but until the next push all is kept that was heard
@@ -133,19 +135,20 @@ class History:
         heard yet; None if its beginning is no longer kept."""
         if begin < self.begin:
             return None
-        sound = self._read([(begin, max(begin, min(end, self.end)))])
+        sound = self._read(begin, min(end, self.end))
         return np.pad(sound, (0, end - begin - len(sound)))
 
     def around(self, begin: int, middle: int, end: int) -> tuple[Samples, int]:
-        """Return what is kept from sample `begin` up to `end` without the robot's own speech, in whole blocks; and the
-        number of its samples before `middle`."""
-        blocks = [(first, last) for first, last in self._heard if last > begin and first < end]
-        return self._read(blocks), sum(min(last, max(middle, first)) - first for first, last in blocks)
+        """Return what is kept from sample `begin` up to `end` without the robot's own speech; and the number of its
+        samples before `middle`."""
+        begin, end = max(begin, self.begin), min(end, self.end)
+        heard = np.ones(max(end - begin, 0), np.bool_)
+        for first, last in self._masked:
+            heard[max(first - begin, 0) : max(last - begin, 0)] = False
+        return self._read(begin, end)[heard], int(np.count_nonzero(heard[: max(middle - begin, 0)]))
 
-    def _read(self, blocks: Iterable[tuple[int, int]]) -> Samples:
-        """The samples of these blocks, all of which are kept, one after the other."""
-        parts, n = [self._ring[:0]], len(self._ring)
-        for first, last in blocks:
-            at = first % n
-            parts += self._ring[at : at + last - first], self._ring[: max(at + last - first - n, 0)]
+    def _read(self, begin: int, end: int) -> Samples:
+        """The samples from one that is kept up to another one; none if it comes before."""
+        first, n = begin % len(self._ring), max(end - begin, 0)
+        parts = self._ring[first : first + n], self._ring[: max(first + n - len(self._ring), 0)]
         return np.concatenate(parts).astype(np.float32) / STEPS
