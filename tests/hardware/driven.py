@@ -79,8 +79,14 @@ class Driven:
     def when(self, condition: Callable[[], bool]) -> float:
         """The motors' time (s) at which the condition holds."""
         with self._changed:
-            assert self._changed.wait_for(condition, PATIENCE_S), self.process.poll()
+            assert self._changed.wait_for(condition, PATIENCE_S), self._account()
             return self.bus.line.now_s
+
+    def _account(self) -> str:
+        """How the process ended, if it has, and its last words."""
+        status = self.process.poll()
+        self.process.kill()
+        return f"exit status {status}: {self.process.communicate()[1][-2000:]}"
 
     def _advance(self, dt_s: float) -> None:
         with self._changed:
