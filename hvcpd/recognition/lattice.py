@@ -55,10 +55,12 @@ class Lattice:
 
     def add(self, frame: int, instance: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
         """Store records of paths that end a word (or a pause) with `frame`; return their tokens."""
-        first, self._count = self._count, self._count + len(token)
-        new = self._records[first : self._count]
+        numbers = np.arange(self._count, self._count + len(token), dtype=np.int32) % CAPACITY
+        self._count += len(token)
+        new = np.empty(len(token), _RECORD)
         new["frame"], new["instance"], new["token"], new["cost"], new["rival"] = frame, instance, token, cost, rival
-        return np.arange(first, self._count, dtype=np.int32)
+        self._records[numbers] = new
+        return numbers
 
     def frame_of(self, token: Tokens) -> Tokens:
         """The last frame of the word or pause that each record ends."""

@@ -62,6 +62,17 @@ def test_it_is_full_before_a_record_is_overwritten() -> None:
     assert not lattice.is_full
 
 
+def test_more_records_at_once_than_are_left_overwrite_the_oldest() -> None:
+    """Whether it is full is asked every few frames only; between them it raised ValueError."""
+    lattice = Lattice()
+    for n in (CAPACITY - 1, 3):
+        starts = np.full(n, token_of_start(n), np.int32)
+        tokens = lattice.add(n, 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32))
+    assert tokens.tolist() == [CAPACITY - 1, 0, 1]
+    assert (lattice.frame_of(tokens) == 3).all()
+    assert lattice.is_full
+
+
 @st.composite
 def layouts(draw: st.DrawFn) -> Layout:
     """Some stretches of the test network."""
