@@ -15,12 +15,14 @@ from hil_fakes.sound_server import SoundServer, wait_until
 from hvcpd.ports import Pose
 from tests.e2e.parts import PRIORITY
 from tests.e2e.robot import Part, RobotProcess
-from tests.undisturbed import undisturbed
+from tests.undisturbed import MISSION, undisturbed
 
 START_S = 120.0
 """From nothing to listening: a cold start renders some thousand words, on a machine with other work to do."""
-MISSION_S = 480.0
+MISSION_S = 900.0
 """For five plants; they take a minute and a half on a machine with little else to do."""
+LAST_LINES = 12
+"""Of each log, told if something fails: where CI runs, the files are lost."""
 
 PARTS = (Part("Rob", Pose(0.0, 0.0), seed=1), Part("Bot", Pose(0.0, 0.2), seed=2))
 NAMES = [part.name.lower() for part in PARTS]
@@ -100,10 +102,12 @@ class Stage(Generic[Robot]):
 def staged(folder: Path, units: Path, kind: type[Robot], tasks: Tasks = TASKS) -> Iterator[Stage[Robot]]:
     """A stage, set up and taken down; recordings and logs stay in `folder` if something fails, and else go."""
     try:
-        with ExitStack() as stack:
+        with undisturbed(MISSION), ExitStack() as stack:
             yield Stage(folder, units, stack, kind, tasks)
     except BaseException as error:
         error.add_note(f"What was heard (WAV), logs, memories and trails are in {folder}")
+        for log in sorted(folder.glob("*.log")):
+            error.add_note(f"{log.name}:\n" + "\n".join(log.read_text(errors="replace").splitlines()[-LAST_LINES:]))
         raise
     shutil.rmtree(folder)
 
