@@ -105,17 +105,17 @@ RULES = (
     Mechanism(
         "keyword-belief",
         "the word counts at once, whatever is said around it",
-        instead(f"{HEARING}.keyword.belief:CERTAIN", 0.0),
+        instead(f"{HEARING}.keyword.verification:ACCEPT_PROBABILITY", 0.0),
     ),
     Mechanism(
         "keyword-residual",
         "is the word left without the sentence?",
-        answering(f"{HEARING}.keyword.listener:RecentSound.without", None),
+        answering(f"{HEARING}.keyword.stage:KeywordRescorer.residual", None),
     ),
     Mechanism(
         "keyword-again",
         "an uncertain word is heard again with noise",
-        answering(f"{HEARING}.keyword.listener:RecentSound.with_noise", None),
+        answering(f"{HEARING}.keyword.stage:KeywordRescorer.with_noise", None),
     ),
     Mechanism(
         "look-surer",

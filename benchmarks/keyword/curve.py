@@ -35,7 +35,7 @@ from benchmarks.stop import Stage, at_level, kitchen, room
 from benchmarks.stop_callers import CALLS, HELD_OUT_VOICES, ended
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.net import LOOKS, WEIGHTS, KeywordNet, Weights
+from hvcpd.recognition.keyword.net import SMOOTHING_COLUMNS, WEIGHTS, KeywordNet, Weights
 from hvcpd.recognition.stream import CHUNK_SAMPLES, FrameStream
 
 OVER_DB: tuple[float | None, ...] = (None, -6.0, 0.0, 6.0, 12.0)
@@ -153,9 +153,9 @@ def read(path: Path) -> Samples:
 
 def curves(net: KeywordNet, sound: Samples) -> Curves:
     """What counts of each curve, chunk by chunk, shape (chunks, 2)."""
-    raw = np.array([net.hear(chunk.energies) for chunk in FrameStream().push(sound, False)])
-    padded = np.pad(raw, ((LOOKS - 1, 0), (0, 0)))
-    return np.sort(np.lib.stride_tricks.sliding_window_view(padded, LOOKS, axis=0), axis=-1)[..., -2]
+    raw = np.array([net.posteriors(chunk.energies) for chunk in FrameStream().push(sound, False)])
+    padded = np.pad(raw, ((SMOOTHING_COLUMNS - 1, 0), (0, 0)))
+    return np.sort(np.lib.stride_tricks.sliding_window_view(padded, SMOOTHING_COLUMNS, axis=0), axis=-1)[..., -2]
 
 
 def called(

@@ -11,7 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from hvcpd.recognition.keyword.net import GAPS, N_INPUTS, SIZE, SIZES
+from hvcpd.recognition.keyword.net import DILATIONS, KERNEL_SIZE, KERNEL_SIZES, N_INPUTS
 
 WIDTHS = (64, 96)
 N_CURVES = 2
@@ -25,21 +25,25 @@ class Net(nn.Module):
         first, width = WIDTHS
         self.layers = nn.ModuleList(
             [
-                nn.Conv1d(N_INPUTS, first, SIZES[0], 2),
-                nn.Conv1d(first, width, SIZES[1], 2),
-                *(nn.Conv1d(width, width, SIZE, dilation=gap) for gap in GAPS),
+                nn.Conv1d(N_INPUTS, first, KERNEL_SIZES[0], 2),
+                nn.Conv1d(first, width, KERNEL_SIZES[1], 2),
+                *(nn.Conv1d(width, width, KERNEL_SIZE, dilation=gap) for gap in DILATIONS),
             ]
         )
-        self.norms = nn.ModuleList(nn.BatchNorm1d(n) for n in (first, *[width] * (len(GAPS) + 1)))
+        self.norms = nn.ModuleList(nn.BatchNorm1d(n) for n in (first, *[width] * (len(DILATIONS) + 1)))
         self.out = nn.Conv1d(width, N_CURVES, 1)
         self.drop = nn.Dropout(0.1)
 
     def forward(self, sound: Tensor) -> Tensor:
         """From (batch, N_INPUTS, frames) to logits (batch, curves, chunks)."""
         for number, (layer, norm) in enumerate(zip(self.layers, self.norms, strict=True)):
-            before = SIZES[number] - 2 if number < len(SIZES) else (SIZE - 1) * GAPS[number - len(SIZES)]
+            before = (
+                KERNEL_SIZES[number] - 2
+                if number < len(KERNEL_SIZES)
+                else (KERNEL_SIZE - 1) * DILATIONS[number - len(KERNEL_SIZES)]
+            )
             found = torch.relu(norm(layer(nn.functional.pad(sound, (before, 0)))))
-            sound = found if number < len(SIZES) else sound + self.drop(found)
+            sound = found if number < len(KERNEL_SIZES) else sound + self.drop(found)
         logits: Tensor = self.out(sound)
         return logits
 
@@ -79,8 +83,12 @@ class Folded(nn.Module):
         """As `Net.forward`."""
         *layers, (matrix, offsets) = self._pairs
         for number, (weights, off) in enumerate(layers):
-            size, gap = (SIZES[number], 1) if number < len(SIZES) else (SIZE, GAPS[number - len(SIZES)])
-            step = 2 if number < len(SIZES) else 1
+            size, gap = (
+                (KERNEL_SIZES[number], 1)
+                if number < len(KERNEL_SIZES)
+                else (KERNEL_SIZE, DILATIONS[number - len(KERNEL_SIZES)])
+            )
+            step = 2 if number < len(KERNEL_SIZES) else 1
             kernel = weights.reshape(size, -1, weights.shape[1]).permute(2, 1, 0)
             padded = nn.functional.pad(sound, (size - 2 if step == 2 else (size - 1) * gap, 0))
             found = torch.relu(nn.functional.conv1d(padded, kernel, off, step, dilation=gap))
@@ -108,7 +116,9 @@ def started(path: Path, sound: Tensor) -> Net:
     """A net that tells what the weights in the file tell, to go on from; `sound`: inputs like those of training."""
     net, (*pairs, out) = Net(), stored(path)
     with torch.no_grad():
-        for layer, size, (matrix, offsets) in zip(net.layers, (*SIZES, *[SIZE] * len(GAPS)), pairs, strict=True):
+        for layer, size, (matrix, offsets) in zip(
+            net.layers, (*KERNEL_SIZES, *[KERNEL_SIZE] * len(DILATIONS)), pairs, strict=True
+        ):
             layer.weight.copy_(torch.from_numpy(matrix.reshape(size, -1, matrix.shape[1]).transpose(2, 1, 0).copy()))
             layer.bias.copy_(torch.from_numpy(offsets))
         net.out.weight.copy_(torch.from_numpy(out[0].T.copy())[:, :, None])

@@ -30,8 +30,8 @@ from benchmarks.stop import SPEECH_DBFS, Listener, Stage, at_level, room
 from benchmarks.stop_callers import HELD_OUT_VOICES
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.belief import CERTAIN
-from hvcpd.recognition.keyword.net import POSSIBLE, WEIGHTS, Weights
+from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, WEIGHTS, Weights
+from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -39,7 +39,7 @@ from hvcpd.synthesis.voices import VOICES
 ROBOTS = ("formant", "natural")
 EAR_S = 4
 """A whole ear listens for so long to a word, which begins after 1 s."""
-CURVES = {"halt": POSSIBLE, "latch": CERTAIN}
+CURVES = {"halt": HOLD_PROBABILITY, "latch": ACCEPT_PROBABILITY}
 
 
 def said(source: str, texts: Sequence[str], chooser: random.Random) -> Iterator[Samples]:

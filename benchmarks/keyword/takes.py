@@ -15,7 +15,7 @@ from benchmarks.keyword.clips import Clip
 from benchmarks.keyword.mixing import EnergyMixer
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, WINDOW_SAMPLES
-from hvcpd.recognition.keyword.net import Levels
+from hvcpd.recognition.keyword.net import InputNormaliser
 from hvcpd.recognition.stream import CHUNK_FRAMES
 
 TOLD_S = ((0.02, 0.22), (0.1, 0.75))
@@ -72,9 +72,9 @@ def labels_of(ends: NDArray[np.int64], inside: NDArray[np.bool_], n_chunks: int)
 
 def inputs(energies: NDArray[np.float32], rng: np.random.Generator | None) -> NDArray[np.float32]:
     """The net's inputs for takes, shape (takes, frames, N_INPUTS)."""
-    levels, found = Levels(), []
+    levels, found = InputNormaliser(), []
     for at in range(0, energies.shape[1], CHUNK_FRAMES):
-        found.append(levels.take(energies[:, at : at + CHUNK_FRAMES]))
+        found.append(levels.normalised(energies[:, at : at + CHUNK_FRAMES]))
         if at == 0 and rng is not None:
             some = rng.random((len(energies), 1)) < DISTURBED
             louder = np.exp(some * rng.uniform(*DISTURBANCE, (len(energies), 1))).astype(np.float32)

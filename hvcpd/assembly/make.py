@@ -27,8 +27,8 @@ from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
 from hvcpd.recognition.events import Ears
-from hvcpd.recognition.keyword.listener import KeywordEars, RecentSound
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
+from hvcpd.recognition.keyword.stage import KeywordEars, KeywordRescorer
 from hvcpd.recognition.network import Beam
 from hvcpd.recognition.overhearing import Overhearing
 from hvcpd.recognition.recogniser import MIN_SPELLED_CONFIDENCE, Recogniser, RecogniserSettings
@@ -119,7 +119,9 @@ def make_ears(
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
         ears = SecondEars(ears, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(ears, KeywordNet(weights), RecentSound(KeywordNet(weights), ears.first.history), loss_of_call)
+    return KeywordEars(
+        ears, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), ears.first.history), loss_of_call
+    )
 
 
 def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:

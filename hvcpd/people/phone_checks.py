@@ -18,7 +18,7 @@ from hvcpd.people.bands import levelled, logs_of, noise_of
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, centred, near_net, nets
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import frame_powers
-from hvcpd.recognition.keyword.listener import CALL, CHECKED_BEFORE_S
+from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S, KEYWORD
 
 CLEARLY_SPOKEN = 0.18
 """Mean probability of any phone in frames of clear speech, from which on the net is heard in full: in sentences of
@@ -94,4 +94,4 @@ def _stands_out(sound: Samples) -> bool:
 
 @cache
 def _search() -> CtcSearch:
-    return CtcSearch(graph_of((CALL,)), lambda _word: [("S", "T", vowel, "P") for vowel in VOWELS])
+    return CtcSearch(graph_of((KEYWORD,)), lambda _word: [("S", "T", vowel, "P") for vowel in VOWELS])

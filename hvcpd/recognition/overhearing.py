@@ -17,7 +17,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.events import Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
-from hvcpd.recognition.keyword.net import LENGTH_FRAMES, KeywordNet, KeywordSpotter, Word
+from hvcpd.recognition.keyword.net import WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
 from hvcpd.recognition.stream import FrameStream
 
 BLOCK = 320
@@ -166,8 +166,8 @@ class Overhearing:
         found: list[Urgent] = []
         least = self._least_level(samples)
         for chunk in self._rest.push(self._echo.take(line[: len(samples)], samples), False):
-            self._left_powers = _recent(self._left_powers, chunk.energies, LENGTH_FRAMES)
-            word = self._spotter.hear(chunk)
+            self._left_powers = _recent(self._left_powers, chunk.energies, WORD_FRAMES)
+            word = self._spotter.push(chunk)
             if (
                 word is not None
                 and word.probability >= CERTAIN
@@ -184,10 +184,10 @@ class Overhearing:
             return 0.0
         return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(FAINTEST_DB)
 
-    def _reported(self, word: Word) -> list[Urgent]:
+    def _reported(self, word: Detection) -> list[Urgent]:
         if word.end_frame < self._reported_until:
             return []  # it is reported already
-        self._reported_until = word.end_frame + LENGTH_FRAMES
+        self._reported_until = word.end_frame + WORD_FRAMES
         start, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))
         return [Urgent(start, end)]
 

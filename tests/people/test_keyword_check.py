@@ -7,7 +7,7 @@ import pytest
 
 from hvcpd.people.phone_checks import MOST_NATS, loss_of_call
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.keyword.listener import CHECKED_BEFORE_S
+from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker

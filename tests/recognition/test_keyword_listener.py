@@ -10,9 +10,9 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
-from hvcpd.recognition.keyword.belief import CERTAIN, DOUBT, SENTENCE_WAIT
-from hvcpd.recognition.keyword.listener import USUAL_GAIN, KeywordEars, RecentSound
-from hvcpd.recognition.keyword.net import POSSIBLE, KeywordNet, Probabilities, Weights
+from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, KeywordNet, Posteriors, Weights
+from hvcpd.recognition.keyword.stage import USUAL_GAIN, KeywordEars, KeywordRescorer
+from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME, SENTENCE_WAIT
 from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.synthesis.lexicon import Lexicon
@@ -21,7 +21,7 @@ from hvcpd.synthesis.voices import voice_named
 from tests.recognition import scripted as channel_ears
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
-WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, DOUBT // CHUNK_SAMPLES
+WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, HOLD_TIME // CHUNK_SAMPLES
 
 
 def agreed(_sound: Samples) -> float:
@@ -30,7 +30,7 @@ def agreed(_sound: Samples) -> float:
 
 def ears() -> KeywordEars:
     weights, first = Weights.load(), Recogniser(graph(), templates())
-    return KeywordEars(first, KeywordNet(weights), RecentSound(KeywordNet(weights), first.history), agreed)
+    return KeywordEars(first, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), first.history), agreed)
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -80,7 +80,7 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
     inner = channel_ears.ears(channel_ears.Script(speech=()))
-    around = KeywordEars(inner, Scripted(), RecentSound(Scripted(), inner.first.history), agreed)
+    around = KeywordEars(inner, Scripted(), KeywordRescorer(Scripted(), inner.first.history), agreed)
     events = [event for _, event in hear(around, channel_ears.SOUND, block)]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
@@ -94,8 +94,8 @@ class Scripted:
     def reset(self) -> None:
         pass
 
-    def hear(self, _energies: np.ndarray) -> Probabilities:
-        return Probabilities(self.probability, self.probability)
+    def posteriors(self, _energies: np.ndarray) -> Posteriors:
+        return Posteriors(self.probability, self.probability)
 
 
 class Silent:
@@ -139,7 +139,7 @@ class Bench:
         self.net, self.in_noise = Scripted(), Scripted()
         self.nats = 0.0
         self.ears = Silent()
-        recent = RecentSound(self.in_noise, self.ears.history)
+        recent = KeywordRescorer(self.in_noise, self.ears.history)
         self.listener = KeywordEars(self.ears, self.net, recent, lambda _sound: self.nats)
         self._frame = 0
 
@@ -158,7 +158,7 @@ def test_a_certain_word_with_which_a_sentence_may_have_begun_waits_for_it() -> N
     for bench, goes_on in ((alone, False), (within, True)):
         bench.live(*[0.0] * 20)
         bench.ears.since = 20 * CHUNK_SAMPLES if goes_on else None
-        told = bench.live(*[CERTAIN] * 12)
+        told = bench.live(*[ACCEPT_PROBABILITY] * 12)
         assert told == [Held if goes_on else Urgent]
     within.ears.since = None
     assert within.live(*[0.0] * 40) == [Urgent]
@@ -166,14 +166,19 @@ def test_a_certain_word_with_which_a_sentence_may_have_begun_waits_for_it() -> N
 
 def test_what_is_possible_halts_for_two_seconds() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE) == [Held]
+    assert bench.live(*[0.0] * 50, HOLD_PROBABILITY, HOLD_PROBABILITY) == [Held]
     assert bench.live(*[0.0] * (DOUBT_CHUNKS - 2)) == []
     assert bench.live(*[0.0] * 3) == [Released]
 
 
 @pytest.mark.parametrize(
     ("probability", "ending", "then"),
-    [(POSSIBLE, "", []), (0.8, "", [Held, Released]), (POSSIBLE, "stop", [Held, Released]), (POSSIBLE, "rob", [])],
+    [
+        (HOLD_PROBABILITY, "", []),
+        (0.8, "", [Held, Released]),
+        (HOLD_PROBABILITY, "stop", [Held, Released]),
+        (HOLD_PROBABILITY, "rob", []),
+    ],
 )
 def test_a_word_that_a_robots_sentence_explains_must_be_more_likely(
     probability: float, ending: str, then: list[type]
@@ -186,15 +191,18 @@ def test_a_word_that_a_robots_sentence_explains_must_be_more_likely(
 
 def test_what_grows_certain_is_held_for_first() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE, CERTAIN, CERTAIN) == [Held, Urgent]
+    assert bench.live(*[0.0] * 50, HOLD_PROBABILITY, HOLD_PROBABILITY, ACCEPT_PROBABILITY, ACCEPT_PROBABILITY) == [
+        Held,
+        Urgent,
+    ]
     assert bench.listener.lost(1600) == []
 
 
 def test_what_only_one_of_two_listeners_takes_for_a_call_must_be_said_twice() -> None:
     bench = Bench()
     bench.nats = 1.5
-    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * DOUBT_CHUNKS) == [Held, Released]
-    assert bench.live(CERTAIN, CERTAIN) == [Urgent]
+    assert bench.live(*[0.0] * 50, ACCEPT_PROBABILITY, ACCEPT_PROBABILITY, *[0.0] * DOUBT_CHUNKS) == [Held, Released]
+    assert bench.live(ACCEPT_PROBABILITY, ACCEPT_PROBABILITY) == [Urgent]
 
 
 @pytest.mark.parametrize(("nats", "then"), [(0.0, [Urgent]), (1.5, [Held])])
@@ -233,13 +241,15 @@ def test_a_call_of_which_the_net_has_no_doubt_stands_whatever_others_hear() -> N
 
 def test_what_is_certain_waits_where_a_sentence_may_end_with_it() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, *[0.0] * (WAIT_CHUNKS - 2), ending="rob") == [Held]
+    assert bench.live(
+        *[0.0] * 50, ACCEPT_PROBABILITY, ACCEPT_PROBABILITY, *[0.0] * (WAIT_CHUNKS - 2), ending="rob"
+    ) == [Held]
     assert bench.live(*[0.0] * 4, ending="rob") == [Urgent]
 
 
 def test_what_is_certain_and_waits_is_the_stop_if_what_is_said_is_lost() -> None:
     bench = Bench()
-    assert bench.live(*[0.0] * 50, CERTAIN, CERTAIN, ending="rob") == [Held]
+    assert bench.live(*[0.0] * 50, ACCEPT_PROBABILITY, ACCEPT_PROBABILITY, ending="rob") == [Held]
     assert [type(event) for event in bench.listener.lost(1600)] == [Urgent]
 
 
@@ -256,6 +266,6 @@ def test_a_call_that_a_search_found_needs_the_net(source: Source) -> None:
 
 def test_a_call_that_others_and_the_net_found_stands() -> None:
     bench = Bench()
-    bench.live(*[0.0] * 50, POSSIBLE, POSSIBLE)
+    bench.live(*[0.0] * 50, HOLD_PROBABILITY, HOLD_PROBABILITY)
     bench.ears.events = [Recognised(("hi", "rob", "stop"), "oak", 10_000, 31_000, 0.9, 10.0, ())]
     assert Recognised in bench.live(0.0)

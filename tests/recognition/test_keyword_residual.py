@@ -7,9 +7,9 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Received, Recognised
-from hvcpd.recognition.keyword.belief import LEFT
-from hvcpd.recognition.keyword.listener import RecentSound
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
+from hvcpd.recognition.keyword.stage import KeywordRescorer
+from hvcpd.recognition.keyword.verification import RESIDUAL_LOG_ODDS
 from hvcpd.recognition.stream import KEPT_SAMPLES, FrameStream, History
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -35,12 +35,12 @@ def mixed(talk: Samples, call: Samples, at: int) -> Samples:
     return out
 
 
-def heard_of(sound: Samples) -> RecentSound:
+def heard_of(sound: Samples) -> KeywordRescorer:
     history = History()
     history.push(sound, masked=False)
-    recent = RecentSound(KeywordNet(Weights.load()), history)
+    recent = KeywordRescorer(KeywordNet(Weights.load()), history)
     for chunk in FrameStream().push(sound, masked=False):
-        recent.hear(chunk)
+        recent.push(chunk)
     return recent
 
 
@@ -51,7 +51,7 @@ def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: f
     begin, end = BEGIN + late, BEGIN + late + len(talk)
     received = Received(begin, np.float32(GAIN) * talk)
     told = Recognised(("green",), "oak", begin, end, 1.0, 20.0, (), received=received)
-    residual = recent.without(told, BEGIN + at, BEGIN + at + len(CALL))
+    residual = recent.residual(told, BEGIN + at, BEGIN + at + len(CALL))
     return residual.log_odds if residual is not None else None
 
 
@@ -59,14 +59,14 @@ def left(heard: Samples, at: int, talk: Samples = TALK, late: int = 0, rest_s: f
 def test_a_call_over_a_sentence_is_still_there_without_it(at: int) -> None:
     over = left(mixed(TALK, CALL, at), at)
     assert over is not None
-    assert over >= LEFT
+    assert over >= RESIDUAL_LOG_ODDS
 
 
 def test_what_the_sentence_itself_made_up_is_gone_with_it() -> None:
     talk = mixed(TALK, CALL, 6_000)
     gone = left(talk, 6_000, talk)
     assert gone is not None
-    assert gone < LEFT
+    assert gone < RESIDUAL_LOG_ODDS
 
 
 @pytest.mark.parametrize("at", [6_000, 14_000, 30_000])
@@ -77,16 +77,16 @@ def test_a_sentence_that_is_known_poorly_leaves_itself_and_no_call(at: int) -> N
     over = left(mixed(TALK, CALL, at), at, np.float32(0.4) * TALK)
     assert alone is not None
     assert over is not None
-    assert alone < LEFT < over
+    assert alone < RESIDUAL_LOG_ODDS < over
 
 
 def test_a_sentence_that_explains_all_leaves_no_call() -> None:
     talk = mixed(TALK, CALL, 6_000)
     recent = heard_of(np.pad(talk, SAMPLE_RATE_HZ))
-    heard = recent.since(0)
+    heard = recent.sound_since(0)
     assert heard is not None
     told = Recognised(("green",), "oak", BEGIN, BEGIN + len(talk), 1.0, 20.0, (), received=Received(0, heard))
-    residual = recent.without(told, BEGIN + 6_000, BEGIN + 6_000 + len(CALL))
+    residual = recent.residual(told, BEGIN + 6_000, BEGIN + 6_000 + len(CALL))
     assert residual is not None
     assert residual.log_odds == -np.inf
 
@@ -94,10 +94,10 @@ def test_a_sentence_that_explains_all_leaves_no_call() -> None:
 def test_from_a_sentence_of_which_nothing_is_known_nothing_follows() -> None:
     over = left(mixed(TALK, CALL, 6_000), 6_000, np.float32(0.01) * TALK)
     assert over is not None
-    assert over >= LEFT
+    assert over >= RESIDUAL_LOG_ODDS
 
 
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
     recent = heard_of(np.zeros(SAMPLE_RATE_HZ, np.float32))
-    assert recent.without(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
+    assert recent.residual(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
     assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=KEPT_SAMPLES / SAMPLE_RATE_HZ) is None

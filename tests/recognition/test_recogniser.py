@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.events import Garbled, Recognised
-from hvcpd.recognition.keyword.listener import USUAL_GAIN
+from hvcpd.recognition.keyword.stage import USUAL_GAIN
 from hvcpd.recognition.recogniser import Recogniser
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
 

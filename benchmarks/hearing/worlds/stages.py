@@ -16,7 +16,7 @@ STAGES = {
     "noise": ("noise:NoiseTracker.push", "noise:NoiseTracker.follow_step"),
     "templates": ("decoder_session:DecoderSession.feed", "decoder_session:DecoderSession.wake"),
     "beginnings": ("channel.listener:ChannelListener.beginning",),
-    "keyword": ("keyword.listener:KeywordEars._hear",),
+    "keyword": ("keyword.stage:KeywordEars._detect",),
     "channel search": ("channel.listener:ChannelListener.search",),
 }
 """None of them calls another one."""

@@ -1,5 +1,5 @@
-"""The net that detects the keyword: from mel energies to the probability, every 40 ms, that somebody has just said it,
-and that it was a call; and the words in these two curves.
+"""The keyword net and spotter: from mel energies to the posteriors, every 40 ms, that somebody has just said the
+keyword, and that it was a call; and the detections in these two curves.
 
 Convolutions in time that look back only (A. Waibel et al., "Phoneme recognition using time-delay neural networks", IEEE
 Trans. ASSP 37(3), 1989), with growing dilation and residual paths as in WaveNet (A. van den Oord et al., 2016). Its
@@ -28,55 +28,55 @@ from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 WEIGHTS = Path(__file__).with_name("stop.npz")
 Array = NDArray[np.float32]
 
-LEVEL_S = 1.0
+LEVEL_TIME_S = 1.0
 """Time constant of the mean level of all bands together."""
-COLOUR_S = 2.0
+COLOUR_TIME_S = 2.0
 """Time constant of each band's own mean level: a few syllables."""
-MOST = 6.0
-"""Neper; differences beyond that (52 dB) carry no information."""
-SCALE = np.float32(1.0 / 3.0)
+MAX_NEPER = 6.0
+"""Largest difference that carries information (52 dB)."""
+INPUT_SCALE = np.float32(1.0 / 3.0)
 N_INPUTS = 2 * N_BANDS
-SIZES = (8, 4)
-"""Frames of 10 ms, and then of 20 ms, that the first two layers see; each halves their rate."""
-SIZE = 3
-GAPS = (1, 2, 4, 8, 4, 8)
-"""Chunks of 40 ms between those that each further layer sees: 2.2 s in all."""
+KERNEL_SIZES = (8, 4)
+"""Kernel sizes of the first two layers, in frames of 10 and of 20 ms; each halves the rate."""
+KERNEL_SIZE = 3
+"""Kernel size of all further layers."""
+DILATIONS = (1, 2, 4, 8, 4, 8)
+"""Dilations of the further layers, in columns of 40 ms: 2.2 s in all."""
 
 
-class Probabilities(NamedTuple):
-    """The net's outputs, each 0 to 1: one curve for standing still at once, one for the decision after the next
-    words."""
+class Posteriors(NamedTuple):
+    """The net's outputs, each 0 to 1: one for standing still at once, one for the decision after the next words."""
 
     word: float
-    """That the keyword ended within the last 0.2 s."""
+    """Probability that the keyword ended within the last 0.2 s."""
     call: float
-    """That it ended within the last 0.75 s, and was no part of a sentence."""
+    """Probability that it ended within the last 0.75 s, and was no part of a sentence."""
 
 
-def kept(seconds: float) -> np.float32:
-    """Weight of the old value, after one chunk, in a running mean over that time."""
+def smoothing_weight(seconds: float) -> np.float32:
+    """Weight of the old value, after one chunk, in a running mean with this time constant."""
     return np.float32(np.exp(-CHUNK_FRAMES * HOP_SAMPLES / SAMPLE_RATE_HZ / seconds))
 
 
-class Levels:
+class InputNormaliser:
     """Converts energies to the net's inputs, a chunk at a time, for one stream or for many at once."""
 
     def __init__(self) -> None:
         self.level: Array | None = None
         self.colour: Array = np.zeros(0, np.float32)
 
-    def take(self, energies: Energies) -> Array:
+    def normalised(self, energies: Energies) -> Array:
         """Energies of CHUNK_FRAMES frames, shape (..., CHUNK_FRAMES, N_BANDS), to (..., CHUNK_FRAMES, N_INPUTS)."""
         means = energies.sum(axis=-2) / np.float32(energies.shape[-2])
         total = means.sum(axis=-1, keepdims=True) / np.float32(N_BANDS)
         if self.level is None:
             self.level, self.colour = total, means
-        self.level = self.level + (1 - kept(LEVEL_S)) * (total - self.level)
-        self.colour = self.colour + (1 - kept(COLOUR_S)) * (means - self.colour)
+        self.level = self.level + (1 - smoothing_weight(LEVEL_TIME_S)) * (total - self.level)
+        self.colour = self.colour + (1 - smoothing_weight(COLOUR_TIME_S)) * (means - self.colour)
         logs = np.log(np.maximum(energies, ENERGY_FLOOR))
         level, colour = np.log(self.level)[..., None, :], np.log(self.colour)[..., None, :]
         both = np.concatenate([logs - level, logs - colour], axis=-1)
-        return np.asarray(np.clip(both, -MOST, MOST) * SCALE, np.float32)
+        return np.asarray(np.clip(both, -MAX_NEPER, MAX_NEPER) * INPUT_SCALE, np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ class Weights:
     def load(cls, path: Path = WEIGHTS) -> Weights:
         """Read the weights that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
         with np.load(path) as file:
-            pairs = [_layer(file, n) for n in range(len(SIZES) + len(GAPS) + 1)]
+            pairs = [_layer(file, n) for n in range(len(KERNEL_SIZES) + len(DILATIONS) + 1)]
             return cls(tuple(pairs[:-1]), pairs[-1], file["slopes"], file["intercepts"])
 
 
@@ -105,7 +105,7 @@ def _layer(file: Mapping[str, NDArray[np.generic]], number: int) -> tuple[Array,
 
 
 class KeywordNet:
-    """Listens to one stream. Two on one `Weights` do not disturb each other."""
+    """The net over one stream; several may share `Weights`."""
 
     def __init__(self, weights: Weights) -> None:
         self._weights = weights
@@ -113,22 +113,24 @@ class KeywordNet:
 
     def reset(self) -> None:
         """Forget the earlier sound."""
-        self.levels = Levels()
+        self._inputs = InputNormaliser()
         widths = [matrix.shape[1] for matrix, _ in self._weights.layers]
-        self._frames = np.zeros((SIZES[0] - 2, N_INPUTS), np.float32)
-        self._halves = np.zeros((SIZES[1] - 2, widths[0]), np.float32)
-        rows = [(SIZE - 1) * gap for gap in GAPS]
+        self._frames = np.zeros((KERNEL_SIZES[0] - 2, N_INPUTS), np.float32)
+        self._halves = np.zeros((KERNEL_SIZES[1] - 2, widths[0]), np.float32)
+        rows = [(KERNEL_SIZE - 1) * gap for gap in DILATIONS]
         self._pasts = [np.zeros((n, w), np.float32) for n, w in zip(rows, widths[1:], strict=False)]
         self._turn = 0
 
-    def hear(self, energies: Energies) -> Probabilities:
-        """The probabilities after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
+    def posteriors(self, energies: Energies) -> Posteriors:
+        """The posteriors after the next CHUNK_FRAMES frames, shape (CHUNK_FRAMES, N_BANDS)."""
         (first, first_off), (second, second_off), *others = self._weights.layers
-        self._frames = np.concatenate([self._frames[-(SIZES[0] - 2) :], self.levels.take(energies)])
-        pieces = np.stack([self._frames[k : k + SIZES[0]].ravel() for k in (0, 2)])
-        self._halves = np.concatenate([self._halves[-(SIZES[1] - 2) :], np.maximum(pieces @ first + first_off, 0)])
+        self._frames = np.concatenate([self._frames[-(KERNEL_SIZES[0] - 2) :], self._inputs.normalised(energies)])
+        pieces = np.stack([self._frames[k : k + KERNEL_SIZES[0]].ravel() for k in (0, 2)])
+        self._halves = np.concatenate(
+            [self._halves[-(KERNEL_SIZES[1] - 2) :], np.maximum(pieces @ first + first_off, 0)]
+        )
         found = np.maximum(self._halves.ravel() @ second + second_off, 0)
-        for (matrix, offsets), past, gap in zip(others, self._pasts, GAPS, strict=True):
+        for (matrix, offsets), past, gap in zip(others, self._pasts, DILATIONS, strict=True):
             # A ring: the row about to be overwritten is the oldest, the row `gap` further on is the next input.
             at = self._turn % len(past)
             seen = np.concatenate([past[at], past[(at + gap) % len(past)], found])
@@ -138,29 +140,29 @@ class KeywordNet:
         matrix, offsets = self._weights.out
         logits = self._weights.slopes * (found @ matrix + offsets) + self._weights.intercepts
         word, call = 1.0 / (1.0 + np.exp(-np.clip(logits, -30.0, 30.0)))
-        return Probabilities(float(word), float(call))
+        return Posteriors(float(word), float(call))
 
 
-POSSIBLE = 0.3
-"""Least probability for standing still. Of calls as loud as other talk, synthesizers' and robots' have it
-in 93 to 97 %, people's in 73 %; of people's other words, 4 % (`benchmarks.keyword.curve --part validate`)."""
-LOOKS = 4
-"""Of so many columns of the curve, 160 ms, the second highest counts. A word shows for longer than other talk that has
-its end by chance: where the highest has as many of people's calls, it has half as much again of their other talk, or
-twice as much where it is sure."""
-LENGTH_FRAMES = 45
-"""The word lasts about 0.45 s."""
+HOLD_PROBABILITY = 0.3
+"""Probability of the keyword from which on the robot stands still. Of calls as loud as other talk, synthesizers' and
+robots' have it in 93 to 97 %, people's in 73 %; of people's other words, 4 % (`benchmarks.keyword.curve --part
+validate`)."""
+SMOOTHING_COLUMNS = 4
+"""The second highest of so many posteriors (160 ms) counts: the keyword shows for longer than a false alarm. With the
+highest, and a threshold that as many of people's calls reach, there are half as many false alarms again in their talk,
+and twice as many certain ones."""
+WORD_FRAMES = 45
+"""Usual length of the keyword (0.45 s)."""
 DELAY_FRAMES = 12
-"""It is detected about 120 ms after its end."""
-ONE_WORD_FRAMES = 60
-"""Detections within 0.6 s are one word: nobody says it faster."""
-CALL_FRAMES = 80
-"""Longest time after the first detection until the net knows whether it was a call."""
+"""Usual delay of a detection after the keyword's end (120 ms)."""
+REFRACTORY_FRAMES = 60
+"""Outputs within 0.6 s belong to one detection: nobody repeats the keyword faster."""
+DECISION_FRAMES = 80
+"""Longest time (0.8 s) from a detection until the net has decided whether it was a call."""
 
 
-class Word(NamedTuple):
-    """The word's approximate position, and the highest probabilities so far that it was said, and that it was a
-    call."""
+class Detection(NamedTuple):
+    """Approximate position of the keyword, and its highest posteriors so far."""
 
     start_frame: int
     end_frame: int
@@ -169,35 +171,35 @@ class Word(NamedTuple):
 
 
 def second_highest(probabilities: Iterable[float]) -> float:
-    """The probability that counts, from the last LOOKS outputs of the net."""
+    """The posterior that counts, of the last SMOOTHING_COLUMNS ones."""
     return sorted(probabilities)[-2]
 
 
 class KeywordSpotter:
-    """Derives words from the net's curves over one stream. Each word is reported as soon as it is possible, and again
-    while the net grows more certain."""
+    """Keyword spotter: derives detections from the net's posteriors over one stream. Each is reported as soon as it is
+    possible, and again while its probability rises."""
 
     def __init__(self, net: KeywordNet) -> None:
         self._net = net
-        self._probabilities = deque([Probabilities(0.0, 0.0)] * LOOKS, LOOKS)
-        self._word: Word | None = None
+        self._probabilities = deque([Posteriors(0.0, 0.0)] * SMOOTHING_COLUMNS, SMOOTHING_COLUMNS)
+        self._detection: Detection | None = None
         self._since = 0
 
-    def hear(self, chunk: Chunk) -> Word | None:
-        """The word, if the next chunk makes it possible or more likely than before."""
+    def push(self, chunk: Chunk) -> Detection | None:
+        """The detection, if the next chunk makes it possible or more likely than before."""
         if len(chunk.energies) != CHUNK_FRAMES:
             return None
-        self._probabilities.append(self._net.hear(chunk.energies))
+        self._probabilities.append(self._net.posteriors(chunk.energies))
         probability, call = map(second_highest, zip(*self._probabilities, strict=True))
         now = chunk.first_frame + CHUNK_FRAMES
         since = now - self._since
-        if probability >= POSSIBLE and (self._word is None or since >= ONE_WORD_FRAMES):
+        if probability >= HOLD_PROBABILITY and (self._detection is None or since >= REFRACTORY_FRAMES):
             self._since, end = now, now - DELAY_FRAMES
-            self._word = Word(max(end - LENGTH_FRAMES, 0), end, probability, call)
-            return self._word
-        if self._word is None or since >= CALL_FRAMES:
+            self._detection = Detection(max(end - WORD_FRAMES, 0), end, probability, call)
+            return self._detection
+        if self._detection is None or since >= DECISION_FRAMES:
             return None
-        before = self._word
-        highest = max(before.probability, probability) if since < ONE_WORD_FRAMES else before.probability
-        self._word = before._replace(probability=highest, call=max(before.call, call))
-        return self._word if self._word != before else None
+        before = self._detection
+        highest = max(before.probability, probability) if since < REFRACTORY_FRAMES else before.probability
+        self._detection = before._replace(probability=highest, call=max(before.call, call))
+        return self._detection if self._detection != before else None

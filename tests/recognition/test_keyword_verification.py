@@ -9,25 +9,25 @@ from scipy.special import expit, logit
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Held, Recognised, Released, Urgent, WordSpan
-from hvcpd.recognition.keyword.belief import (
-    AGAIN,
-    BEGUN,
-    BOTH,
-    CERTAIN,
-    DOUBT,
-    FAIR,
-    LATE,
-    LEFT,
+from hvcpd.recognition.keyword.verification import (
+    ACCEPT_PROBABILITY,
+    HOLD_TIME,
+    JOINT_LOG_ODDS,
+    OPENING_PROBABILITY,
+    PLAUSIBLE_PROBABILITY,
+    REPEAT_WINDOW,
+    RESIDUAL_LOG_ODDS,
+    SENTENCE_BASELINE,
     SENTENCE_WAIT,
-    UNLIKE,
-    Belief,
+    WORD_LAG,
+    CallVerifier,
     Residual,
     Verdict,
 )
 
 SURE = 0.999
 WORDS = ("hi", "rob", "i", "am", "bot")
-DOUBTFUL = CERTAIN - 0.01
+DOUBTFUL = ACCEPT_PROBABILITY - 0.01
 
 
 def samples(s: float) -> int:
@@ -41,129 +41,138 @@ def sentence(begin_s: float, words: Sequence[str] = WORDS) -> Recognised:
     return Recognised(tuple(words), "oak", spans[0].start_sample, spans[-1].end_sample, SURE, 20.0, spans)
 
 
-def hold() -> Belief:
-    return Belief(lambda *_: None)
+def verifier() -> CallVerifier:
+    return CallVerifier(lambda *_: None)
 
 
-def word(hold: Belief, begin_s: float, probability: float = DOUBTFUL, ends: bool = False) -> Verdict:
+def word(verifier: CallVerifier, begin_s: float, probability: float = DOUBTFUL, ends: bool = False) -> Verdict:
     """The word is told 0.1 s after its end."""
-    return hold.word(samples(begin_s), samples(begin_s + 0.5), probability, samples(begin_s + 0.6), ends)
+    return verifier.detected(samples(begin_s), samples(begin_s + 0.5), probability, samples(begin_s + 0.6), ends)
 
 
 def test_a_certain_word_counts_at_once_and_another_one_is_held_for() -> None:
-    held = hold()
-    assert word(held, 1.2, CERTAIN) is Urgent
-    assert not held.held
-    assert word(held, 3.2, CERTAIN - 0.01) is Held
-    assert held.held
+    held = verifier()
+    assert word(held, 1.2, ACCEPT_PROBABILITY) is Urgent
+    assert not held.pending
+    assert word(held, 3.2, ACCEPT_PROBABILITY - 0.01) is Held
+    assert held.pending
 
 
 def test_a_word_that_grows_certain_is_one_word() -> None:
-    held = hold()
-    assert word(held, 1.2, FAIR) is Held
+    held = verifier()
+    assert word(held, 1.2, PLAUSIBLE_PROBABILITY) is Held
     assert word(held, 1.2, DOUBTFUL) is None
-    assert word(held, 1.2, CERTAIN) is Urgent
+    assert word(held, 1.2, ACCEPT_PROBABILITY) is Urgent
 
 
 def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
-    told, silent = hold(), hold()
+    told, silent = verifier(), verifier()
     for held in (told, silent):
         assert word(held, 3.0, SURE, ends=True) is Held
-    assert told.sentence(sentence(2.5, ("rob", "stop"))) is Released
+    assert told.recognised(sentence(2.5, ("rob", "stop"))) is Released
     at = samples(3.6) + SENTENCE_WAIT
-    assert silent.at(at - 1) is None
-    assert silent.at(at) is Urgent
+    assert silent.advance(at - 1) is None
+    assert silent.advance(at) is Urgent
 
 
-def followed(hold: Belief, begin_s: float, probability: float) -> Verdict:
+def followed(verifier: CallVerifier, begin_s: float, probability: float) -> Verdict:
     """A word that a sentence in progress seems to account for."""
-    return hold.word(samples(begin_s), samples(begin_s + 0.5), probability, samples(begin_s + 0.6), followed=True)
+    return verifier.detected(
+        samples(begin_s), samples(begin_s + 0.5), probability, samples(begin_s + 0.6), followed=True
+    )
 
 
 def test_nobody_stands_still_for_a_word_of_a_sentence_in_progress_that_is_not_certain() -> None:
-    held, certain = hold(), hold()
-    assert followed(held, 1.2, FAIR) is None
+    held, certain = verifier(), verifier()
+    assert followed(held, 1.2, PLAUSIBLE_PROBABILITY) is None
     assert followed(held, 1.2, DOUBTFUL) is None
-    assert held.doubts(samples(1.2))
-    assert not held.held
+    assert held.is_uncertain(samples(1.2))
+    assert not held.pending
     assert word(held, 1.2, DOUBTFUL) is Held
-    assert followed(certain, 1.2, CERTAIN) is Urgent
+    assert followed(certain, 1.2, ACCEPT_PROBABILITY) is Urgent
 
 
 def test_a_word_of_a_sentence_in_progress_still_counts_if_it_is_said_again_or_remains_without_the_sentence() -> None:
-    again, over = hold(), Belief(lambda *_: Residual(0.9, 1.0, 0.0))
+    again, over = verifier(), CallVerifier(lambda *_: Residual(0.9, 1.0, 0.0))
     for held in (again, over):
         assert followed(held, 1.2, DOUBTFUL) is None
     assert word(again, 2.2, DOUBTFUL) is Urgent
-    assert over.sentence(sentence(0.2)) is Urgent
+    assert over.recognised(sentence(0.2)) is Urgent
 
 
 def test_a_sentence_around_the_word_releases_if_its_samples_are_unknown() -> None:
-    held = hold()
+    held = verifier()
     assert word(held, 1.2) is Held
-    assert held.sentence(sentence(1.0)) is Released
-    assert not held.held
+    assert held.recognised(sentence(1.0)) is Released
+    assert not held.pending
 
 
 def test_a_certain_word_that_a_sentence_may_have_begun_with_waits_as_long_as_that_goes_on() -> None:
-    explained, silent, before, within = hold(), hold(), hold(), hold()
+    explained, silent, before, within = verifier(), verifier(), verifier(), verifier()
     since = samples(1.3)
     for held, begin_s in ((explained, 1.2), (silent, 1.2), (before, 0.2), (within, 2.0)):
         word(held, begin_s, SURE, ends=True)
-        told = [held.at(samples(begin_s + 0.6 + t / 10), since) for t in range(20)]
+        told = [held.advance(samples(begin_s + 0.6 + t / 10), since) for t in range(20)]
         assert Urgent not in told if held is not within else Urgent in told
-    assert explained.sentence(sentence(1.0)) is Released
+    assert explained.recognised(sentence(1.0)) is Released
     for held in (silent, before):
-        assert held.at(samples(5.0)) is Urgent
+        assert held.advance(samples(5.0)) is Urgent
 
 
 @pytest.mark.parametrize("begin_s", [0.8, 3.2, 4.0])
 def test_a_certain_word_that_the_sentence_does_not_cover_is_the_stop_once_it_has_waited(begin_s: float) -> None:
-    held = hold()
+    held = verifier()
     word(held, begin_s, SURE, ends=True)
-    assert held.sentence(sentence(1.0)) is None
-    assert held.at(samples(begin_s + 0.6) + SENTENCE_WAIT) is Urgent
+    assert held.recognised(sentence(1.0)) is None
+    assert held.advance(samples(begin_s + 0.6) + SENTENCE_WAIT) is Urgent
 
 
 def test_what_is_not_understood_or_lost_is_the_stop_if_that_is_certain() -> None:
-    sure, doubtful = hold(), hold()
-    assert sure.unclear() is None
+    sure, doubtful = verifier(), verifier()
+    assert sure.not_recognised() is None
     word(sure, 1.2, SURE, ends=True)
     word(doubtful, 1.2)
-    assert sure.unclear() is Urgent
-    assert sure.unclear() is None
-    assert doubtful.unclear() is None
-    assert doubtful.held
+    assert sure.not_recognised() is Urgent
+    assert sure.not_recognised() is None
+    assert doubtful.not_recognised() is None
+    assert doubtful.pending
 
 
 def test_a_doubtful_word_is_let_go_after_a_while_whatever_is_said_meanwhile() -> None:
     for other_s in (None, 1.5):
-        held = hold()
+        held = verifier()
         assert word(held, 1.2, DOUBTFUL) is Held
-        over = samples(1.8) + DOUBT
-        assert held.at(over - 1) is None
+        over = samples(1.8) + HOLD_TIME
+        assert held.advance(over - 1) is None
         if other_s is not None:
-            assert held.unclear() is None
-            assert held.sentence(sentence(other_s)) is None
-        assert held.at(over) is Released
-        assert not held.held
-        assert held.at(over + 1) is None
+            assert held.not_recognised() is None
+            assert held.recognised(sentence(other_s)) is None
+        assert held.advance(over) is Released
+        assert not held.pending
+        assert held.advance(over + 1) is None
 
 
-@pytest.mark.parametrize("probabilities", [(DOUBTFUL, FAIR - 0.01), (FAIR - 0.01, DOUBTFUL), (FAIR, FAIR)])
+@pytest.mark.parametrize(
+    "probabilities",
+    [
+        (DOUBTFUL, PLAUSIBLE_PROBABILITY - 0.01),
+        (PLAUSIBLE_PROBABILITY - 0.01, DOUBTFUL),
+        (PLAUSIBLE_PROBABILITY, PLAUSIBLE_PROBABILITY),
+    ],
+)
 def test_two_words_that_are_not_certain_together_are_none(probabilities: tuple[float, float]) -> None:
-    held = hold()
+    held = verifier()
     for begin_s, chance in zip((1.2, 2.2), probabilities, strict=True):
         assert word(held, begin_s, chance) is Held
-    assert held.at(samples(4.9)) is Released
+    assert held.advance(samples(4.9)) is Released
 
 
 @given(st.lists(st.floats(0.0, 0.79), min_size=2, max_size=5))
 def test_words_soon_after_one_another_count_once_their_log_odds_add_up(probabilities: list[float]) -> None:
-    held, odds = hold(), 1.0
+    held, odds = verifier(), 1.0
     for k, chance in enumerate(probabilities):
-        odds *= chance / (1.0 - chance) if chance >= FAIR else 1.0
-        count = k > 0 and chance >= FAIR and odds >= CERTAIN / (1.0 - CERTAIN)
+        odds *= chance / (1.0 - chance) if chance >= PLAUSIBLE_PROBABILITY else 1.0
+        count = k > 0 and chance >= PLAUSIBLE_PROBABILITY and odds >= ACCEPT_PROBABILITY / (1.0 - ACCEPT_PROBABILITY)
         assume(abs(odds - 4.0) > 1e-6)
         verdict = word(held, 1.2 + k, chance)
         assert (verdict is Urgent) == count
@@ -173,52 +182,52 @@ def test_words_soon_after_one_another_count_once_their_log_odds_add_up(probabili
 
 @pytest.mark.parametrize("later_s", [0.5, 1.5, 4.0])
 def test_the_word_once_more_is_the_stop_at_once(later_s: float) -> None:
-    held = hold()
+    held = verifier()
     word(held, 1.2, DOUBTFUL)
-    held.at(samples(1.2 + later_s))
+    held.advance(samples(1.2 + later_s))
     assert word(held, 1.2 + later_s, DOUBTFUL) is Urgent
-    assert not held.held
+    assert not held.pending
 
 
 def test_the_word_once_more_long_after_is_another_one() -> None:
-    held = hold()
+    held = verifier()
     word(held, 1.2, DOUBTFUL)
-    held.at(samples(10.0))
-    assert word(held, 1.3 + AGAIN / SAMPLE_RATE_HZ, DOUBTFUL) is Held
+    held.advance(samples(10.0))
+    assert word(held, 1.3 + REPEAT_WINDOW / SAMPLE_RATE_HZ, DOUBTFUL) is Held
 
 
 def test_a_word_that_a_sentence_explained_does_not_count_for_the_next_one() -> None:
-    held = hold()
+    held = verifier()
     word(held, 1.2, DOUBTFUL)
-    assert held.sentence(sentence(1.0)) is Released
+    assert held.recognised(sentence(1.0)) is Released
     assert word(held, 4.0, DOUBTFUL) is Held
 
 
 def test_a_sentence_told_before_the_word_explains_it_too() -> None:
-    held = hold()
-    held.sentence(sentence(1.0))
+    held = verifier()
+    held.recognised(sentence(1.0))
     assert word(held, 2.6, SURE) is None
     assert word(held, 3.2) is Held
 
 
 def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
-    held = hold()
+    held = verifier()
     word(held, 2.1)
-    assert held.sentence(sentence(1.0, ("i", "have", "stopped"))) is Released
+    assert held.recognised(sentence(1.0, ("i", "have", "stopped"))) is Released
 
 
-def asked(left: float) -> Belief:
+def asked(left: float) -> CallVerifier:
     """In every sentence the residual has these log odds."""
-    return Belief(lambda *_: Residual(float(expit(left)), 1.0, UNLIKE))
+    return CallVerifier(lambda *_: Residual(float(expit(left)), 1.0, SENTENCE_BASELINE))
 
 
 @pytest.mark.parametrize("left", [-1.0, 0.0, 1.5])
 def test_a_word_counts_over_a_sentence_with_what_is_left_of_it(left: float) -> None:
-    least = expit(BOTH - left)
+    least = expit(JOINT_LOG_ODDS - left)
     for excess, verdict in ((-0.01, None), (0.01, Urgent)):
         held = asked(left)
         word(held, 1.2, least + excess)
-        assert held.sentence(sentence(1.0)) is verdict
+        assert held.recognised(sentence(1.0)) is verdict
 
 
 @given(call=st.floats(0.01, 0.99), share=st.floats(0.0, 1.0), less=st.floats(0.0, 1.0), alone=st.floats(0.0, 1.0))
@@ -230,40 +239,46 @@ def test_the_more_of_a_word_a_sentence_accounts_for_the_less_its_residual_tells(
     assert left <= Residual(call, share, less * alone).log_odds <= logit(call)
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, Released), (LEFT, None), (3.0, Urgent)])
+@pytest.mark.parametrize(
+    ("left", "verdict"), [(RESIDUAL_LOG_ODDS - 0.01, Released), (RESIDUAL_LOG_ODDS, None), (3.0, Urgent)]
+)
 def test_what_is_left_without_the_sentence_tells_whatever_its_words_are(left: float, verdict: Verdict) -> None:
     for heard in (sentence(1.0), sentence(1.0, ("i", "stopped", "here"))):
-        for chance in (FAIR, DOUBTFUL):
+        for chance in (PLAUSIBLE_PROBABILITY, DOUBTFUL):
             held = asked(left)
             assert word(held, 1.2, chance) is Held
-            assert held.sentence(heard) is verdict
+            assert held.recognised(heard) is verdict
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(LEFT, None), (3.0, Urgent)])
+@pytest.mark.parametrize(("left", "verdict"), [(RESIDUAL_LOG_ODDS, None), (3.0, Urgent)])
 def test_a_word_that_was_let_go_counts_once_the_sentence_around_it_is_understood(left: float, verdict: Verdict) -> None:
     held = asked(left)
-    word(held, 1.2, FAIR)
-    assert held.at(samples(1.8) + DOUBT) is Released
-    assert held.sentence(sentence(1.0)) is verdict
+    word(held, 1.2, PLAUSIBLE_PROBABILITY)
+    assert held.advance(samples(1.8) + HOLD_TIME) is Released
+    assert held.recognised(sentence(1.0)) is verdict
 
 
-@pytest.mark.parametrize(("left", "verdict"), [(LEFT - 0.01, Released), (LEFT, None), (3.0, Urgent)])
+@pytest.mark.parametrize(
+    ("left", "verdict"), [(RESIDUAL_LOG_ODDS - 0.01, Released), (RESIDUAL_LOG_ODDS, None), (3.0, Urgent)]
+)
 def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_heard(
     left: float, verdict: Verdict
 ) -> None:
     held = asked(left)
-    held.sentence(sentence(1.0))
-    assert word(held, 2.6, FAIR) is Held
-    asked_at = samples(3.2) + LATE
-    assert held.at(asked_at - 1) is None
-    assert held.at(asked_at) is verdict
+    held.recognised(sentence(1.0))
+    assert word(held, 2.6, PLAUSIBLE_PROBABILITY) is Held
+    asked_at = samples(3.2) + WORD_LAG
+    assert held.advance(asked_at - 1) is None
+    assert held.advance(asked_at) is verdict
 
 
-@pytest.mark.parametrize(("call", "verdict"), [(BEGUN - 0.01, Released), (BEGUN + 0.01, Urgent)])
+@pytest.mark.parametrize(
+    ("call", "verdict"), [(OPENING_PROBABILITY - 0.01, Released), (OPENING_PROBABILITY + 0.01, Urgent)]
+)
 def test_a_sentence_begins_with_what_is_like_the_word_unless_a_call_is_surely_left(
     call: float, verdict: Verdict
 ) -> None:
     """With an automatic gain, "hi I am Mia" was a call of 0.88, and of 0.87 without the sentence."""
     held = asked(logit(call))
     word(held, 0.9)
-    assert held.sentence(sentence(1.1)) is verdict
+    assert held.recognised(sentence(1.1)) is verdict

@@ -1,0 +1,268 @@
+"""The keyword stage of the recogniser: reports when to stand still, to go on, and to stay stopped."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.events import Ears, EarsAround, Event, Garbled, Recognised
+from hvcpd.recognition.fitted import logistic, logit
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
+from hvcpd.recognition.keyword.net import (
+    HOLD_PROBABILITY,
+    SMOOTHING_COLUMNS,
+    Detection,
+    KeywordNet,
+    KeywordSpotter,
+    Posteriors,
+    second_highest,
+)
+from hvcpd.recognition.keyword.verification import (
+    ACCEPT_PROBABILITY,
+    PLAUSIBLE_PROBABILITY,
+    CallVerifier,
+    Residual,
+    Verdict,
+    may_open_sentence,
+)
+from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
+
+KEYWORD = "stop"
+LAST_WORD_SPAN = 4 * SAMPLE_RATE_HZ // 5
+"""Samples (0.8 s) before the end of a sentence within which the net detects its last word."""
+LEAST_EXPLAINED = 0.1
+"""Share of a sentence's power that its known samples must explain before it is subtracted from a detection."""
+WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
+"""Samples (0.3 s) after the end of the keyword within which the net detects it."""
+CALL_DELAY = 3 * SAMPLE_RATE_HZ // 4
+"""Samples (0.75 s) after the end of the keyword within which the net decides whether it was a call."""
+MAX_SPANS = 32
+"""Number of detections in half a minute at most: a sentence is reported within 13 s of its beginning."""
+RECEPTIVE_FIELD = 3 * SAMPLE_RATE_HZ // 2
+"""Samples (1.5 s) before a detection with which the net starts again."""
+NOISE_POWER = 0.1
+"""Power of the noise added to an uncertain detection, relative to its mean power (-10 dB)."""
+CHECKED_BEFORE_S = 1.6
+"""Length of the sound, up to the keyword's end, by which a call is checked: the keyword, a name before it, and what
+precedes that."""
+CHECKED_FLOOR = 0.71
+"""Probability that is left of a certain call at least if the check objects: two of them are certain, so that nobody
+calls in vain."""
+
+USUAL_GAIN = 25.0
+"""Gain of a robot's sentence (`FirstEars.gain`) up to which a call over it is likely; sentences alone have 25 to 45."""
+NATS_PER_GAIN = 0.04
+"""Nats by which each unit beyond that lowers the log odds of a detection (docs/decisions/keyword.md)."""
+
+CallCheck = Callable[[Samples], float]
+"""Nats by which another listener lowers the log odds of a call, given the sound from CHECKED_BEFORE_S before the
+keyword's end on."""
+
+
+class KeywordRescorer:
+    """Applies the net to a detection again, in the recent sound without a sentence, or with noise."""
+
+    def __init__(self, net: KeywordNet, history: History) -> None:
+        """`net`: an instance of its own, since it starts again each time. `history`: the sound of the chunks."""
+        self._net = net
+        self._history = history
+        self._begin = self._end = 0
+        """The first and the last sample of the sound of consecutive chunks, up to the newest."""
+
+    def push(self, chunk: Chunk) -> None:
+        """Note the next frames."""
+        first = chunk.first_frame * HOP_SAMPLES
+        if first != self._end:
+            self._begin = first
+        self._end = first + len(chunk.energies) * HOP_SAMPLES
+
+    def sound_since(self, start: int) -> Samples | None:
+        """The sound from sample `start` on; None if that is not kept."""
+        return self._history.between(start, self._end) if start >= self._begin else None
+
+    def residual(self, sentence: Recognised, start: int, end: int) -> Residual | None:
+        """The residual of a sentence between samples `start` and `end`; None if the sentence's samples are unknown, or
+        the sound is no longer kept.
+
+        A robot's sentence may partly mask a call, and a sentence and other talk together may sound like a call that
+        nobody made. Subtracted, it leaves the call alone (as radio receivers cancel the stronger signal: P. Patel & J.
+        Holtzman, "Analysis of a simple successive interference cancellation scheme", IEEE JSAC 12(5), 1994).
+        """
+        if sentence.received is None or (around := self._around(start, end)) is None:
+            return None
+        first, heard = around
+        alone = sentence.received.between(first, len(heard))
+        spoken = slice(max(sentence.start_sample - first, 0), max(sentence.end_sample - first, 0))
+        word = slice(start - first, end - first)
+        share = _share_beyond_sentence(heard, heard - alone, word, spoken)
+        if share <= 0.0:
+            return Residual(0.0, 0.0, 0.0)
+        left, like = (self._posteriors(sound, word.start, word.stop) for sound in (heard - alone, alone))
+        return Residual(max(left), share, max(like)) if left is not None and like is not None else None
+
+    def with_noise(self, start: int, end: int) -> Posteriors | None:
+        """The highest posteriors between two samples, with white noise of NOISE_POWER added; None if the sound is no
+        longer kept.
+
+        A false alarm in an unfamiliar voice hardly survives a little noise, so the mean of both answers is more
+        reliable than either (test-time augmentation: G. Wang et al., "Aleatoric uncertainty estimation with test-time
+        augmentation", Neurocomputing 338, 2019).
+        """
+        if (around := self._around(start, end)) is None:
+            return None
+        first, heard = around
+        power = NOISE_POWER * np.mean(np.square(heard[start - first : end - first]))
+        return self._posteriors(heard + np.sqrt(power) * _white(len(heard)), start - first, end - first)
+
+    def _around(self, start: int, end: int) -> tuple[int, Samples] | None:
+        """The sound around a detection between two samples that the net needs, and its first sample."""
+        first = max(start - RECEPTIVE_FIELD, self._begin, self._history.begin)
+        sound = self.sound_since(first) if first <= start else None
+        return (first, sound[: end + CALL_DELAY - first]) if sound is not None else None
+
+    def _posteriors(self, sound: Samples, start: int, end: int) -> Posteriors | None:
+        energies = energies_of(sound)
+        chunks = energies[: len(energies) // CHUNK_FRAMES * CHUNK_FRAMES].reshape(-1, CHUNK_FRAMES, N_BANDS)
+        self._net.reset()
+        probabilities = [self._net.posteriors(chunk) for chunk in chunks][start // CHUNK_SAMPLES :]
+        in_word = (end + WORD_DELAY - start) // CHUNK_SAMPLES
+        word = _highest_smoothed([each.word for each in probabilities[:in_word]])
+        call = _highest_smoothed([each.call for each in probabilities])
+        return Posteriors(word, call) if word is not None and call is not None else None
+
+
+def _share_beyond_sentence(heard: Samples, rest: Samples, word: slice, spoken: slice) -> float:
+    """The share, 0 to 1, of the residual `rest` of `heard` at a detection that is more than the sentence leaves in the
+    other samples in which it was `spoken`: a poorly known sentence leaves a part of itself everywhere."""
+    before, after = slice(spoken.start, min(word.start, spoken.stop)), slice(max(word.stop, spoken.start), spoken.stop)
+    beside = _explained_share(heard, rest, before, after)
+    if beside < LEAST_EXPLAINED:
+        return 1.0
+    there = _explained_share(heard, rest, word)
+    return (beside - there) / (1.0 - there) if there < beside else 0.0
+
+
+def _explained_share(heard: Samples, rest: Samples, *where: slice) -> float:
+    """The share of the power of `heard` there that is not in `rest`; 0 where there is no sound."""
+    total, left = (
+        sum(float(np.sum(np.square(sound[each], dtype=np.float64))) for each in where) for sound in (heard, rest)
+    )
+    return 1.0 - left / total if total > 0.0 else 0.0
+
+
+def _white(n: int) -> Samples:
+    """White noise of power 1, the same each time: a hash of each sample's number (A. Appleby, MurmurHash3, 2011)."""
+    hashed = np.arange(n, dtype=np.uint32)
+    for shift, factor in ((16, 0x85EBCA6B), (13, 0xC2B2AE35), (16, 1)):
+        hashed ^= hashed >> shift
+        hashed *= np.uint32(factor)
+    return np.asarray(hashed.view(np.int32) * np.float32(np.sqrt(3.0) / 2.0**31), np.float32)
+
+
+def _highest_smoothed(probabilities: Sequence[float]) -> float | None:
+    """The highest probability that counts; None if there are too few."""
+    windows = (probabilities[k : k + SMOOTHING_COLUMNS] for k in range(len(probabilities) - SMOOTHING_COLUMNS + 1))
+    return max(map(second_highest, windows), default=None)
+
+
+class KeywordEars(EarsAround):
+    """Recogniser around another one that also detects the keyword, in any voice and over any other sound."""
+
+    def __init__(self, ears: Ears, net: KeywordNet, rescorer: KeywordRescorer, check: CallCheck) -> None:
+        super().__init__(ears)
+        self._check = check
+        self._spotter = KeywordSpotter(net)
+        self._rescorer = rescorer
+        self._verifier = CallVerifier(rescorer.residual)
+        self._detection: Detection | None = None
+        """The last detection, until it is reconsidered."""
+        self._excess_gain = 0.0
+        """Gain beyond USUAL_GAIN of a robot's sentence in progress when it was first detected."""
+        self._span = (0, 0)
+        self._spans: deque[tuple[int, int]] = deque(maxlen=MAX_SPANS)
+        """The first and the last sample of the recent detections."""
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """As `Recogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
+        parts = [samples[at : at + CHUNK_SAMPLES] for at in range(0, max(len(samples), 1), CHUNK_SAMPLES)]
+        events = [event for part in parts for event in self._followed_up(self._ears.push(part, masked))]
+        return events + self._not_recognised() if masked else events
+
+    def lost(self, n_samples: int) -> list[Event]:
+        """As `Recogniser.lost`."""
+        return self._followed_up(self._ears.lost(n_samples)) + self._not_recognised()
+
+    def flush(self) -> list[Event]:
+        """As `Recogniser.flush`."""
+        return self._followed_up(self._ears.flush()) + self._not_recognised()
+
+    def _followed_up(self, events: list[Event]) -> list[Event]:
+        """The events of the recogniser within, and what follows from them and from the newest frames."""
+        events = [self._checked(event) for event in events]
+        following = [each for event in events for each in self._after(event)]
+        for chunk in self.first.chunks:
+            following += self._detect(chunk)
+        return events + following
+
+    def _detect(self, chunk: Chunk) -> list[Event]:
+        self._rescorer.push(chunk)
+        now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
+        events: list[Event] = []
+        found = self._spotter.push(chunk)
+        if found is not None:
+            if self._detection is None or found.start_frame != self._detection.start_frame:
+                self._excess_gain = max(self.first.gain - USUAL_GAIN, 0.0) if self.first.ending != KEYWORD else 0.0
+            self._detection = found
+            self._span = (found.start_frame * HOP_SAMPLES, found.end_frame * HOP_SAMPLES)
+            self._spans.append(self._span)
+            events += self._verify(found.call, now)
+        if self._detection is not None and now >= self._span[1] + CALL_DELAY:
+            events += self._reconsider(self._detection.call, now)
+            self._detection = None
+        return events + self._as_events(self._verifier.advance(now, self.first.since))
+
+    def _reconsider(self, call: float, now: int) -> list[Event]:
+        """Apply the net again, with noise, if the detection is still uncertain now that all of it has been heard."""
+        again = self._rescorer.with_noise(*self._span) if self._verifier.is_uncertain(self._span[0]) else None
+        return self._verify(logistic((logit(call) + logit(again.call)) / 2.0), now) if again is not None else []
+
+    def _verify(self, call: float, now: int) -> list[Event]:
+        """What follows from the probability that the last detection was a call, which is checked if it counts."""
+        if call >= PLAUSIBLE_PROBABILITY:
+            sound = self._rescorer.sound_since(self._span[1] - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
+            nats = self._check(sound) if sound is not None else 0.0
+            checked = logistic(logit(call) - nats)
+            call = max(checked, CHECKED_FLOOR) if checked < ACCEPT_PROBABILITY <= call else checked
+        awaited = bool(self.first.ending) or may_open_sentence(self.first.since, self._span[0])
+        return self._as_events(self._verifier.detected(*self._span, call, now, awaited, self._is_explained()))
+
+    def _is_explained(self) -> bool:
+        """Whether a robot's sentence explains the last detection better than a call over it would."""
+        if self._detection is None:
+            return False
+        return logit(self._detection.probability) - NATS_PER_GAIN * self._excess_gain < logit(HOLD_PROBABILITY)
+
+    def _not_recognised(self) -> list[Event]:
+
+        return self._as_events(self._verifier.not_recognised())
+
+    def _checked(self, event: Event) -> Event:
+        """The event, or garbled speech if a sentence ends with the keyword and the net did not detect that: a search
+        over the phrasebook finds it in "staff" and "step", too."""
+        if not isinstance(event, Recognised) or event.words[-1] != KEYWORD:
+            return event
+        begin, end = event.end_sample - LAST_WORD_SPAN, event.end_sample + WORD_DELAY
+        heard = any(start < end and begin < last for start, last in self._spans)
+        return event if heard else Garbled(event.start_sample, event.end_sample)
+
+    def _after(self, event: Event) -> list[Event]:
+        if isinstance(event, Recognised):
+            return self._as_events(self._verifier.recognised(event))
+        return self._not_recognised()
+
+    def _as_events(self, verdict: Verdict) -> list[Event]:
+        """The verdict as an event at the position of the last detection."""
+        return [verdict(*self._span)] if verdict is not None else []

@@ -1,0 +1,239 @@
+"""Keyword verification: whether a detection was a call, part of a sentence, or other talk.
+
+The robot stands still at once and decides afterwards, by the probability of a call and by the sound after it. A call is
+accepted in three cases: its probability is high enough; it is repeated, and both together are probable enough; or it
+remains when the sentence that was said at that time is subtracted. All other detections are dropped after two seconds.
+That costs nothing more, while a stop ends the mission until a person resumes it.
+
+Pure; times and positions are in samples. The thresholds are measured with `benchmarks/stop.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent
+from hvcpd.recognition.fitted import logit
+
+KEYWORD_FORMS = frozenset(("stop", "stopped"))
+"""Words of a sentence that account for a detection in their place."""
+ACCEPT_PROBABILITY = 0.85
+"""Probability of a call from which on it counts by itself; chosen on the part `validate`
+(`benchmarks.keyword.curve`)."""
+SENTENCE_WAIT = SAMPLE_RATE_HZ
+"""Longest wait (1 s) for a sentence that may end with the word, or may have begun with it: a sentence is reported after
+0.5 s of quiet and a search."""
+PLAUSIBLE_PROBABILITY = 0.5
+"""Probability of a call from which on it counts together with another one. It is reached once in eight minutes of
+people's talk, and by one in twenty of their single words."""
+RESIDUAL_LOG_ODDS = -2.0
+"""Log odds of a call in the residual, below which the sentence alone explains the detection."""
+SENTENCE_BASELINE = 0.03
+"""Probability of a call that most sentences stay below when they are heard alone."""
+JOINT_LOG_ODDS = 0.5
+"""Log odds of a call over a sentence, by the sound with the sentence and without it together, from which on it counts
+(docs/decisions/keyword.md)."""
+WORD_LAG = 3 * SAMPLE_RATE_HZ // 10
+"""Time (0.3 s) within which the rest of a word arrives whose sentence was already reported."""
+OPENING_PROBABILITY = 0.9
+"""Probability of a call in the residual, below which a detection at the beginning of a sentence is explained by it.
+With an automatic gain, which falls at the first sound, sentences alone had 0.83 to 0.87 there (four of 36 in the world
+`chain`)."""
+POSITION_TOLERANCE = 3 * SAMPLE_RATE_HZ // 20
+"""Accuracy (0.15 s) of the positions of detections and sentences."""
+OPENING_SPAN = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
+"""Range of the time (0.1 to 0.6 s) from the beginning of a sentence to the end of its first word."""
+OPENING_LEAD = 3 * SAMPLE_RATE_HZ // 10
+"""A detection this soon (0.3 s) after a sentence was first seen may be its first words: "hi Siobhan"."""
+DROPPED_MEMORY = 12 * SAMPLE_RATE_HZ
+"""Time (12 s) for which a dropped detection is remembered, since the sentence around it may show that it was a call:
+the length of a sentence and the rest after it."""
+HOLD_TIME = 2 * SAMPLE_RATE_HZ
+"""Time (2 s) for which the robot stands still for an uncertain detection."""
+REPEAT_WINDOW = 6 * SAMPLE_RATE_HZ
+"""Time (6 s) after a call within which a person who sees the robots go on may repeat it."""
+
+
+Verdict = type[Held] | type[Released] | type[Urgent] | None
+"""What follows from the latest sound: stand still, go on, or stop; None: nothing new."""
+
+
+class Residual(NamedTuple):
+    """What the keyword net finds in a detection's sound from which a sentence was subtracted."""
+
+    call: float
+    """Probability of a call in the residual."""
+    share: float
+    """Share of the residual, 0 to 1, that is more than the sentence leaves elsewhere."""
+    alone: float
+    """Probability of a call in the sentence alone, as it was received."""
+
+    @property
+    def log_odds(self) -> float:
+        """Log odds of a call over the sentence. A residual sounds like its sentence, so it says less where the sentence
+        explains much of the sound, or resembles the keyword by itself ("hi Siobhan")."""
+        if self.share <= 0.0:
+            return -math.inf
+        return logit(self.call) + math.log(self.share) - max(logit(self.alone) - logit(SENTENCE_BASELINE), 0.0)
+
+
+ResidualWithout = Callable[[Recognised, int, int], Residual | None]
+"""The residual of a sentence between two samples; None if it is unknown."""
+
+
+@dataclass(frozen=True)
+class _Detection:
+    start: int
+    end: int
+    probability: float
+    first_heard: int
+    accept_from: int
+    """The time from which on a sufficient probability is accepted."""
+
+    @property
+    def is_sure(self) -> bool:
+        return self.probability >= ACCEPT_PROBABILITY
+
+    def is_within(self, sentence: Recognised) -> bool:
+        starts_within = sentence.start_sample - POSITION_TOLERANCE <= self.start
+        return starts_within and self.end <= sentence.end_sample + POSITION_TOLERANCE
+
+    def opens(self, sentence: Recognised) -> bool:
+        """Whether the sentence began with it."""
+        return OPENING_SPAN[0] <= self.end - sentence.start_sample <= OPENING_SPAN[1]
+
+    def is_word_of(self, sentence: Recognised) -> bool:
+        """Whether the sentence has the keyword, or a word that includes it, in this place."""
+        there = (span for span in sentence.spans if span.start_sample < self.end and self.start < span.end_sample)
+        return any(span.word in KEYWORD_FORMS for span in there)
+
+
+def may_open_sentence(since: int | None, start: int) -> bool:
+    """Whether a detection from sample `start` on may be the beginning of a sentence that was first seen at `since`."""
+    return since is not None and start <= since + OPENING_LEAD
+
+
+class CallVerifier:
+    """Takes detections and sentences in the order of their reports. After `Released` or `Urgent` none is pending."""
+
+    def __init__(self, residual: ResidualWithout) -> None:
+        self._residual = residual
+        self._pending: list[_Detection] = []
+        self._dropped: list[_Detection] = []
+        """Uncertain detections; they count if the call is repeated, or remains when a sentence is subtracted."""
+        self._last_sentence: Recognised | None = None
+        """It may have been reported before the detection in it."""
+        self._recheck_at: int | None = None
+        """When that sentence is compared with the detections again."""
+
+    @property
+    def pending(self) -> bool:
+        """Whether a detection is not decided yet."""
+        return bool(self._pending)
+
+    def is_uncertain(self, start: int) -> bool:
+        """Whether the detection from sample `start` on is not decided yet, and not probable enough by itself."""
+        return any(d.start == start and not d.is_sure for d in (*self._pending, *self._dropped))
+
+    def detected(
+        self, start: int, end: int, probability: float, now: int, awaited: bool = False, followed: bool = False
+    ) -> Verdict:
+        """Take a detection between two samples, or its higher probability. `awaited`: a sentence may soon account for
+        it; `followed`: a sentence in progress seems to, so that the robot stands still only if it is certain."""
+        pending = any(d.start == start for d in self._pending)
+        before = [d for d in (*self._pending, *self._dropped) if d.start == start]
+        accept_from = now + (SENTENCE_WAIT if awaited else 0)
+        first_heard, accept_from = (before[0].first_heard, before[0].accept_from) if before else (now, accept_from)
+        highest = max([probability, *(d.probability for d in before)])
+        detection = _Detection(start, end, highest, first_heard, accept_from)
+        if self._last_sentence is not None and self._belongs_to(self._last_sentence, detection):
+            return None
+        self._recheck_at = self._recheck_at or now + WORD_LAG
+        self._pending = [d for d in self._pending if d.start != start]
+        self._dropped = [d for d in self._dropped if d.start != start]
+        if self._is_repeated(detection) or (detection.is_sure and now >= accept_from):
+            return self._accept()
+        if followed and not pending and not detection.is_sure:
+            self._dropped.append(detection)
+            return None
+        self._pending.append(detection)
+        return None if pending else Held
+
+    def recognised(self, sentence: Recognised) -> Verdict:
+        """Take a sentence that was recognised."""
+        self._last_sentence = sentence
+        explained = []
+        end = sentence.end_sample - POSITION_TOLERANCE
+        for detection in [d for d in (*self._pending, *self._dropped) if d.start < end]:
+            is_there = detection.is_within(sentence) or detection.opens(sentence)
+            residual = self._residual(sentence, detection.start, detection.end) if is_there else None
+            if _explains(sentence, detection, residual):
+                explained.append(detection)
+            elif residual is not None and logit(detection.probability) + residual.log_odds >= JOINT_LOG_ODDS:
+                return self._accept()
+        is_news = any(d in self._pending for d in explained)
+        self._pending = [d for d in self._pending if d not in explained]
+        self._dropped = [d for d in self._dropped if d not in explained]
+        return Released if is_news and not self.pending else None
+
+    def not_recognised(self) -> Verdict:
+        """Note that speech was not understood, or was lost."""
+        self._last_sentence = None
+        return self._accept() if any(d.is_sure for d in self._pending) else None
+
+    def advance(self, now: int, since: int | None = None) -> Verdict:
+        """Let time go on to sample `now`. `since`: where a sentence in progress was first seen; a detection that may
+        have opened it waits for it."""
+        wait = now + SENTENCE_WAIT
+        self._pending = [
+            replace(d, accept_from=wait) if may_open_sentence(since, d.start) else d for d in self._pending
+        ]
+        if self._recheck_at is not None and now >= self._recheck_at:
+            self._recheck_at = None
+            if self._last_sentence is not None and (verdict := self.recognised(self._last_sentence)) is not None:
+                return verdict
+        if any(d.is_sure and now >= d.accept_from for d in self._pending):
+            return self._accept()
+        self._dropped = [d for d in self._dropped if now - d.first_heard < DROPPED_MEMORY]
+        expired = [d for d in self._pending if not d.is_sure and now - d.first_heard >= HOLD_TIME]
+        if not expired:
+            return None
+        self._dropped += expired
+        self._pending = [d for d in self._pending if d not in expired]
+        return None if self.pending else Released
+
+    def _is_repeated(self, detection: _Detection) -> bool:
+        """Whether it and the unexplained detections shortly before it are certain together: as independent
+        observations, their log odds add up."""
+        earlier = [
+            logit(d.probability)
+            for d in (*self._pending, *self._dropped)
+            if d.end - POSITION_TOLERANCE <= detection.start
+            and detection.first_heard - d.first_heard <= REPEAT_WINDOW
+            and d.probability >= PLAUSIBLE_PROBABILITY
+        ]
+        together = logit(detection.probability) + sum(earlier)
+        plausible = bool(earlier) and detection.probability >= PLAUSIBLE_PROBABILITY
+        return plausible and together >= logit(ACCEPT_PROBABILITY)
+
+    def _accept(self) -> Verdict:
+        self._pending.clear()
+        self._dropped.clear()
+        return Urgent
+
+    def _belongs_to(self, sentence: Recognised, detection: _Detection) -> bool:
+        """Whether a sentence that was reported earlier accounts for it, or cannot be subtracted yet."""
+        if not detection.is_within(sentence):
+            return False
+        return detection.is_word_of(sentence) or self._residual(sentence, detection.start, detection.end) is None
+
+
+def _explains(sentence: Recognised, detection: _Detection, residual: Residual | None) -> bool:
+    """Whether nothing but the sentence was heard where the detection is."""
+    if residual is not None and detection.opens(sentence):
+        return residual.call < OPENING_PROBABILITY
+    return detection.is_within(sentence) and (residual is None or residual.log_odds < RESIDUAL_LOG_ODDS)
