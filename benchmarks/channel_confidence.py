@@ -1,4 +1,4 @@
-"""How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/listener.py`'s curve.
+"""How likely a sentence of the channel search is right: fits `hvcpd/recognition/channel/recogniser.py`'s curve.
 
     python -m benchmarks.channel_confidence [--data DIR] [--sentences 8] [--seed 401] [--names Mia,Ted,Gus,Rex]
         [--conditions chain,small-vacuum,...] [--minutes 15] [--check]
@@ -32,10 +32,10 @@ from hvcpd.assembly.make import make_ears, make_waveform_books
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, Evidence, SearchResult, Stretch, quiet_part
+from hvcpd.recognition.channel.estimation import WhitenedSound
 from hvcpd.recognition.channel.path import Path as Sentence
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, Evidence, SearchResult, noise_sample
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import WeightedSound
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
 from hvcpd.recognition.second_pass import AtOnce, SegmentListener
@@ -66,14 +66,14 @@ class Case:
     """Whether no robot that the listener knows said anything."""
 
 
-class Searched(AtOnce[Stretch, SearchResult]):
+class Searched(AtOnce[ChannelSegment, SearchResult]):
     """A worker that keeps its jobs."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.jobs: list[Stretch] = []
+        self.jobs: list[ChannelSegment] = []
 
-    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
+    def submit(self, job: ChannelSegment, listener: SegmentListener[ChannelSegment, SearchResult]) -> bool:
         """As `Worker.submit`."""
         self.jobs.append(job)
         return super().submit(job, listener)
@@ -85,13 +85,13 @@ class Bench:
     def __init__(self, team: Team) -> None:
         self.team = team
         self.books = books = make_waveform_books(team.book, team.names, team.sound)
-        self.listener = ChannelListener(team.book.robots_graph, books)
+        self.listener = ChannelRecogniser(team.book.robots_graph, books)
         self.search = ChannelSearch(team.book.robots_graph, books[: len({book.voice for book in books})])
 
-    def paths(self, sound: Samples, lead: int) -> tuple[WeightedSound, list[Sentence]]:
+    def paths(self, sound: Samples, lead: int) -> tuple[WhitenedSound, list[Sentence]]:
         """Those in a sound, shape (n,), whose first `lead` samples are from before the speech."""
         heard = sound[lead - SAMPLE_RATE_HZ // 2 :]
-        weighted = WeightedSound(heard, quiet_part(sound[:lead], heard))
+        weighted = WhitenedSound(heard, noise_sample(sound[:lead], heard))
         return weighted, self.search.paths(weighted)
 
     def cases(self, trial: Trial) -> Iterator[Case]:

@@ -64,7 +64,7 @@ RULES = (
     Mechanism(
         "beginnings",
         "sentences' beginnings are sought without signs of speech",
-        answering(f"{HEARING}.channel.listener:ChannelListener.beginning", None),
+        answering(f"{HEARING}.channel.recogniser:ChannelRecogniser.onset", None),
         _files("recognition/channel", "beginnings"),
     ),
     Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),

@@ -25,7 +25,7 @@ from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.channel.ears import ChannelEars
-from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
 from hvcpd.recognition.events import Ears
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.stage import KeywordEars, KeywordRescorer
@@ -211,15 +211,15 @@ def make_channel_ears(
     books: Books,
     ears: Ears,
     sound: Sound,
-    worker: Worker[Stretch, SearchResult],
+    worker: Worker[ChannelSegment, SearchResult],
     prepared: bool = True,
 ) -> ChannelEars:
     """Return ears around others that also hear these robots through an unknown channel."""
     check = partial(loss_of_sentence, sound.lexicon.sounds)
-    listener = ChannelListener(phrasebook.robots_graph, books, prepared, check)
+    listener = ChannelRecogniser(phrasebook.robots_graph, books, prepared, check)
     others = set(phrasebook.marked_graph.words) - set(phrasebook.robots_graph.words)
-    varied = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
-    return ChannelEars(ears, listener, worker, frozenset(varied))
+    unmodelled = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
+    return ChannelEars(ears, listener, worker, frozenset(unmodelled))
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

@@ -12,7 +12,7 @@ from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose, WheelReading
-from hvcpd.recognition.channel.listener import SearchResult, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
@@ -67,7 +67,7 @@ class HearingPlan:
     acoustics: Acoustics = field(default_factory=Acoustics)
     people: Mapping[str, Person] = field(default_factory=dict)
     """The enrolled people, and no robots, by name in lower case. It is read again at each use, possibly in a thread."""
-    channel: Worker[Stretch, SearchResult] | None = None
+    channel: Worker[ChannelSegment, SearchResult] | None = None
     """A second pass for robots that speak through an unknown channel; None: there are none."""
     second: Worker[Segment, Recognised | None] | None = None
     """A second pass over sound that the voices of robots do not explain; None: no second pass."""

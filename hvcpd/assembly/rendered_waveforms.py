@@ -65,7 +65,7 @@ class WaveformCache:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RenderedWord:
-    """One rendering of a word, see `channel.path.Said`: number `number` of those in its book."""
+    """One rendering of a word, see `channel.path.Rendering`: number `number` of those in its book."""
 
     book: WaveformBook
     word: str
@@ -102,13 +102,13 @@ class WaveformBook:
         self._words = frozenset(words)
         self._phrases = phrases or {}
         self._cache = cache if cache is not None else WaveformCache()
-        self.said = lru_cache(NOTED)(self._said)
+        self.renderings = lru_cache(NOTED)(self._said)
 
     def units(self, word: str, third: int) -> tuple[Unit, ...]:
         """All renderings of `word` in a third (0, 1, 2) of a sentence; none if it is no word of this voice."""
         return self._cache.units(self, word, third)
 
-    def forget(self) -> None:
+    def free_memory(self) -> None:
         """Free the memory of all books that share this cache: nobody has spoken for a while."""
         self._cache.clear()
 
@@ -118,8 +118,8 @@ class WaveformBook:
         for word in sorted(self._words):
             for third in range(len(PITCH_STEPS)):
                 if go_on():
-                    self.said(word, third)
-            self.forget()
+                    self.renderings(word, third)
+            self.free_memory()
 
     def render(self, word: str, third: int) -> tuple[Unit, ...]:
         """`units`, computed again."""

@@ -36,7 +36,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
-from hvcpd.recognition.channel.listener import SearchResult, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.robot import Robot
@@ -79,7 +79,7 @@ class Daemon:
         self._wheels: WheelService | None = None
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
-        self._channel = SecondPass[Stretch, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
+        self._channel = SecondPass[ChannelSegment, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
         self._second = SecondPass[Segment, Recognised | None](None)
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None

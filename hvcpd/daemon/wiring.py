@@ -27,7 +27,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.people import enrolled_people
 from hvcpd.people.enrolled import Person
-from hvcpd.recognition.channel.listener import SearchResult, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
@@ -154,7 +154,7 @@ class Wiring:
         heard: Sequence[str] = (),
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
-        channel: Worker[Stretch, SearchResult] | None = None,
+        channel: Worker[ChannelSegment, SearchResult] | None = None,
         second: Worker[Segment, Recognised | None] | None = None,
         people: Mapping[str, Person] | None = None,
     ) -> RobotPlan:

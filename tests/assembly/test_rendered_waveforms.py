@@ -32,7 +32,7 @@ def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
     made = np.zeros(len(rendered), np.float32)
     at, paused = 0, True
     for (word, final), third in zip(said, thirds_of(len(said)), strict=True):
-        [way] = [way for way in book.said(word, third) if way.final == final]
+        [way] = [way for way in book.renderings(word, third) if way.final == final]
         at = max(at - way.lead * paused, 0)
         made[at : at + len(way.samples)] += way.samples
         at, paused = at + way.advance, final
@@ -42,14 +42,16 @@ def test_a_sentence_is_the_sum_of_what_is_said(speaker: Speaker) -> None:
 
 def test_what_counts_as_a_word_is_said_as_the_word_that_it_is(speaker: Speaker) -> None:
     book = WaveformBook("oak", speaker, WORDS, phrases={"rose": [("basket",)]})
-    rose, basket = (WaveformBook("oak", speaker, (word,)).said(word, 1) for word in ("rose", "basket"))
-    assert [way.samples.tolist() for way in book.said("rose", 1)] == [way.samples.tolist() for way in (*rose, *basket)]
-    assert [way.final for way in book.said("rose", 1)] == [way.final for way in (*rose, *basket)]
-    assert book.said("basket", 1) == ()
+    rose, basket = (WaveformBook("oak", speaker, (word,)).renderings(word, 1) for word in ("rose", "basket"))
+    assert [way.samples.tolist() for way in book.renderings("rose", 1)] == [
+        way.samples.tolist() for way in (*rose, *basket)
+    ]
+    assert [way.final for way in book.renderings("rose", 1)] == [way.final for way in (*rose, *basket)]
+    assert book.renderings("basket", 1) == ()
 
 
 def test_other_words_are_not_said(speaker: Speaker) -> None:
-    assert WaveformBook("oak", speaker, WORDS).said("lily", 0) == ()
+    assert WaveformBook("oak", speaker, WORDS).renderings("lily", 0) == ()
 
 
 def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
@@ -58,18 +60,18 @@ def test_memory_is_bounded_and_can_be_given_back(speaker: Speaker) -> None:
     cache = WaveformCache()
     book, other = WaveformBook("oak", silent, words, cache), WaveformBook("elm", silent, words, cache)
     for word in words:
-        assert book.said(word, 0) == ()
+        assert book.renderings(word, 0) == ()
     assert cache.units.cache_info().currsize == KEPT
-    other.said(words[0], 0)
+    other.renderings(words[0], 0)
     assert cache.units.cache_info().currsize == KEPT
-    book.forget()
+    book.free_memory()
     assert cache.units.cache_info().currsize == 0
 
 
 def test_recorded_words_are_said_at_every_pitch() -> None:
     hum = np.asarray(0.3 * np.sin(np.arange(8000) / 9.0) * np.hanning(8000), np.float32)
     book = WaveformBook("oak", RecordedSpeaker({"stop": hum}, LEXICON), ("stop",))
-    ways = [book.said("stop", third) for third in (0, 1, 2)]
+    ways = [book.renderings("stop", third) for third in (0, 1, 2)]
     assert [[way.final for way in each] for each in ways] == [[False, True]] * 3
     assert all(np.array_equal(each[1].samples, ways[0][1].samples) for each in ways)
 
@@ -87,4 +89,4 @@ def test_preparing_keeps_no_waveforms(tmp_path: Path) -> None:
     book = WaveformBook("oak", Speaker(VOICES[1], LEXICON, UnitCache(tmp_path)), ("hi",), waveforms)
     book.prepare(lambda: True)
     assert waveforms.units.cache_info().currsize == 0
-    assert book.said.cache_info().currsize == 3
+    assert book.renderings.cache_info().currsize == 3

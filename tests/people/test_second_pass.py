@@ -22,7 +22,7 @@ from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import probability
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.lattice import Step
@@ -123,10 +123,10 @@ def test_what_may_go_on_is_known_by_the_phrasebook(book: Phrasebook, sound: Soun
 
 def test_a_word_that_fits_by_chance_makes_no_robot_of_a_stranger(book: Phrasebook, sound: Sound) -> None:
     """In one stranger's sentence of six a word counted as a robot's, so nobody looked for the sentence."""
-    listener = ChannelListener(book.robots_graph, make_waveform_books(book, ("Rob", "Bot"), sound))
+    listener = ChannelRecogniser(book.robots_graph, make_waveform_books(book, ("Rob", "Bot"), sound))
     wren = next(voice for voice in VOICES if voice.name == "wren")
     segment = alone(Speaker(wren, sound.lexicon, sound.cache), "turn left")
-    stretch = Stretch(segment.sound, 0, segment.lead)
+    stretch = ChannelSegment(segment.sound, 0, segment.lead)
     assert not listener.search(stretch).robot
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from hvcpd.people.phone_checks import loss_of_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import MOST_LOSS
+from hvcpd.recognition.channel.recogniser import MOST_LOSS
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_named

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.path import Said, thirds_of
+from hvcpd.recognition.channel.path import Rendering, thirds_of
 from tests.recognition.way import Way
 
 GRAPH = WordGraph(
@@ -44,14 +44,14 @@ class Book:
         self.voice = voice
         self.others = others
         self.prepared = False
-        self._ways: dict[tuple[str, int], Sequence[Said]] = {}
+        self._ways: dict[tuple[str, int], Sequence[Rendering]] = {}
 
-    def said(self, word: str, third: int) -> Sequence[Said]:
+    def renderings(self, word: str, third: int) -> Sequence[Rendering]:
         if (word, third) not in self._ways:
             self._ways[word, third] = self._made(word, third)
         return self._ways[word, third]
 
-    def _made(self, word: str, third: int) -> Sequence[Said]:
+    def _made(self, word: str, third: int) -> Sequence[Rendering]:
         ways = []
         for final in (False, True):
             random = np.random.default_rng(zlib.crc32(f"{self.voice} {word} {third} {final}".encode()))
@@ -62,7 +62,7 @@ class Book:
             ways.append(Way(sound, final, LEAD * final, advance))
         return ways
 
-    def forget(self) -> None:
+    def free_memory(self) -> None:
         """Nothing is kept."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -80,7 +80,7 @@ def spoken(text: str, voice: str = "oak", book: Book | None = None) -> Samples:
     out = np.zeros(160_000, np.float32)
     at, paused, last = 0, False, 0
     for (word, final), third in zip(words, thirds_of(len(words)), strict=True):
-        said = book.said(word, third)[final]
+        said = book.renderings(word, third)[final]
         at -= said.lead * paused
         out[at : at + said.length] += said.samples
         last = at + said.length

@@ -7,13 +7,13 @@ from typing import Generic
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.ears import ChannelEars
-from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import AtOnce, Found, Job, SegmentListener, Worker
 from hvcpd.recognition.stream import Chunk, History
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
-LISTENER = ChannelListener(GRAPH, (BOOKS["oak"],))
+LISTENER = ChannelRecogniser(GRAPH, (BOOKS["oak"],))
 AT, BLOCK = 40_000, 1600
 HEARD = through_a_room(spoken("hi rob, water rose"), 1)
 END = AT + len(HEARD)
@@ -84,7 +84,7 @@ class Slow(Generic[Job, Found]):
         return done
 
 
-def ears(script: Script, worker: Worker[Stretch, SearchResult] | None = None) -> ChannelEars:
+def ears(script: Script, worker: Worker[ChannelSegment, SearchResult] | None = None) -> ChannelEars:
     return ChannelEars(script, LISTENER, worker or AtOnce())
 
 

@@ -16,13 +16,13 @@ import numpy as np
 from hvcpd.language.graph import graph_of
 from hvcpd.people.bands import noise_of
 from hvcpd.people.phones import CtcSearch
-from hvcpd.recognition.channel.weighting import WeightedSound
+from hvcpd.recognition.channel.estimation import WhitenedSound
 from hvcpd.recognition.templates import TemplateBank
 
 sound = np.sin(np.arange(32_000, dtype=np.float32) ** 1.5)
 noise_of(sound, 16_000)
 CtcSearch(graph_of(("stop",)), lambda word: [("S", "T", "AA", "P")])
-WeightedSound(sound, sound[:8_000])
+WhitenedSound(sound, sound[:8_000])
 bank = TemplateBank({"voice": {"stop": [sound]}})
 bank.compose(np.arange(20), np.ones(24, np.float32), 1.0)
 print("numpy.ma" in sys.modules)

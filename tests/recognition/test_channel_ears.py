@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.ears import MOST_WAIT, REMEMBERED, ChannelEars
-from hvcpd.recognition.channel.listener import GOES_ON, ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.channel.stretches import CLATTER, CUT, MORE
-from hvcpd.recognition.channel.weighting import _blocks_of
+from hvcpd.recognition.channel.ears import MAX_WAIT, MEMORY_TIME, ChannelEars
+from hvcpd.recognition.channel.estimation import _blocks_of
+from hvcpd.recognition.channel.open_segment import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
+from hvcpd.recognition.channel.recogniser import GOES_ON, ChannelRecogniser, ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_pass import AtOnce, SegmentListener
 from tests.recognition.hisses import GRAPH, Book, scene, spoken, through_a_room
@@ -114,30 +114,30 @@ def test_a_worker_that_is_full_loses_nothing(event: Event, after: int) -> None:
 def test_a_worker_that_is_slow_loses_nothing_and_is_not_waited_for(event: Event) -> None:
     worker = Slow()
     listening = ears(Script([(END + 3000, event)]), worker)
-    assert run(listening, 0, END + MOST_WAIT) == []
+    assert run(listening, 0, END + MAX_WAIT) == []
     assert listening.busy
-    assert run(listening, END + MOST_WAIT, END + MOST_WAIT + SAMPLE_RATE_HZ) == [event]
+    assert run(listening, END + MAX_WAIT, END + MAX_WAIT + SAMPLE_RATE_HZ) == [event]
     assert not listening.busy
     worker.end()
-    assert run(listening, END + MOST_WAIT + SAMPLE_RATE_HZ) == []
+    assert run(listening, END + MAX_WAIT + SAMPLE_RATE_HZ) == []
 
 
 def test_a_sentence_that_seemed_to_go_on_and_did_not_is_garbled_in_time() -> None:
     whole = through_a_room(spoken("all, who is here"), 1)
     end = AT + len(whole) // 2
     sound = scene(160_000, (AT, whole[: len(whole) // 2]))
-    told = run(ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)])), 0, end + MOST_WAIT + 10_000, sound)
+    told = run(ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)])), 0, end + MAX_WAIT + 10_000, sound)
     assert told == [Garbled(AT, end, True)]
 
 
-class Told(AtOnce[Stretch, SearchResult]):
+class Told(AtOnce[ChannelSegment, SearchResult]):
     """A worker that finds the same in every stretch."""
 
     def __init__(self, result: SearchResult) -> None:
         super().__init__()
         self.result = result
 
-    def submit(self, job: Stretch, listener: SegmentListener[Stretch, SearchResult]) -> bool:
+    def submit(self, job: ChannelSegment, listener: SegmentListener[ChannelSegment, SearchResult]) -> bool:
         self._found.append((job, self.result))
         return True
 
@@ -147,7 +147,7 @@ def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: 
     """A person's sentences were reported up to 40 s late, all at once when everybody was silent."""
     whole = through_a_room(spoken("all, who is here"), 1)
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    going_on = LISTENER.search(Stretch(half, 0, AT, cut=True)).in_progress
+    going_on = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
     assert going_on
     listening = ears(Script([(END + 800, GARBLED)]), Told(SearchResult(robot=robot, in_progress=going_on)))
     assert run(listening, 0, END + 10_000) == ([] if robot else [GARBLED])
@@ -168,9 +168,9 @@ def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_to
     whole = through_a_room(spoken("all, who is here"), 1)
     end = AT + len(whole) // 2
     sound, event = scene(160_000, (AT, whole[: len(whole) // 2])), guess(end=end)
-    for varied, soon, late in (("lily", [event], []), ("rose", [], [Garbled(AT, end, True)])):
+    for unmodelled, soon, late in (("lily", [event], []), ("rose", [], [Garbled(AT, end, True)])):
         script = Script([(end + 800, event)], [(AT, end)])
-        listening = ChannelEars(script, LISTENER, AtOnce(), frozenset((varied,)))
+        listening = ChannelEars(script, LISTENER, AtOnce(), frozenset((unmodelled,)))
         assert (run(listening, 0, end + 10_000, sound), listening.flush()) == (soon, late)
 
 
@@ -215,7 +215,7 @@ def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
 
 
 def test_what_is_learned_in_the_middle_of_a_sentence_counts_for_it() -> None:
-    listening = ChannelEars(Script([(END + 2000, GARBLED)]), ChannelListener(GRAPH, ()), AtOnce())
+    listening = ChannelEars(Script([(END + 2000, GARBLED)]), ChannelRecogniser(GRAPH, ()), AtOnce())
     run(listening, 0, AT + 8000)
     others = Script()
     listening.adopt(ears(others))
@@ -239,7 +239,7 @@ def test_what_is_no_sound_does_not_matter() -> None:
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
     script, book = Script(), Book("oak")
-    ChannelEars(script, ChannelListener(GRAPH, (book,)), AtOnce()).prepare(lambda: True)
+    ChannelEars(script, ChannelRecogniser(GRAPH, (book,)), AtOnce()).prepare(lambda: True)
     assert script.prepared
     assert book.prepared
 
@@ -247,22 +247,22 @@ def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
 @pytest.mark.parametrize("at", [88_000, 100_000, 112_000])
 def test_in_clatter_that_never_ends_a_sentence_is_told_whole_and_soon(at: int) -> None:
     sound = scene(200_000, (at, HEARD))
-    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT + GOES_ON, sound)
+    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AFTER + GOES_ON, sound)
     assert [(event.words, event.source) for event in told if isinstance(event, Recognised)] == [(RIGHT, Source.CHANNEL)]
 
 
-@pytest.mark.parametrize("at", range(CLATTER + 8_000, CLATTER + CUT, 8_000))
+@pytest.mark.parametrize("at", range(CLATTER + 8_000, CLATTER + CUT_AFTER, 8_000))
 def test_in_clatter_a_sentence_is_told_a_second_after_its_end_or_at_the_next_cut(at: int) -> None:
     """It was told at the next cut after that second, up to 2.25 s after its end."""
-    sound = scene(CLATTER + 3 * CUT, (at, HEARD))
-    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + MORE + BLOCK, sound)
+    sound = scene(CLATTER + 3 * CUT_AFTER, (at, HEARD))
+    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AGAIN_AFTER + BLOCK, sound)
     assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
 
 
 def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
     at = 100_000
     sound = scene(200_000, (at, HEARD))
-    for late in range(0, CUT, CUT // 4):
+    for late in range(0, CUT_AFTER, CUT_AFTER // 4):
         told = run(ears(Script(speech=((late, len(sound)),))), 0, len(sound), sound)
         assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
 
@@ -275,7 +275,7 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
     listening = ears(Script([(END + 2000, guess())]))
     run(listening)
     assert _blocks_of.cache_info().currsize > 0
-    quiet = np.zeros(REMEMBERED + SAMPLE_RATE_HZ, np.float32)
+    quiet = np.zeros(MEMORY_TIME + SAMPLE_RATE_HZ, np.float32)
     run(listening, 0, len(quiet), quiet)
     assert _blocks_of.cache_info().currsize == 0
 
@@ -287,4 +287,4 @@ def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
     listening._worker.waiting = deque(maxlen=1)  # type: ignore[attr-defined]
     run(listening, 0, len(sound), sound)
     gc.collect()
-    assert sum(isinstance(each, Stretch) for each in gc.get_objects()) < 12
+    assert sum(isinstance(each, ChannelSegment) for each in gc.get_objects()) < 12

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from scipy.linalg import solve, toeplitz
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.weighting import (
-    BACK,
+from hvcpd.recognition.channel.estimation import (
     LEAST_RIDGE,
+    MAX_SHIFT,
     MOST_RIDGE,
-    SHIFT,
+    PRE_TAPS,
     TAPS,
     Taps,
-    WeightedSound,
+    WhitenedSound,
     autocorrelations,
 )
 from hvcpd.recognition.channel.whitening import transform_size
@@ -108,10 +108,10 @@ def noise(n: int, seed: int) -> Samples:
     return 0.1 * np.random.default_rng(seed).standard_normal(n).astype(np.float32)
 
 
-def explained(sound: WeightedSound, at: int, n: int = 64) -> float:
+def explained(sound: WhitenedSound, at: int, n: int = 64) -> float:
     """What the word explains there beyond what as many taps do by chance, without the taps before its place."""
     [fit] = sound.fits([(WORD, at)])
-    there = fit.correlation[SHIFT + BACK : SHIFT + BACK + n]
+    there = fit.correlation[MAX_SHIFT + PRE_TAPS : MAX_SHIFT + PRE_TAPS + n]
     return float(response(autocorrelations([fit])[0], there, n) @ there) - n
 
 
@@ -125,17 +125,17 @@ def with_word(seed: int) -> Samples:
 @given(level=st.floats(1e-3, 5.0), seed=st.integers(0, 1000))
 def test_the_level_of_the_sound_changes_nothing(level: float, seed: int) -> None:
     heard, before = with_word(seed), noise(8000, seed + 1)
-    sound = WeightedSound(heard, before)
-    scaled = WeightedSound(np.float32(level) * heard, np.float32(level) * before)
+    sound = WhitenedSound(heard, before)
+    scaled = WhitenedSound(np.float32(level) * heard, np.float32(level) * before)
     assert scaled.energy(2000, 20_000) == pytest.approx(sound.energy(2000, 20_000), rel=1e-3)
     assert explained(scaled, AT) == pytest.approx(explained(sound, AT), rel=0.01)
-    found, found_scaled = (each.seek(WORD, AT - 500, 1000) for each in (sound, scaled))
+    found, found_scaled = (each.correlation(WORD, AT - 500, 1000) for each in (sound, scaled))
     assert np.allclose(found_scaled, found, atol=0.02 * float(np.abs(found).max()))
 
 
 def test_noise_has_variance_1_whatever_its_colour() -> None:
     coloured = np.convolve(noise(40_000, 2), [1.0, 0.9, 0.5], "same").astype(np.float32)
-    sound = WeightedSound(coloured[:24_000], coloured[24_000:])
+    sound = WhitenedSound(coloured[:24_000], coloured[24_000:])
     assert sound.energy(0, 24_000) == pytest.approx(24_000, rel=0.01)
     assert sound.energy(6000, 12_000) == pytest.approx(6000, rel=0.2)
     assert sound.energy(-500, 10**6) == sound.energy(0, 24_000)
@@ -143,8 +143,8 @@ def test_noise_has_variance_1_whatever_its_colour() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_signal_is_found_where_it_is_and_explains_energy(seed: int) -> None:
-    sound = WeightedSound(with_word(seed), noise(8000, seed + 50))
-    found = sound.seek(WORD, AT - 2000, 4000)
+    sound = WhitenedSound(with_word(seed), noise(8000, seed + 50))
+    found = sound.correlation(WORD, AT - 2000, 4000)
     assert int(np.abs(found).argmax()) == 2000
     assert float(found[2000]) ** 2 > 1000.0
     assert explained(sound, AT) > 1000.0
@@ -152,7 +152,7 @@ def test_a_signal_is_found_where_it_is_and_explains_energy(seed: int) -> None:
 
 
 def test_noise_explains_about_as_much_as_chance() -> None:
-    sound = WeightedSound(noise(160_000, 7), noise(8000, 8))
+    sound = WhitenedSound(noise(160_000, 7), noise(8000, 8))
     by_chance = [explained(sound, 1000 + 4500 * k) for k in range(32)]
     # 64 taps explain 64 variances, with a standard deviation of 11, and less by what the ridge takes.
     assert -40.0 < float(np.mean(by_chance)) < 10.0
@@ -161,7 +161,7 @@ def test_noise_explains_about_as_much_as_chance() -> None:
 
 @pytest.mark.parametrize("at", [-5000, -100, 0, 20_000, 23_999, 40_000])
 def test_a_signal_may_begin_before_the_sound_and_end_after_it(at: int) -> None:
-    [fit] = WeightedSound(with_word(1), noise(8000, 2)).fits([(WORD, at)])
-    assert fit.correlation.shape == (TAPS + 2 * SHIFT,)
+    [fit] = WhitenedSound(with_word(1), noise(8000, 2)).fits([(WORD, at)])
+    assert fit.correlation.shape == (TAPS + 2 * MAX_SHIFT,)
     assert autocorrelations([fit]).shape == (1, TAPS)
     assert np.isfinite(fit.correlation).all()

@@ -18,15 +18,21 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.graph import Arc, WordGraph, lengths_of
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import LEAST_FIT, LEAST_SCORE, ChannelListener, Stretch, least_fit
-from hvcpd.recognition.channel.path import Voicebook, may_have, thirds_of
+from hvcpd.recognition.channel.estimation import WhitenedSound
+from hvcpd.recognition.channel.path import RenderedVoice, may_have, thirds_of
+from hvcpd.recognition.channel.recogniser import (
+    LEAST_SCORE,
+    LEAST_WORD_FIT,
+    ChannelRecogniser,
+    ChannelSegment,
+    worst_fit,
+)
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import WeightedSound
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 NAMES = ("Rob", "Bot")
 AT = 20_000
-Team = tuple[Phrasebook, Sequence[Voicebook]]
+Team = tuple[Phrasebook, Sequence[RenderedVoice]]
 
 
 @pytest.fixture(scope="module")
@@ -54,12 +60,12 @@ def test_a_sentence_is_found_at_0_db_through_a_room_by_another_clock(team: Team,
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) + 12_000, (AT, heard), noise=1.0)
     sentences = ChannelSearch(book.robots_graph, books)
-    weighted = WeightedSound(sound[8000:], sound[:8000])
+    weighted = WhitenedSound(sound[8000:], sound[:8000])
     best = sentences.paths(weighted)[0]
     assert best.words == words
     assert sentences.is_whole(best)
     assert best.score > LEAST_SCORE
-    assert least_fit(weighted, best) > LEAST_FIT
+    assert worst_fit(weighted, best) > LEAST_WORD_FIT
     assert abs(best.starts[0] + best.delay - (AT - 8000)) < 160
 
 
@@ -67,7 +73,7 @@ def test_of_a_sentence_cut_off_in_the_middle_nothing_is_told(team: Team, units: 
     book, books = team
     words, heard = sentence(book, units, 5)
     sound = scene(AT + len(heard) // 2 + 12_000, (AT, heard[: len(heard) // 2]), noise=0.5)
-    look = ChannelListener(book.robots_graph, books).search(Stretch(sound, 0, AT))
+    look = ChannelRecogniser(book.robots_graph, books).search(ChannelSegment(sound, 0, AT))
     assert (look.sentences, look.robot) == ((), True)
     assert len(words) > 4
 
@@ -76,8 +82,8 @@ SEARCH = ChannelSearch(GRAPH, tuple(BOOKS.values()))
 SENTENCES = ["hi rob, water rose", "hi bot, stop", "all, who is here", "who is here", "hi rob", "stop"]
 
 
-def weighted(sound: Samples) -> WeightedSound:
-    return WeightedSound(sound[8000:], sound[:8000])
+def weighted(sound: Samples) -> WhitenedSound:
+    return WhitenedSound(sound[8000:], sound[:8000])
 
 
 @pytest.mark.parametrize(("text", "voice"), list(zip(SENTENCES, 3 * list(BOOKS), strict=True)))
@@ -89,7 +95,7 @@ def test_each_sentence_is_found_at_its_place_in_its_voice(text: str, voice: str)
     assert (" ".join(best.words), best.book.voice) == (text.replace(",", ""), voice)
     assert SEARCH.is_whole(best)
     assert abs(best.starts[0] + best.delay - (AT - 8000)) <= 32
-    assert least_fit(sound, best) > 0.8
+    assert worst_fit(sound, best) > 0.8
     assert [path.score for path in found] == sorted((path.score for path in found), reverse=True)
     # What is heard of it by the response is nearly all that there is beside the noise.
     there = np.zeros(sound.n, np.float32)
@@ -145,9 +151,9 @@ def test_a_word_that_was_not_said_does_not_fit() -> None:
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=0.5))
     search = ChannelSearch(lily, tuple(BOOKS.values()))
     wrong = [path for path in search.paths(sound) if path.words == ("hi", "rob", "water", "lily")]
-    assert all(least_fit(sound, path) < LEAST_FIT for path in wrong)
+    assert all(worst_fit(sound, path) < LEAST_WORD_FIT for path in wrong)
     right = [path for path in search.paths(sound) if path.words == ("hi", "rob", "water")]
-    assert max(least_fit(sound, path) for path in right) > 0.8
+    assert max(worst_fit(sound, path) for path in right) > 0.8
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -170,7 +176,7 @@ def test_a_sentence_is_found_where_an_earlier_search_found_its_beginning() -> No
     begun = SEARCH.paths(weighted(sound[: AT + len(heard) // 2]))[0]
     cut = begun.starts[0] + 1000  # the beginning lies before the sound that is searched
     assert all(path.starts[0] >= 0 for path in SEARCH.paths(weighted(sound[cut:])))
-    best = SEARCH.paths(weighted(sound[cut:]), earlier=[begun.moved(-cut)])[0]
+    best = SEARCH.paths(weighted(sound[cut:]), earlier=[begun.shifted(-cut)])[0]
     assert (best.words, best.starts[0]) == (("all", "who", "is", "here"), -1000)
 
 

@@ -8,14 +8,20 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.listener import LEAST_FIT, ChannelListener, Stretch, is_preceded, least_fit
+from hvcpd.recognition.channel.estimation import WhitenedSound, channel_responses
 from hvcpd.recognition.channel.path import Path
+from hvcpd.recognition.channel.recogniser import (
+    LEAST_WORD_FIT,
+    ChannelRecogniser,
+    ChannelSegment,
+    is_preceded,
+    worst_fit,
+)
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import WeightedSound, responses
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 from tests.recognition.way import response
 
-LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
+LISTENER = ChannelRecogniser(GRAPH, tuple(BOOKS.values()))
 SEARCH = ChannelSearch(GRAPH, tuple(BOOKS.values()))
 AT = 24_000
 
@@ -24,9 +30,9 @@ def heard(text: str, voice: str = "oak") -> Samples:
     return through_a_room(spoken(text, voice), 1)
 
 
-def found(sound: Samples, words: str) -> tuple[WeightedSound, Path]:
+def found(sound: Samples, words: str) -> tuple[WhitenedSound, Path]:
     """The path of these words that explains most."""
-    weighted = WeightedSound(sound[8000:], sound[:8000])
+    weighted = WhitenedSound(sound[8000:], sound[:8000])
     paths = SEARCH.paths(weighted)
     return weighted, next(path for path in paths if path.words == tuple(words.split()) and SEARCH.is_whole(path))
 
@@ -39,17 +45,17 @@ def test_of_the_last_word_its_end_must_have_been_heard(share: float) -> None:
     cut[round(n - (1.0 - share) * len(spoken("here"))) :] *= float(share == 1.0)
     sound = scene(AT + len(whole) + 9000, (AT, cut), noise=0.3)
     weighted, path = found(sound, "who is here")
-    assert (least_fit(weighted, path) >= LEAST_FIT) == (share == 1.0)
+    assert (worst_fit(weighted, path) >= LEAST_WORD_FIT) == (share == 1.0)
 
 
 def test_the_end_of_a_longer_sentence_is_not_told() -> None:
     whole = heard("all, who is here")
     begins = len(heard("all,")) // 2  # half of the first word is lost
     sound = scene(AT + len(whole) + 9000, (AT, np.where(np.arange(len(whole)) < begins, 0.0, whole)), noise=0.3)
-    look = LISTENER.search(Stretch(sound, 0, AT))
+    look = LISTENER.search(ChannelSegment(sound, 0, AT))
     assert all(sentence.words[0] == "all" for sentence in look.sentences)
     alone = scene(AT + len(whole) + 9000, (AT, heard("who is here")), noise=0.3)
-    assert [each.words for each in LISTENER.search(Stretch(alone, 0, AT)).sentences] == [("who", "is", "here")]
+    assert [each.words for each in LISTENER.search(ChannelSegment(alone, 0, AT)).sentences] == [("who", "is", "here")]
 
 
 def test_what_goes_before_counts_only_in_the_same_voice() -> None:
@@ -59,7 +65,7 @@ def test_what_goes_before_counts_only_in_the_same_voice() -> None:
     for voice in BOOKS:
         said = np.concatenate([spoken("all,", voice), whole[n:]])
         sound = scene(AT + len(said) + 9000, (AT, through_a_room(said, 1)), noise=0.3)
-        weighted = WeightedSound(sound[8000:], sound[:8000])
+        weighted = WhitenedSound(sound[8000:], sound[:8000])
         paths = search.paths(weighted)
         path = next(path for path in paths if path.words == ("who", "is", "here") and path.book.voice == "oak")
         assert is_preceded(weighted, path, GRAPH.words) == (voice == "oak")
@@ -68,7 +74,7 @@ def test_what_goes_before_counts_only_in_the_same_voice() -> None:
 def test_a_sentence_is_surer_than_what_is_left_where_it_is_not_known() -> None:
     whole = heard("hi rob, water rose")
     sound = scene(AT + len(whole) + 9000, (AT, whole), noise=0.3)
-    weighted = WeightedSound(sound[8000:], sound[:8000])
+    weighted = WhitenedSound(sound[8000:], sound[:8000])
     paths = SEARCH.paths(weighted)
     words = ("hi", "rob", "water", "rose")
     right = LISTENER.evidence(weighted, paths)
@@ -85,7 +91,7 @@ def test_responses_solved_together_are_those_solved_alone() -> None:
     spectra = np.abs(np.fft.rfft(signals, 8192)) ** 2
     own = np.fft.irfft(spectra)[:, :128].astype(np.float32)
     across = (own[:, ::-1] + 0.1 * rng.standard_normal((5, 128))).astype(np.float32)
-    together = responses(own, across, 64)
+    together = channel_responses(own, across, 64)
     for row, single, other in zip(together, own, across, strict=True):
         near = 1e-3 * max(float(np.abs(row).max()), 1e-9)
         np.testing.assert_allclose(row, response(single, other, 64), rtol=0.02, atol=near)

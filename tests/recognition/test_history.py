@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition import second_ears
-from hvcpd.recognition.channel.ears import LEAD, MOST_WAIT
-from hvcpd.recognition.channel.stretches import LONGEST
+from hvcpd.recognition.channel.ears import LEAD, MAX_WAIT
+from hvcpd.recognition.channel.open_segment import MAX_LENGTH
 from hvcpd.recognition.stream import KEPT_SAMPLES, STEPS, History, kept
 
 KEEP = 100
@@ -97,7 +97,7 @@ def test_nothing_was_heard_yet() -> None:
 
 def test_it_is_long_enough_for_all_who_look_back() -> None:
     people_s = second_ears.LEAD_S + second_ears.LONGEST_S + 2 * second_ears.MOST_WAIT_S
-    robots = LEAD + 2 * LONGEST + 2 * MOST_WAIT
+    robots = LEAD + 2 * MAX_LENGTH + 2 * MAX_WAIT
     assert max(robots, people_s * SAMPLE_RATE_HZ) <= KEPT_SAMPLES
 
 

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import ChannelListener, Stretch
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment
 from hvcpd.recognition.channel.whitening import (
     CELL_STEP,
     CELLS,
     cell_weights,
     inverse_spectrum,
-    through_cells,
+    with_cell_weights,
 )
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
@@ -35,7 +35,7 @@ def weights(heard: Samples, alone: Samples) -> np.ndarray:
 def test_with_weights_of_one_a_sound_is_as_it_was(n: int, seed: int) -> None:
     sound = noise(n, seed)
     ones = np.ones_like(weights(sound, noise(2000)))
-    assert through_cells(sound, ones) == pytest.approx(sound, abs=1e-4)
+    assert with_cell_weights(sound, ones) == pytest.approx(sound, abs=1e-4)
 
 
 def test_a_loud_tone_takes_its_own_cells_away_and_leaves_the_others() -> None:
@@ -63,5 +63,5 @@ def test_a_sentence_is_found_among_plates_that_are_put_down(seed: int) -> None:
         hz = rng.choice([1700.0, 3100.0, 5200.0])
         ring = loud * np.exp(-time / 800.0) * np.sin(2 * np.pi * hz / SAMPLE_RATE_HZ * time)
         sound[begin : begin + 2400] += ring[: len(sound) - begin].astype(np.float32)
-    found = ChannelListener(GRAPH, (BOOKS["oak"],)).search(Stretch(sound, 0, AT))
+    found = ChannelRecogniser(GRAPH, (BOOKS["oak"],)).search(ChannelSegment(sound, 0, AT))
     assert [" ".join(each.words) for each in found.sentences] == ["hi rob water rose"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.weighting import Taps, responses
+from hvcpd.recognition.channel.estimation import Taps, channel_responses
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +23,6 @@ class Way:
 
 
 def response(autocorrelation: Taps, correlation: Taps, n: int) -> Taps:
-    """`responses` of one signal, shape (n,)."""
-    taps: Taps = responses(autocorrelation[None], correlation[None], n)[0]
+    """`channel_responses` of one signal, shape (n,)."""
+    taps: Taps = channel_responses(autocorrelation[None], correlation[None], n)[0]
     return taps

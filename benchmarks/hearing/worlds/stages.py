@@ -15,9 +15,9 @@ STAGES = {
     "front end": ("stream:energies_of",),
     "noise": ("noise:NoiseTracker.push", "noise:NoiseTracker.follow_step"),
     "templates": ("decoder_session:DecoderSession.feed", "decoder_session:DecoderSession.wake"),
-    "beginnings": ("channel.listener:ChannelListener.beginning",),
+    "beginnings": ("channel.recogniser:ChannelRecogniser.onset",),
     "keyword": ("keyword.stage:KeywordEars._detect",),
-    "channel search": ("channel.listener:ChannelListener.search",),
+    "channel search": ("channel.recogniser:ChannelRecogniser.search",),
 }
 """None of them calls another one."""
 PEOPLE = "hvcpd.people.second_pass:SecondPassRecogniser.search"

@@ -11,62 +11,62 @@ from collections.abc import Callable, Sequence
 from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.beginnings import SIZE, STEP
-from hvcpd.recognition.channel.listener import ChannelListener, SearchResult, Stretch
-from hvcpd.recognition.channel.stretches import (
+from hvcpd.recognition.channel.onsets import SIZE, STEP
+from hvcpd.recognition.channel.open_segment import (
     CLATTER,
-    CUT,
-    EARLIER,
-    LONGEST,
-    MORE,
+    CUT_AFTER,
+    CUT_AGAIN_AFTER,
+    FAINT_ONSET_LAG,
+    MAX_LENGTH,
+    MIN_LENGTH,
+    ONSET_LAG,
     QUIET,
-    RISEN_AFTER,
-    SHORTEST,
-    OpenStretch,
+    OpenSegment,
 )
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
 from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import LaterEars, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a stretch, for its noise."""
-AGAIN = SAMPLE_RATE_HZ
+CONTINUES_WITHIN = SAMPLE_RATE_HZ
 """Samples within which speech after a sentence that seemed to go on belongs to that sentence."""
-MOST_WAIT = 3 * SAMPLE_RATE_HZ
+MAX_WAIT = 3 * SAMPLE_RATE_HZ
 """Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
 was found."""
-TORN = SAMPLE_RATE_HZ // 5
+INCOMPLETE_WITHIN = SAMPLE_RATE_HZ // 5
 """Samples (0.2 s) after lost sound, or the robot's own voice, within which a sentence that seems to begin there may be
 the end of a longer one, and is not believed. Robots wait for 0.5 s before they answer."""
-REMEMBERED = 20 * SAMPLE_RATE_HZ
+MEMORY_TIME = 20 * SAMPLE_RATE_HZ
 """Samples (20 s) after the submission of a stretch until the search's data are dropped, up to 40 MB of spectra and
 waveforms: between two sentences of a talk they are kept."""
 
 
-class ChannelEars(LaterEars[Stretch, SearchResult]):
+class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
     """Ears with a second pass for robots through any channel."""
 
-    _listener: ChannelListener
+    _listener: ChannelRecogniser
 
     def __init__(
         self,
         ears: Ears,
-        listener: ChannelListener,
-        worker: Worker[Stretch, SearchResult],
-        varied: frozenset[str] = frozenset(),
+        listener: ChannelRecogniser,
+        worker: Worker[ChannelSegment, SearchResult],
+        unmodelled: frozenset[str] = frozenset(),
     ) -> None:
-        """`varied`: words that are also said, or followed by others, in other ways than the listener knows."""
+        """`unmodelled`: words that are also said, or followed by others, in other ways than the listener knows."""
         super().__init__(ears, listener, worker)
-        self._varied = varied
+        self._unmodelled = unmodelled
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
-        self._sought = 0
+        self._searched_until = 0
         """Greetings were sought up to this sample."""
         self._since: int | None = None
         """There have been signs of speech since this sample, with no QUIET among them."""
         self._sign = 0
         """The sample after the last sign of speech."""
-        self._open: OpenStretch | None = None
-        self._closed: list[OpenStretch] = []
+        self._open: OpenSegment | None = None
+        self._closed: list[OpenSegment] = []
         """Stretches being searched, or searched a moment ago."""
         self._reported: list[Recognised] = []
         self._searched_at: int | None = None
@@ -86,49 +86,49 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
     def adopt(self, others: Self) -> None:
         """As `LaterEars.adopt`."""
         super().adopt(others)
-        self._varied = others._varied
+        self._unmodelled = others._unmodelled
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """The results of the first ears' events, and of finished second passes."""
         out: list[Event] = []
         for event in events:
-            out += self._taken(event)
+            out += self._take_event(event)
         for job, result in self._worker.findings():
             for each in self._closed:
                 if each.job is job:
                     each.result = result
                     if self._open is not None and self._open.after is each:
                         self._open.due = min(self._open.due, result.sure_at)
-                    out += self._believed(each, result)
+                    out += self._take_result(each, result)
                     if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
                         self._open_after(each)
         for each in self._closed:
             over = self._is_over(each)
             if over or each.result is not None:
-                out += self._let_go(each, over or not each.in_progress)
+                out += self._release(each, over or not each.in_progress)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
-    def _believed(self, stretch: OpenStretch, result: SearchResult) -> list[Recognised]:
+    def _take_result(self, stretch: OpenSegment, result: SearchResult) -> list[Recognised]:
         """The sentences of a search that are whole and not reported yet."""
         whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
         return [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
 
-    def _let_go(self, stretch: OpenStretch, everything: bool = True) -> list[Event]:
+    def _release(self, stretch: OpenSegment, everything: bool = True) -> list[Event]:
         """The events to report for what a stretch held: `everything`, or what the search agrees with, since what goes
         on may be another sentence, or nothing. Of garbled speech in which no robot was heard there is no more to learn:
         by chance some path seems to go on in anybody's talk."""
         result = stretch.result or SearchResult()
         freed = [event for event in stretch.held if everything or self._agrees(event, result)]
         stretch.held = [event for event in stretch.held if event not in freed]
-        return [each for event in freed for each in self._released(event, result)]
+        return [each for event in freed for each in self._to_report(event, result)]
 
     def flush(self) -> list[Event]:
         """As `Recogniser.flush`: what the first ears and the open stretches still held."""
         reported = self.take(self._ears.flush())
         self._close()
         reported += self.take([])
-        return reported + [event for stretch in self._closed for event in self._let_go(stretch)]
+        return reported + [event for stretch in self._closed for event in self._release(stretch)]
 
     def _break_off(self, n_samples: int) -> None:
         self._close()
@@ -149,9 +149,9 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             self._note_sign()
         elif self._now - self._sign >= QUIET:
             self._since = None
-        self._note_beginning()
+        self._note_onset()
         if self._open is None:
-            self._rest()
+            self._free_memory()
         else:
             self._close_if_due(self._open)
 
@@ -159,38 +159,38 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         """Note a sign of speech in the newest block."""
         at = self._began
         if self._open is None:
-            due = at + (CUT if self._clatters else LONGEST)
-            self._open = OpenStretch(max(at - EARLIER, self._whole_from), self._now, due, self._clatters)
+            due = at + (CUT_AFTER if self._clatters else MAX_LENGTH)
+            self._open = OpenSegment(max(at - ONSET_LAG, self._whole_from), self._now, due, self._clatters)
         self._open.note_sign(at, self._now, self._clatters)
 
-    def _note_beginning(self) -> None:
+    def _note_onset(self) -> None:
         """Seek a beginning in the newest sound."""
         first = self._now - SIZE
-        if first < self._sought or first < self._whole_from:
+        if first < self._searched_until or first < self._whole_from:
             return
-        self._sought = first + STEP
+        self._searched_until = first + STEP
         sound, lead = self.first.history.around(first - LEAD, first, self._now)
         if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
-        found = self._listener.beginning(sound[lead : lead + SIZE], sound[:lead])
+        found = self._listener.onset(sound[lead : lead + SIZE], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
         looked_at = [each for each in self._closed if each.job is not None and (each.result is None or each.shows_end)]
         if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in looked_at):
             return
-        begin = max(at - (EARLIER if found.greeting else RISEN_AFTER), self._whole_from)
+        begin = max(at - (ONSET_LAG if found.greeting else FAINT_ONSET_LAG), self._whole_from)
         if self._open is None:
-            self._open = OpenStretch(begin, self._now, at + LONGEST)
-        self._open.note_beginning(found, at, begin, self._since)
+            self._open = OpenSegment(begin, self._now, at + MAX_LENGTH)
+        self._open.note_onset(found, at, begin, self._since)
 
-    def _close_if_due(self, stretch: OpenStretch) -> None:
+    def _close_if_due(self, stretch: OpenSegment) -> None:
         before = stretch.after
         if before is not None and not before.in_progress:
             if before.result is None and not self._is_over(before):
                 return
-            stretch.after, stretch.due = None, stretch.begin + CUT
-            if not stretch.signed and not stretch.greeted:
+            stretch.after, stretch.due = None, stretch.begin + CUT_AFTER
+            if not stretch.sign_samples and not stretch.greeted:
                 self._open = None
                 return
         if stretch.is_over(self._now):
@@ -198,11 +198,11 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         elif self._now >= stretch.due:
             self._close(cut=True)
 
-    def _rest(self) -> None:
+    def _free_memory(self) -> None:
         """Free memory once nobody has spoken for a while."""
-        if self._searched_at is not None and self._now - self._searched_at >= REMEMBERED:
+        if self._searched_at is not None and self._now - self._searched_at >= MEMORY_TIME:
             self._searched_at = None
-            self._listener.forget()
+            self._listener.free_memory()
 
     def _close(self, cut: bool = False) -> None:
         """Close the open stretch, or `cut` it: submit it, unless all of it has been reported."""
@@ -214,37 +214,37 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
             stretch.end = self._now
             self._open_after(stretch)
         before = next((each for each in self._closed if each.in_progress), None)
-        if before is not None and before.begin >= self._whole_from and stretch.begin - before.end < AGAIN:
-            stretch.begin = max(before.begun - EARLIER, self._whole_from, stretch.end - 2 * LONGEST)
+        if before is not None and before.begin >= self._whole_from and stretch.begin - before.end < CONTINUES_WITHIN:
+            stretch.begin = max(before.first_start - ONSET_LAG, self._whole_from, stretch.end - 2 * MAX_LENGTH)
             stretch.earlier = before.in_progress
             stretch.held = before.held + stretch.held
             self._closed.remove(before)
         stretch.closed_at = self._now
-        stretch.whole_from = self._whole_from + TORN if self._whole_from else 0
+        stretch.whole_from = self._whole_from + INCOMPLETE_WITHIN if self._whole_from else 0
         self._closed.append(stretch)
-        if self._is_dealt_with(stretch):
+        if self._is_accounted_for(stretch):
             stretch.result = SearchResult()
             return
         sound, lead = self.first.history.around(stretch.begin - LEAD, stretch.begin, self._now)
         origin = stretch.begin - lead
-        stretch.job = Stretch(sound, origin, lead, cut, stretch.earlier)
+        stretch.job = ChannelSegment(sound, origin, lead, cut, stretch.earlier)
         self._searched_at = self._now
         if not self._worker.submit(stretch.job, self._listener):
             stretch.result = SearchResult()
 
-    def _open_after(self, stretch: OpenStretch) -> None:
+    def _open_after(self, stretch: OpenSegment) -> None:
         """Open a stretch for what goes on after another one, whose end no sign shows."""
-        self._open = OpenStretch(self._now, self._now, self._now + MORE, hidden=True, after=stretch)
+        self._open = OpenSegment(self._now, self._now, self._now + CUT_AGAIN_AFTER, hidden=True, after=stretch)
 
-    def _is_dealt_with(self, stretch: OpenStretch) -> bool:
+    def _is_accounted_for(self, stretch: OpenSegment) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
         if stretch.held:
             return False
-        length = stretch.end - stretch.begin - EARLIER
+        length = stretch.end - stretch.begin - ONSET_LAG
         reported = sum(_overlap(stretch.begin, stretch.end, each) for each in self._reported)
-        return length < SHORTEST or reported > 0.6 * length
+        return length < MIN_LENGTH or reported > 0.6 * length
 
-    def _taken(self, event: Event) -> list[Event]:
+    def _take_event(self, event: Event) -> list[Event]:
         """The events to report at once for an event of the first ears."""
         if not isinstance(event, Recognised | Garbled):
             return [event]
@@ -258,16 +258,16 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         where = [each for each in (*self._closed, self._open) if each is not None]
         there = next((e for e in where if e.begin < event.end_sample and event.start_sample < e.end), None)
         if there is None:
-            due = event.start_sample + LONGEST
-            there = self._open = self._open or OpenStretch(event.start_sample, event.end_sample, due)
+            due = event.start_sample + MAX_LENGTH
+            there = self._open = self._open or OpenSegment(event.start_sample, event.end_sample, due)
         if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
-            return self._released(event, there.result)
+            return self._to_report(event, there.result)
         there.held.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on
             self._close(cut=there.hidden)
         return []
 
-    def _released(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
+    def _to_report(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
         """The held events to report, if no sentence was found in their place.
 
         A sentence that templates found stands if it is the likeliest one there, or if no robot is known to have said
@@ -284,10 +284,10 @@ class ChannelEars(LaterEars[Stretch, SearchResult]):
         where no robot spoke."""
         if isinstance(event, Garbled):
             return not result.robot
-        return event.words == result.likeliest or not self._varied.isdisjoint(event.words)
+        return event.words == result.likeliest or not self._unmodelled.isdisjoint(event.words)
 
-    def _is_over(self, stretch: OpenStretch) -> bool:
-        return self._now - stretch.closed_at > MOST_WAIT
+    def _is_over(self, stretch: OpenSegment) -> bool:
+        return self._now - stretch.closed_at > MAX_WAIT
 
     def _is_reported(self, sentence: Recognised) -> bool:
         """Whether it was reported, or is a part of what was."""

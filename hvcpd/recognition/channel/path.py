@@ -17,17 +17,17 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.weighting import (
-    BACK,
-    SHIFT,
+from hvcpd.recognition.channel.estimation import (
+    MAX_SHIFT,
+    PRE_TAPS,
     TAPS,
-    Fit,
     Signal,
+    SignalFit,
     Taps,
-    WeightedSound,
+    WhitenedSound,
     autocorrelations,
+    channel_responses,
     energy_weights,
-    responses,
 )
 from hvcpd.recognition.channel.whitening import Spectrum, transform_size
 from hvcpd.recognition.frontend import TINY, rfft
@@ -44,7 +44,7 @@ NEAR = 400
 """Maximum distance in samples between the ends of two paths that are compared."""
 
 
-class Said(Signal, Protocol):
+class Rendering(Signal, Protocol):
     """One way to say a word."""
 
     @property
@@ -60,7 +60,7 @@ class Said(Signal, Protocol):
         """Distance from its first sample to the next word's place, samples."""
 
 
-class Voicebook(Protocol):
+class RenderedVoice(Protocol):
     """The words of one voice, at one rate."""
 
     @property
@@ -71,10 +71,10 @@ class Voicebook(Protocol):
     def others(self) -> frozenset[str]:
         """The names of robots that have other voices, as words."""
 
-    def said(self, word: str, third: int) -> Sequence[Said]:
+    def renderings(self, word: str, third: int) -> Sequence[Rendering]:
         """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""
 
-    def forget(self) -> None:
+    def free_memory(self) -> None:
         """Free memory: nobody has spoken for a while."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -98,21 +98,21 @@ def may_have(thirds: tuple[int, ...], lengths: int) -> bool:
 class Path:
     """A sentence up to a word, with its normal equations over noise of variance 1."""
 
-    book: Voicebook
+    book: RenderedVoice
     node: int
     words: tuple[str, ...]
-    said: tuple[Said, ...]
+    renderings: tuple[Rendering, ...]
     starts: tuple[int, ...]
     thirds: tuple[int, ...]
     autocorrelation: Taps
     correlation: Taps
-    """Correlation of the sound with the signal, at lags from -BACK on."""
+    """Correlation of the sound with the signal, at lags from -PRE_TAPS on."""
     taps: Taps
     explained: tuple[float, ...]
     """Energy that it explains beyond what its taps do by chance, before its first word and after each one."""
 
     @staticmethod
-    def before(book: Voicebook, node: int) -> Path:
+    def empty(book: RenderedVoice, node: int) -> Path:
         """A path without words."""
         nothing = np.zeros(TAPS, np.float32)
         return Path(book, node, (), (), (), (), nothing, nothing, nothing[:0], (0.0,))
@@ -125,37 +125,37 @@ class Path:
     @property
     def end(self) -> int:
         """The sample after its last word's signal."""
-        return self.starts[-1] + self.said[-1].length
+        return self.starts[-1] + self.renderings[-1].length
 
     @property
     def ends(self) -> bool:
         """Whether it may be complete: a pause follows, and its words are in the right thirds of a sentence of this
         length."""
-        return self.said[-1].final and self.thirds == thirds_of(len(self.words))
+        return self.renderings[-1].final and self.thirds == thirds_of(len(self.words))
 
-    def energy(self, sound: WeightedSound) -> float:
+    def energy(self, sound: WhitenedSound) -> float:
         """The energy received from its first word to its last."""
         return sound.energy(self.starts[0], self.end)
 
     def explained_until(self, sample: int) -> float:
         """The energy explained by its words that end before that sample."""
-        ends = (start + said.length for start, said in zip(self.starts, self.said, strict=True))
+        ends = (start + said.length for start, said in zip(self.starts, self.renderings, strict=True))
         return max((e for end, e in zip(ends, self.explained[1:], strict=True) if end <= sample), default=0.0)
 
     def sound(self, n: int) -> Samples:
         """The sentence as received, shape (n,)."""
         said = np.zeros(n + TAPS, np.float32)
-        for start, each in zip(self.starts, self.said, strict=True):
+        for start, each in zip(self.starts, self.renderings, strict=True):
             first, last = max(start, 0), min(start + each.length, n + TAPS)
             said[first:last] += each.samples[first - start : last - start]
         size = transform_size(n + TAPS)
         heard = np.fft.irfft(rfft(said, size) * rfft(self.response, size), size)
-        return np.asarray(heard[BACK : BACK + n], np.float32)
+        return np.asarray(heard[PRE_TAPS : PRE_TAPS + n], np.float32)
 
     @cached_property
     def response(self) -> Taps:
-        """Its best-fitting response of TAPS taps, at lags from -BACK on."""
-        taps: Taps = responses(self.autocorrelation[None], self.correlation[None], TAPS)[0]
+        """Its best-fitting response of TAPS taps, at lags from -PRE_TAPS on."""
+        taps: Taps = channel_responses(self.autocorrelation[None], self.correlation[None], TAPS)[0]
         return taps
 
     @cached_property
@@ -163,46 +163,46 @@ class Path:
         """The `energy_weights` of its response."""
         return energy_weights(self.taps)
 
-    def around(self, fit: Fit) -> Taps:
-        """The correlation with a signal at the lags of this path's response, and SHIFT more on either side."""
+    def around(self, fit: SignalFit) -> Taps:
+        """The correlation with a signal at the lags of this path's response, and MAX_SHIFT more on either side."""
         begin = first_lag(len(self.taps))
-        return fit.correlation[begin : begin + len(self.taps) + 2 * SHIFT]
+        return fit.correlation[begin : begin + len(self.taps) + 2 * MAX_SHIFT]
 
-    def moved(self, samples: int) -> Path:
+    def shifted(self, samples: int) -> Path:
         """The same path in a sound that begins this much earlier."""
         return replace(self, starts=tuple(start + samples for start in self.starts))
 
     @property
     def delay(self) -> int:
         """Delay in samples from the place of its signal to the strongest part of what was received."""
-        return int(np.abs(self.response).argmax()) - BACK
+        return int(np.abs(self.response).argmax()) - PRE_TAPS
 
 
 @dataclass(frozen=True, eq=False)
-class Next:
-    """A possible next word of a path, `SHIFT` around its place, and the expected `score` of the path with it."""
+class Extension:
+    """A possible next word of a path, `MAX_SHIFT` around its place, and the expected `score` of the path with it."""
 
     path: Path
     word: str
     node: int
     third: int
-    said: Said
+    said: Rendering
     at: int
     shift: int
     score: float
 
-    def energy(self, sound: WeightedSound) -> float:
+    def energy(self, sound: WhitenedSound) -> float:
         """The energy received from the path's first word to this one."""
         return sound.energy(self.path.starts[0], self.at + self.said.length)
 
 
 def first_lag(n: int) -> int:
-    """Where a response of `n` taps begins within a correlation at lags from -BACK on: a long one reaches back."""
-    return BACK * (TAPS - n) // (TAPS - FIRST_TAPS)
+    """Where a response of `n` taps begins within a correlation at lags from -PRE_TAPS on: a long one reaches back."""
+    return PRE_TAPS * (TAPS - n) // (TAPS - FIRST_TAPS)
 
 
-def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Path]:
-    """Paths extended by one word each, with responses of `n_taps`."""
+def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> list[Path]:
+    """Paths extended by one word each, with channel_responses of `n_taps`."""
     if not words:
         return []
     fits = sound.fits((word.said, word.at) for word in words)
@@ -214,15 +214,15 @@ def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Pat
         ]
     )
     there = across[:, first_lag(n_taps) : first_lag(n_taps) + n_taps]
-    taps = responses(own, there, n_taps)
+    taps = channel_responses(own, there, n_taps)
     explained = np.einsum("ij,ij->i", taps, there) - n_taps
     return [
         Path(
             word.path.book,
             word.node,
             (*word.path.words, word.word),
-            (*word.path.said, word.said),
-            (*word.path.starts, word.at + word.shift - SHIFT),
+            (*word.path.renderings, word.said),
+            (*word.path.starts, word.at + word.shift - MAX_SHIFT),
             (*word.path.thirds, word.third),
             own[k],
             across[k],
@@ -233,10 +233,10 @@ def joined(sound: WeightedSound, words: Sequence[Next], n_taps: int) -> list[Pat
     ]
 
 
-Tried = TypeVar("Tried", Path, Next)
+Tried = TypeVar("Tried", Path, Extension)
 
 
-def best_first(sound: WeightedSound, paths: Sequence[Tried]) -> list[Tried]:
+def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
     """Paths by their deficit in explained energy against the best path over the same sound: they end at different
     places."""
     heard = [path.energy(sound) for path in paths]
@@ -246,12 +246,12 @@ def best_first(sound: WeightedSound, paths: Sequence[Tried]) -> list[Tried]:
     return [paths[k] for k in order]
 
 
-def leaders(paths: Sequence[Path], n: int) -> list[Path]:
+def most_explaining(paths: Sequence[Path], n: int) -> list[Path]:
     """The `n` paths that explain most."""
     return sorted(paths, key=lambda path: -path.score)[:n]
 
 
-def kept(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
+def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
     """The paths that are not far behind any of those `ahead`."""
     return [path for path in paths if not any(_is_behind(path, leader) for leader in ahead)]
 

@@ -14,113 +14,118 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.channel.estimation import MAX_SHIFT, TAPS, Taps, WhitenedSound
 from hvcpd.recognition.channel.path import (
     FIRST_TAPS,
     I_AM,
-    Next,
+    Extension,
     Path,
-    Said,
-    Voicebook,
-    best_first,
-    joined,
-    kept,
-    leaders,
+    RenderedVoice,
+    Rendering,
+    by_deficit,
+    extended,
     may_have,
+    most_explaining,
+    pruned,
 )
-from hvcpd.recognition.channel.weighting import SHIFT, TAPS, Taps, WeightedSound
 from hvcpd.recognition.frontend import TINY
 
-ENOUGH = 6.0
+ENERGY_PER_TAP = 6.0
 """Explained energy for each tap."""
 BLOCK = 16
 """Resolution in lags of the search for beginnings."""
-FAINT = 35.0
+LEAST_START = 35.0
 """Explained energy of the best first word below which the search ends: steady noise reaches 20, and the least of any
 reported sentence was 78."""
-FAINT_BESIDE = 450.0
+LEAST_START_BESIDE = 450.0
 """The same after a sentence was removed: its late echoes reached 306 (4 searches), and the least of seven sentences
 reported beside another was 1,984."""
-PLACES = 3
+MAX_STARTS_OF_WORD = 3
 """Maximum number of beginnings of each word in each voice."""
-MOST_BEGINNINGS = 20
+MAX_STARTS = 20
 """Maximum number of places where sentences are sought to begin."""
-APART = SAMPLE_RATE_HZ // 10
+MIN_DISTANCE = SAMPLE_RATE_HZ // 10
 """Least distance in samples between these places."""
-WIDTH = 8
+BEAM_WIDTH = 8
 """Maximum number of active paths that begin at one place, over all voices."""
-TRIED = 48
+MAX_EXTENSIONS = 48
 """Maximum number of next words whose response is estimated again."""
 EARLIER = round(0.6 * SAMPLE_RATE_HZ)
 """What begins this much (0.6 s) before a reported sentence in the same voice is an echo of it, too."""
-MOST_LAGS = 12_000
+MAX_LAGS = 12_000
 """Number of beginnings that one transform covers."""
 
 
 class ChannelSearch:
     """Searches for the sentences of a graph in the voices that may speak."""
 
-    def __init__(self, graph: WordGraph, books: Sequence[Voicebook]) -> None:
+    def __init__(self, graph: WordGraph, books: Sequence[RenderedVoice]) -> None:
         self._books = books
         self._graph = graph
         self._lengths = lengths_of(graph)
 
-    def paths(self, sound: WeightedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = ()) -> list[Path]:
+    def paths(self, sound: WhitenedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = ()) -> list[Path]:
         """Return sentences and partial sentences, those that explain most first. They begin anywhere, and where
         `earlier` ones did, found in less of this sound. None that begins within a sentence `reported` is in the same
         voice, of which late echoes remain: a robot does not say two things at once."""
         found: list[Path] = []
-        begun = (self._begun_again(sound, earlier), self._begun(sound))
+        begun = (self._resumed(sound, earlier), self._started(sound))
         new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
-        least = FAINT_BESIDE if reported else FAINT
-        for level in chain.from_iterable(_by_place(paths, least) for paths in new):
-            best = leaders(found, 1)
-            while level := kept(level, best):
+        least = LEAST_START_BESIDE if reported else LEAST_START
+        for level in chain.from_iterable(_by_start(paths, least) for paths in new):
+            best = most_explaining(found, 1)
+            while level := pruned(level, best):
                 found += level
-                level = self._extended(sound, level)
+                level = self._extend(sound, level)
         return sorted(found, key=lambda path: -path.score)
 
     def is_whole(self, path: Path) -> bool:
         """Whether a path is a sentence."""
         return path.node in self._graph.finals and path.ends
 
-    def _said(self, book: Voicebook, word: str, third: int, node: int) -> Iterator[Said]:
-        return (said for said in book.said(word, third) if not said.final or node in self._graph.rests)
+    def _said(self, book: RenderedVoice, word: str, third: int, node: int) -> Iterator[Rendering]:
+        return (said for said in book.renderings(word, third) if not said.final or node in self._graph.rests)
 
-    def _begun(self, sound: WeightedSound) -> list[Path]:
+    def _started(self, sound: WhitenedSound) -> list[Path]:
         """Paths of one word, at the best places of each."""
-        begun: list[Next] = []
+        begun: list[Extension] = []
         for book in self._books:
             for word, node in self._graph.following[self._graph.start]:
-                empty = Path.before(book, self._graph.start)
+                empty = Path.empty(book, self._graph.start)
                 said = list(self._said(book, word, 0, node))
-                places = sorted(_places(sound, said), key=lambda place: -place[0])
-                begun += [Next(empty, word, node, 0, way, at, SHIFT, 0.0) for _, way, at in places[:PLACES]]
-        return joined(sound, begun, FIRST_TAPS)
+                places = sorted(_starts(sound, said), key=lambda place: -place[0])
+                begun += [
+                    Extension(empty, word, node, 0, way, at, MAX_SHIFT, 0.0)
+                    for _, way, at in places[:MAX_STARTS_OF_WORD]
+                ]
+        return extended(sound, begun, FIRST_TAPS)
 
-    def _begun_again(self, sound: WeightedSound, earlier: Sequence[Path]) -> list[Path]:
+    def _resumed(self, sound: WhitenedSound, earlier: Sequence[Path]) -> list[Path]:
         """The first words of paths found in less of this sound."""
         nodes = dict(self._graph.following[self._graph.start])
-        known = dict.fromkeys((path.book, path.words[0], path.said[0], path.starts[0]) for path in earlier)
+        known = dict.fromkeys((path.book, path.words[0], path.renderings[0], path.starts[0]) for path in earlier)
         words = [
-            Next(Path.before(book, self._graph.start), word, nodes[word], 0, said, at, SHIFT, 0.0)
+            Extension(Path.empty(book, self._graph.start), word, nodes[word], 0, said, at, MAX_SHIFT, 0.0)
             for book, word, said, at in known
             if book in self._books
         ]
-        return joined(sound, words, FIRST_TAPS)
+        return extended(sound, words, FIRST_TAPS)
 
-    def _extended(self, sound: WeightedSound, level: Sequence[Path]) -> list[Path]:
+    def _extend(self, sound: WhitenedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
-        promising = best_first(sound, [each for path in level for each in self._next(sound, path)])[:TRIED]
+        promising = by_deficit(sound, [each for path in level for each in self._extensions(sound, path)])[
+            :MAX_EXTENSIONS
+        ]
         if not promising:
             return []
-        enough = max(max(each.score for each in promising) / ENOUGH, 1.0)
+        enough = max(max(each.score for each in promising) / ENERGY_PER_TAP, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
-        paths = best_first(sound, joined(sound, promising, n_taps))
-        return kept(paths, leaders(paths, 4))[:WIDTH]
+        paths = by_deficit(sound, extended(sound, promising, n_taps))
+        return pruned(paths, most_explaining(paths, 4))[:BEAM_WIDTH]
 
-    def _next(self, sound: WeightedSound, path: Path) -> Iterator[Next]:
+    def _extensions(self, sound: WhitenedSound, path: Path) -> Iterator[Extension]:
         """The possible next words that are expected to explain some energy through the path's own response."""
-        third, last, start = path.thirds[-1], path.said[-1], path.starts[-1]
+        third, last, start = path.thirds[-1], path.renderings[-1], path.starts[-1]
         there = [
             (word, node, later, said, start + last.advance - said.lead * last.final)
             for word, node in self._graph.following[path.node]
@@ -141,16 +146,16 @@ class ChannelSearch:
             own = max(float(energy), TINY)
             if row[shift] > 0.0:
                 gain = float(row[shift]) ** 2 / own
-                yield Next(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
+                yield Extension(path, word, node, later, said, at, int(shift), path.score + min(gain, 2.0 * own))
 
 
-def _places(sound: WeightedSound, said: Sequence[Said]) -> Iterator[tuple[float, Said, int]]:
+def _starts(sound: WhitenedSound, said: Sequence[Rendering]) -> Iterator[tuple[float, Rendering, int]]:
     """The best places of a word where at least half of it was heard: energy, rendering and first sample."""
     for way in said:
         until = sound.n - way.length // 2
-        for first in range(0, until, MOST_LAGS):
-            at, n = first - way.lead, min(MOST_LAGS, until - first)
-            for energy, k in _peaks(sound.seek(way, at, n + FIRST_TAPS)):
+        for first in range(0, until, MAX_LAGS):
+            at, n = first - way.lead, min(MAX_LAGS, until - first)
+            for energy, k in _peaks(sound.correlation(way, at, n + FIRST_TAPS)):
                 yield energy, way, at + k
 
 
@@ -159,16 +164,16 @@ def _is_within(path: Path, reported: Path) -> bool:
     return path.book.voice == reported.book.voice and reported.starts[0] - EARLIER <= path.starts[0] < reported.end
 
 
-def _by_place(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
+def _by_start(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
     """Paths of one word by the place where they begin, the place of the best one first. Paths compete only with those
     from the same place: their shares of the energy compare only over the same sound."""
     left = sorted(begun, key=lambda path: -path.score)
-    for _ in range(MOST_BEGINNINGS):
+    for _ in range(MAX_STARTS):
         if not left or left[0].score < least:
             return
         at = left[0].starts[0]
-        yield [path for path in left if abs(path.starts[0] - at) < APART][:WIDTH]
-        left = [path for path in left if abs(path.starts[0] - at) >= APART]
+        yield [path for path in left if abs(path.starts[0] - at) < MIN_DISTANCE][:BEAM_WIDTH]
+        left = [path for path in left if abs(path.starts[0] - at) >= MIN_DISTANCE]
 
 
 def _peaks(correlation: Taps) -> Iterator[tuple[float, int]]:
@@ -177,7 +182,7 @@ def _peaks(correlation: Taps) -> Iterator[tuple[float, int]]:
     total = np.concatenate([[0.0], np.cumsum(blocks)])
     across = FIRST_TAPS // BLOCK
     energies = total[across:] - total[:-across]
-    for _ in range(PLACES):
+    for _ in range(MAX_STARTS_OF_WORD):
         best = int(energies.argmax())
         if energies[best] <= 0.0:
             return

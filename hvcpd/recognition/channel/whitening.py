@@ -84,7 +84,7 @@ def cell_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -
     return np.asarray((1.0 + power / (CELL_LOUD * floor)) ** -0.5, np.float32)
 
 
-def through_cells(sound: Samples, weights: Spectrum) -> Samples:
+def with_cell_weights(sound: Samples, weights: Spectrum) -> Samples:
     """A sound, shape (n,), with its cells weighted."""
     spectra = _cell_spectra(sound)
     spectra *= np.repeat(weights, CELL_BINS, axis=1)[:, : CELL // 2 + 1]
@@ -107,7 +107,7 @@ def _cell_spectra(sound: Samples) -> NDArray[np.complex64]:
 def _cell_powers(sound: Samples, inverse: NDArray[np.float64]) -> Spectrum:
     """The mean power of each whitened cell and its neighbours, shape (n, CELLS)."""
     spectra = _cell_spectra(sound)
-    power = (spectra.real**2 + spectra.imag**2) * at_bins(inverse, CELL)
+    power = (spectra.real**2 + spectra.imag**2) * interpolated(inverse, CELL)
     power = np.pad(power, ((0, 0), (0, CELLS * CELL_BINS - power.shape[1])), mode="edge")
     power = power.reshape(len(power), CELLS, CELL_BINS).mean(axis=2)
     around = np.pad(power, 1, mode="edge")
@@ -115,7 +115,7 @@ def _cell_powers(sound: Samples, inverse: NDArray[np.float64]) -> Spectrum:
     return np.asarray((across[:, :-2] + 2.0 * across[:, 1:-1] + across[:, 2:]) / 4.0, np.float32)
 
 
-def at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
+def interpolated(spectrum: NDArray[np.floating], size: int) -> Spectrum:
     """A spectrum of BINS at the bins of a transform of `size` samples."""
     at = np.linspace(0.0, BINS - 1.0, size // 2 + 1)
     return np.asarray(np.interp(at, np.arange(BINS), spectrum), np.float32)
@@ -124,15 +124,15 @@ def at_bins(spectrum: NDArray[np.floating], size: int) -> Spectrum:
 def filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
     """A sound through a filter of these gains at BINS frequencies, without delay."""
     size = transform_size(len(sound) + FRAME)
-    return np.asarray(np.fft.irfft(rfft(sound, size) * at_bins(gains, size), size)[: len(sound)])
+    return np.asarray(np.fft.irfft(rfft(sound, size) * interpolated(gains, size), size)[: len(sound)])
 
 
 def _spectrum(sound: Samples) -> NDArray[np.float64]:
     """Mean power at BINS frequencies (Welch's method), shape (BINS,)."""
-    return np.asarray(np.mean(powers_of(sound), axis=0), np.float64)
+    return np.asarray(np.mean(power_spectra(sound), axis=0), np.float64)
 
 
-def powers_of(sound: Samples) -> Spectrum:
+def power_spectra(sound: Samples) -> Spectrum:
     """Power at BINS frequencies in frames of FRAME samples, half a frame apart, shape (frames, BINS)."""
     padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
     spectra = rfft(np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * _HANN)

@@ -14,10 +14,10 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.beginnings import Beginning, BeginningDetector
-from hvcpd.recognition.channel.path import GREETING, Path, Voicebook
+from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, free_memory
+from hvcpd.recognition.channel.onsets import Onset, OnsetDetector
+from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
 from hvcpd.recognition.channel.search import ChannelSearch
-from hvcpd.recognition.channel.weighting import SHIFT, Signal, WeightedSound, forget_words
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import curve, fitted
@@ -57,11 +57,11 @@ class Evidence:
         return curve(weights["bias"], weights["features"], self.features)
 
 
-def evidence_of(sound: WeightedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:
-    """The evidence for one of `paths`, which are sorted by score, the best first; `fit`: its `least_fit`."""
+def evidence_of(sound: WhitenedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:
+    """The evidence for one of `paths`, which are sorted by score, the best first; `fit`: its `worst_fit`."""
     least = (1.0 - MOST_LEAD_SHARE) * path.score
     rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
-    rival = next((each.score for each in rivals if least_fit(sound, each) >= MISSING), least)
+    rival = next((each.score for each in rivals if worst_fit(sound, each) >= MISSING), least)
     return Evidence(path, path.score - rival, fit)
 
 
@@ -73,29 +73,29 @@ class _Part:
     samples: Samples
 
 
-def least_fit(sound: WeightedSound, path: Path) -> float:
+def worst_fit(sound: WhitenedSound, path: Path) -> float:
     """Ratio of received to expected energy of the word that fits worst, through the path's response: about 1 if it was
     said, 0 or less if not. The second half of the last word counts as a word, since a sentence may have been cut off in
     it. Words with little expected energy do not count."""
-    last, half = path.said[-1], path.said[-1].length // 2
+    last, half = path.renderings[-1], path.renderings[-1].length // 2
     end = _Part(last.length - half, last.samples[half:])
-    words = zip(path.said, path.starts, strict=True)
+    words = zip(path.renderings, path.starts, strict=True)
     there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + half)])
     fits = [1.0]
     for fit in sound.fits(there):
         expected = float(path.spread @ fit.density)
         if expected >= EXPECTED:
-            fits.append(float(path.taps @ path.around(fit)[SHIFT:-SHIFT]) / expected)
+            fits.append(float(path.taps @ path.around(fit)[MAX_SHIFT:-MAX_SHIFT]) / expected)
     return min(fits)
 
 
-def is_preceded(sound: WeightedSound, path: Path, words: Iterable[str]) -> bool:
+def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
     """Whether one of these words was said by the same voice, through the same response, right before a path: then it is
     the end of a longer sentence."""
-    renderings = (said for word in words for third in range(3) for said in path.book.said(word, third))
+    renderings = (said for word in words for third in range(3) for said in path.book.renderings(word, third))
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
-    there = [(said, place - said.advance + path.said[0].lead * said.final) for said in renderings]
+    there = [(said, place - said.advance + path.renderings[0].lead * said.final) for said in renderings]
     for fit in sound.fits(there):
         heard = float(np.correlate(path.around(fit), path.taps, "valid").max())
         own = max(float(path.spread @ fit.density), TINY)
@@ -118,7 +118,7 @@ GOES_ON = SAMPLE_RATE_HZ
 """A sentence this close (1 s) to a cut may have more words, of which the next one is not heard to its end."""
 REACH = SAMPLE_RATE_HZ
 """A sentence that ends earlier than this (1 s) before the end of the sound has ended."""
-MOST_IN_PROGRESS = 16
+MAX_IN_PROGRESS = 16
 """Maximum number of paths with which the next search goes on."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
@@ -131,14 +131,14 @@ MARGIN = SAMPLE_RATE_HZ // 10
 """Samples (0.1 s) before and after a sentence with which its phones are checked."""
 Check = Callable[[Sequence[str], Samples, Samples], float]
 """The loss of words' phones, nats per phone, in a sound, shape (n,), with the sound of the room alone, shape (m,)."""
-LEAST_FIT = 0.4
+LEAST_WORD_FIT = 0.4
 """Smallest share of each word's expected sound, through the response, that must have been heard."""
-MOST_AT_ONCE = 2
+MAX_SPEAKERS = 2
 """Maximum number of robots that speak at the same time."""
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class ChannelSegment:
     """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech.
     `cut`: sound went on after it. `earlier`: the `in_progress` of the search before."""
 
@@ -163,16 +163,16 @@ class SearchResult:
     """The sample by which it has ended, if it is sure but for the words that may follow."""
 
 
-class ChannelListener:
+class ChannelRecogniser:
     """Knows the voices of robots."""
 
     def __init__(
-        self, graph: WordGraph, books: Sequence[Voicebook], prepared: bool = True, check: Check | None = None
+        self, graph: WordGraph, books: Sequence[RenderedVoice], prepared: bool = True, check: Check | None = None
     ) -> None:
         """`prepared`: the words may be rendered when they are needed; otherwise no beginning is found before
         `prepare`. `check`: by another listener, of what would be reported."""
         self._check = check
-        rates: list[list[Voicebook]] = []
+        rates: list[list[RenderedVoice]] = []
         for book in books:
             rate = next((rate for rate in rates if all(other.voice != book.voice for other in rate)), None)
             rates.append([book]) if rate is None else rate.append(book)
@@ -182,42 +182,42 @@ class ChannelListener:
         self._before = _words_before(graph)
         self._graph = graph
         self._usual = rates[0] if rates else []
-        self._beginnings = BeginningDetector(graph, self._usual if prepared else ())
+        self._onsets = OnsetDetector(graph, self._usual if prepared else ())
 
-    def beginning(self, heard: Samples, before: Samples) -> Beginning | None:
-        """Where a robot's sentence may begin in `heard` (see `BeginningDetector.find`); `before`: the sound before it,
+    def onset(self, heard: Samples, before: Samples) -> Onset | None:
+        """Where a robot's sentence may begin in `heard` (see `OnsetDetector.find`); `before`: the sound before it,
         shape (n,), n ≥ FRAME."""
-        return self._beginnings.find(heard, quiet_part(before, heard))
+        return self._onsets.find(heard, noise_sample(before, heard))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
         if go_on():
-            self._beginnings = BeginningDetector(self._graph, self._usual)
+            self._onsets = OnsetDetector(self._graph, self._usual)
         for book in self._books:
             book.prepare(go_on)
 
-    def forget(self) -> None:
+    def free_memory(self) -> None:
         """Free the memory of all listeners: nobody has spoken for a while. Any thread may call this."""
-        forget_words()
+        free_memory()
         for book in self._books:
-            book.forget()
+            book.free_memory()
 
-    def search(self, stretch: Stretch) -> SearchResult:
+    def search(self, stretch: ChannelSegment) -> SearchResult:
         """Return the robots' sentences in a stretch."""
         begin = max(stretch.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
         heard = stretch.sound[begin:].copy()
         if len(heard) < FRAME:
             return SearchResult()
-        noise = quiet_part(stretch.sound[: stretch.lead], heard)
+        noise = noise_sample(stretch.sound[: stretch.lead], heard)
         reported: list[Path] = []
         sentences: list[Recognised] = []
-        while len(reported) < MOST_AT_ONCE:
-            sound = WeightedSound(heard, noise)
+        while len(reported) < MAX_SPEAKERS:
+            sound = WhitenedSound(heard, noise)
             paths, evidence = self._found(sound, stretch, begin, reported)
             sure_at = sys.maxsize
             if evidence is not None and stretch.cut and evidence.path.end + GOES_ON > sound.n:
                 sure_at, evidence = evidence.path.end + GOES_ON + stretch.origin + begin, None
-            elif evidence is not None and self._is_unlike(evidence.path, heard, noise):
+            elif evidence is not None and self._is_contradicted(evidence.path, heard, noise):
                 evidence = None
             if evidence is None:
                 if not paths:
@@ -226,7 +226,7 @@ class ChannelListener:
                 last = _in_progress(paths, len(heard), BEGUN if stretch.cut else LEAST_SCORE)
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
-                going_on = tuple(path.moved(stretch.origin + begin) for path in last)
+                going_on = tuple(path.shifted(stretch.origin + begin) for path in last)
                 return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
@@ -235,12 +235,12 @@ class ChannelListener:
         return SearchResult(tuple(sentences))
 
     def _found(
-        self, sound: WeightedSound, stretch: Stretch, begin: int, reported: Sequence[Path]
+        self, sound: WhitenedSound, stretch: ChannelSegment, begin: int, reported: Sequence[Path]
     ) -> tuple[list[Path], Evidence | None]:
         """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `reported` sentences,
         most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
         rate finds nobody, or a sentence at another one is in progress."""
-        earlier = [path.moved(-stretch.origin - begin) for path in stretch.earlier]
+        earlier = [path.shifted(-stretch.origin - begin) for path in stretch.earlier]
         others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         best = None
@@ -248,25 +248,25 @@ class ChannelListener:
             found = search.paths(sound, reported, earlier)
             paths += found
             paths.sort(key=lambda path: -path.score)
-            best = self._sure(sound, paths)
+            best = self._certain(sound, paths)
             done = not others and (not found or (stretch.cut and _in_progress(found, sound.n)))
             if best is not None or done:
                 break
         return paths, best
 
-    def _is_unlike(self, path: Path, heard: Samples, noise: Samples) -> bool:
+    def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
         """Whether other phones were heard than a sentence has."""
         there = heard[max(path.starts[0] - MARGIN, 0) : path.end + MARGIN]
         return self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
 
-    def evidence(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
+    def evidence(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:
         most likely first."""
         whole = (path for path in paths if self._searches[0].is_whole(path) and path.end <= sound.n + TAIL)
-        fits = ((path, least_fit(sound, path)) for path in whole)
-        return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_FIT), None)
+        fits = ((path, worst_fit(sound, path)) for path in whole)
+        return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_WORD_FIT), None)
 
-    def _sure(self, sound: WeightedSound, paths: Sequence[Path]) -> Evidence | None:
+    def _certain(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for that sentence; None if it is not sure enough, or the end of a longer one."""
         evidence = self.evidence(sound, paths)
         if evidence is None or evidence.confidence < LEAST_CONFIDENCE:
@@ -278,7 +278,7 @@ class ChannelListener:
 
 def _in_progress(paths: Iterable[Path], n: int, least: float = BEGUN) -> list[Path]:
     """The best paths that may go on after the last of `n` samples and explain this much."""
-    return [path for path in paths if path.end + REACH > n and path.score >= least][:MOST_IN_PROGRESS]
+    return [path for path in paths if path.end + REACH > n and path.score >= least][:MAX_IN_PROGRESS]
 
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:
@@ -292,7 +292,7 @@ def _words_before(graph: WordGraph) -> dict[str, set[str]]:
     return before
 
 
-def quiet_part(before: Samples, heard: Samples) -> Samples:
+def noise_sample(before: Samples, heard: Samples) -> Samples:
     """A quiet NOISE_S of the sound before; all of that sound if it is shorter."""
     n = round(NOISE_S * SAMPLE_RATE_HZ)
     where = before if len(before) >= 2 * n else heard
@@ -309,7 +309,7 @@ def _recognised(evidence: Evidence, origin: int, received: Samples) -> Recognise
     delay = path.delay + origin
     spans = tuple(
         WordSpan(word, start + delay, start + delay + said.length, sure)
-        for word, start, said in zip(path.words, path.starts, path.said, strict=True)
+        for word, start, said in zip(path.words, path.starts, path.renderings, strict=True)
     )
     start, end = spans[0].start_sample, spans[-1].end_sample
     sound = Received(origin, received)

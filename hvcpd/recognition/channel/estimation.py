@@ -1,4 +1,4 @@
-"""A segment of sound, whitened by its noise; least-squares responses between it and known signals."""
+"""A segment of sound, whitened by its noise; least-squares channel_responses between it and known signals."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from hvcpd.recognition.channel.whitening import (
     CELL_BINS,
     CELL_STEP,
     Spectrum,
-    at_bins,
     cell_weights,
     filtered,
+    interpolated,
     inverse_spectrum,
-    through_cells,
+    with_cell_weights,
 )
 from hvcpd.recognition.frontend import TINY, rfft
 
@@ -33,7 +33,7 @@ _CLOSE = 1e-3
 """Conjugate gradients end here: relative residual. The estimate's own error is far larger."""
 
 
-def responses(autocorrelations: Taps, correlations: Taps, n: int) -> Taps:
+def channel_responses(autocorrelations: Taps, correlations: Taps, n: int) -> Taps:
     """For each of several signals s, the `n` taps h that minimise |x - h*s|² + ridge·|h|², shape (m, n), float32.
 
     `autocorrelations` of s, shape (m, ≥ n), and `correlations` of x with s at lags from 0, shape (m, ≥ n), both over
@@ -92,19 +92,20 @@ def _products(a: Taps, b: Taps) -> NDArray[np.float64]:
 
 TAPS = 512
 """Maximum length of a response in samples: 32 ms, the direct sound and a room's early reflections."""
-BACK = 192
+PRE_TAPS = 192
 """Number of these samples before the place where a signal was found: there may be an echo, louder than the direct
 sound."""
-SHIFT = 16
+MAX_SHIFT = 16
 """Samples (1 ms) that a word may begin off its place: clocks 1,300 ppm apart over the longest word and a pause."""
 SIZE = 2048
 BLOCK = 1024
 """Number of samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
 GRID = 256
-"""Samples between the beginnings of the sound's transformed blocks: with the lags of a `Fit`, fewer than 1,025."""
-AT_ONCE = 256
+"""Samples between the beginnings of the sound's transformed blocks: with the lags of a `SignalFit`, fewer than
+1,025."""
+BATCH_SIZE = 256
 """Maximum number of signals that are transformed together, which bounds memory: 4 MB."""
-WORDS_KEPT = 512
+CACHED_WORDS = 512
 """Words whose spectra are kept: about 66 kB each, 35 MB in all."""
 _WINDOW = np.sin(np.pi / 2 * np.sin(np.pi * (np.arange(SIZE) + 0.5) / SIZE) ** 2).astype(np.float32)
 """Its squares, BLOCK apart, add up to 1, and what is loud at one frequency hardly shows at others (that of the Vorbis
@@ -124,11 +125,11 @@ class Signal(Hashable, Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class SignalFit:
     """A known signal against the received sound around its place, over noise of variance 1.
 
-    `correlation` at lags from -BACK - SHIFT on, shape (TAPS + 2 SHIFT,); the signal's power `density`, of which the
-    autocorrelation is the inverse transform, shape (SIZE / 2 + 1,).
+    `correlation` at lags from -PRE_TAPS - MAX_SHIFT on, shape (TAPS + 2 MAX_SHIFT,); the signal's power `density`, of
+    which the autocorrelation is the inverse transform, shape (SIZE / 2 + 1,).
     """
 
     correlation: Taps
@@ -146,7 +147,7 @@ class _Blocks:
     time: Spectrum
 
 
-@lru_cache(WORDS_KEPT)
+@lru_cache(CACHED_WORDS)
 def _blocks_of(said: Signal) -> _Blocks:
     n_blocks = -(-said.length // BLOCK)
     sound = np.zeros((n_blocks + 2) * BLOCK, np.float32)
@@ -160,12 +161,12 @@ def _blocks_of(said: Signal) -> _Blocks:
     return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
 
 
-def forget_words() -> None:
+def free_memory() -> None:
     """Free the memory of words' spectra; later searches make them again."""
     _blocks_of.cache_clear()
 
 
-class WeightedSound:
+class WhitenedSound:
     """The received sound, whitened by its noise and by its own power, scaled to variance 1.
 
     Whitened once, it is kept as spectra of SIZE samples from every GRID-th on. A signal's blocks against the spectra
@@ -177,66 +178,67 @@ class WeightedSound:
         self.n = len(heard)
         inverse = inverse_spectrum(heard, noise)
         cells = cell_weights(heard, noise, inverse)
-        weighted = through_cells(heard, cells)
+        weighted = with_cell_weights(heard, cells)
         white = np.square(filtered(weighted, np.sqrt(inverse)), dtype=np.float64)
         variance = max(float(np.mean(white)), TINY)
         self._energy = np.concatenate([[0.0], np.cumsum(white / variance)])
         silence = SIZE // CELL_STEP, 2 * SIZE // CELL_STEP
         around = np.pad(np.square(cells)[: self.n // CELL_STEP + 1], (silence, (0, 0)))
         self._cells = np.lib.stride_tricks.sliding_window_view(around, SIZE // CELL_STEP, axis=0)
-        self._inverse = at_bins(inverse / variance, SIZE)
+        self._inverse = interpolated(inverse / variance, SIZE)
         twice = filtered(weighted, inverse / variance)
         self._sought = _frames_of(twice)
-        self._frames = _frames_of(through_cells(twice, cells))
-        self._fits: dict[tuple[Signal, int], Fit] = {}
+        self._frames = _frames_of(with_cell_weights(twice, cells))
+        self._fits: dict[tuple[Signal, int], SignalFit] = {}
 
     def energy(self, first: int, last: int) -> float:
         """The received energy from sample `first` up to `last`, in variances of the noise."""
         begin, end = min(max(first, 0), self.n), min(max(last, 0), self.n)
         return float(self._energy[end] - self._energy[begin])
 
-    def seek(self, said: Signal, first: int, n: int) -> Taps:
+    def correlation(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
         signal's energy; as if the weights did not change during the signal."""
         blocks = _blocks_of(said)
         n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
         n_frames = -(-(n + off) // BLOCK)
-        heard = self._sought[self._numbers(at, n_frames + n_blocks - 1)]
+        heard = self._sought[self._block_indices(at, n_frames + n_blocks - 1)]
         both = sum(blocks.spectra[b] * heard[b : b + n_frames] for b in range(n_blocks))
         found = np.fft.irfft(both, SIZE)[:, :BLOCK].reshape(-1)[off : off + n]
         energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE
         return np.asarray(found / np.sqrt(max(energy, TINY)), np.float32)
 
-    def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[Fit]:
-        """The fits of signals that begin at these samples, or SHIFT around them: one call for all takes less time."""
+    def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[SignalFit]:
+        """The fits of signals that begin at these samples, or MAX_SHIFT around them: one call for all takes less
+        time."""
         wanted = list(wanted)
         new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
-        for begin in range(0, len(new), AT_ONCE):
-            some = new[begin : begin + AT_ONCE]
+        for begin in range(0, len(new), BATCH_SIZE):
+            some = new[begin : begin + BATCH_SIZE]
             both = np.empty((len(some), SIZE // 2 + 1), np.complex64)
             own = np.empty(both.shape, np.float32)
             offs = []
             for k, (said, at) in enumerate(some):
                 blocks = _blocks_of(said)
-                number, off = divmod(at - SHIFT - BACK, GRID)
-                heard = self._frames[self._numbers(number, len(blocks.spectra))]
+                number, off = divmod(at - MAX_SHIFT - PRE_TAPS, GRID)
+                heard = self._frames[self._block_indices(number, len(blocks.spectra))]
                 np.einsum("ij,ij->j", blocks.spectra, heard, out=both[k])
-                np.einsum("ij,ij->j", self._shares(at, blocks.time), blocks.densities, out=own[k])
+                np.einsum("ij,ij->j", self._block_weights(at, blocks.time), blocks.densities, out=own[k])
                 offs.append(off)
             across = np.fft.irfft(both, SIZE)
             own *= self._inverse
             for each, off, correlation, density in zip(some, offs, across, own, strict=True):
-                self._fits[each] = Fit(correlation[off : off + TAPS + 2 * SHIFT].copy(), density)
+                self._fits[each] = SignalFit(correlation[off : off + TAPS + 2 * MAX_SHIFT].copy(), density)
         return [self._fits[each] for each in wanted]
 
-    def _numbers(self, at: int, n_blocks: int) -> slice | NDArray[np.int_]:
+    def _block_indices(self, at: int, n_blocks: int) -> slice | NDArray[np.int_]:
         """The indices of the spectra of blocks from sample `at` GRID on; the first and the last one are of silence."""
         first, step = at + SIZE // GRID, BLOCK // GRID
         if first >= 0 and first + (n_blocks - 1) * step < len(self._frames):
             return slice(first, first + (n_blocks - 1) * step + 1, step)
         return np.clip(first + step * np.arange(n_blocks), 0, len(self._frames) - 1)
 
-    def _shares(self, at: int, time: Spectrum) -> Spectrum:
+    def _block_weights(self, at: int, time: Spectrum) -> Spectrum:
         """The mean square weight, at each bin, of each part of a signal at sample `at` whose power is spread in `time`
         so, shape (n_parts, SIZE / 2 + 1)."""
         first = round(max(at + SIZE - BLOCK, 0) / CELL_STEP)
@@ -246,7 +248,7 @@ class WeightedSound:
         return np.repeat(shares, CELL_BINS * SIZE // CELL, axis=1)[:, : SIZE // 2 + 1]
 
 
-def autocorrelations(fits: Sequence[Fit]) -> Taps:
+def autocorrelations(fits: Sequence[SignalFit]) -> Taps:
     """Those of the signals at lags from 0 on, weighted as the sound is where they lie, shape (len(fits), TAPS)."""
     return np.asarray(np.fft.irfft(np.stack([fit.density for fit in fits]), SIZE)[:, :TAPS], np.float32)
 

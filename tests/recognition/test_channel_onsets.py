@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.recognition.channel.beginnings import SIZE, STEP, Beginning, BeginningDetector
+from hvcpd.recognition.channel.onsets import SIZE, STEP, Onset, OnsetDetector
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
-DETECTOR = BeginningDetector(GRAPH, (BOOKS["oak"],))
+DETECTOR = OnsetDetector(GRAPH, (BOOKS["oak"],))
 RNG = np.random.default_rng(5)
 NOISE = RNG.standard_normal(16_000).astype(np.float32)
 
@@ -45,8 +45,8 @@ def test_what_begins_in_the_next_step_is_left_to_it() -> None:
 
 
 def test_without_words_nothing_is_found() -> None:
-    assert BeginningDetector(GRAPH, ()).find(NOISE[:SIZE], NOISE) is None
-    assert Beginning(3, True) == Beginning(3, True)
+    assert OnsetDetector(GRAPH, ()).find(NOISE[:SIZE], NOISE) is None
+    assert Onset(3, True) == Onset(3, True)
 
 
 def test_silence_is_no_beginning() -> None:

@@ -10,26 +10,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.listener import (
+from hvcpd.recognition.channel.path import Rendering
+from hvcpd.recognition.channel.recogniser import (
     MARGIN,
     MOST_LOSS,
-    ChannelListener,
+    ChannelRecogniser,
+    ChannelSegment,
     SearchResult,
-    Stretch,
-    quiet_part,
+    noise_sample,
 )
-from hvcpd.recognition.channel.path import Said
 from hvcpd.recognition.events import Source
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
-LISTENER = ChannelListener(GRAPH, tuple(BOOKS.values()))
+LISTENER = ChannelRecogniser(GRAPH, tuple(BOOKS.values()))
 AT, ORIGIN = 24_000, 500_000
 
 
 def look(*sounds: tuple[int, Samples], noise: float = 0.3) -> SearchResult:
     """At sounds in noise."""
     n = max(at + len(sound) for at, sound in sounds) + 12_000
-    return LISTENER.search(Stretch(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000))
+    return LISTENER.search(ChannelSegment(scene(n, *sounds, noise=noise), ORIGIN, AT - 4000))
 
 
 def heard(text: str, voice: str = "oak", seed: int = 1) -> Samples:
@@ -87,11 +87,11 @@ def test_a_robot_that_is_cut_off_is_noticed_and_nothing_is_told(share: float) ->
 def test_who_is_cut_off_at_the_end_of_the_sound_may_go_on() -> None:
     whole = heard("all, who is here")
     sound = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
-    found = LISTENER.search(Stretch(sound, 0, AT))
+    found = LISTENER.search(ChannelSegment(sound, 0, AT))
     assert (found.sentences, found.robot) == ((), True)
     assert found.in_progress[0].starts[0] == pytest.approx(AT, abs=32)
     later = scene(AT + len(whole) // 2 + 2 * SAMPLE_RATE_HZ, (AT, whole[: len(whole) // 2]))
-    found = LISTENER.search(Stretch(later, 0, AT))
+    found = LISTENER.search(ChannelSegment(later, 0, AT))
     assert (found.sentences, found.robot, found.in_progress) == ((), True, ())
 
 
@@ -99,7 +99,7 @@ def test_a_sentence_of_which_the_end_is_not_in_the_sound_is_not_told() -> None:
     whole = heard("stop")
     sound = scene(AT + len(whole), (AT, whole))
     for end, sentences in ((len(whole), 1), (len(whole) - 3000, 0)):
-        found = LISTENER.search(Stretch(sound[: AT + end], 0, AT))
+        found = LISTENER.search(ChannelSegment(sound[: AT + end], 0, AT))
         assert len(found.sentences) == sentences
 
 
@@ -108,15 +108,15 @@ def test_who_has_begun_at_a_cut_is_heard_out_whatever_was_said_before() -> None:
     begun = 0.5 * heard("all, who is here", "willow")[: len(heard("all, who", "willow")) // 2]
     later = AT + len(cut) + SAMPLE_RATE_HZ
     sound = scene(later + len(begun), (AT, np.concatenate([cut[: len(cut) - 6000], np.zeros(6000)])), (later, begun))
-    found = LISTENER.search(Stretch(sound, 0, AT, cut=True))
+    found = LISTENER.search(ChannelSegment(sound, 0, AT, cut=True))
     assert found.in_progress[0].starts[0] == pytest.approx(later, abs=32)
 
 
 class Slowly(Book):
     """The same voice at another rate: other hisses."""
 
-    def _made(self, word: str, third: int) -> Sequence[Said]:
-        return Book(f"{self.voice}, slowly").said(word, third)
+    def _made(self, word: str, third: int) -> Sequence[Rendering]:
+        return Book(f"{self.voice}, slowly").renderings(word, third)
 
 
 USUAL, SLOW = Book("oak"), Slowly("oak")
@@ -129,11 +129,11 @@ def test_a_sentence_in_progress_is_heard_out(book: Book, learned: bool, seed: in
     """At whatever rate, and whether or not names are learned meanwhile, so that all voices are made anew."""
     whole = through_a_room(spoken("all, who is here", book=book), seed)
     sound = scene(AT + len(whole) + 3 * SAMPLE_RATE_HZ, (AT, whole), noise=1.0)
-    listener = ChannelListener(GRAPH, (USUAL, SLOW))
-    begun = listener.search(Stretch(sound[: AT + len(whole) // 2], 0, AT, cut=True))
+    listener = ChannelRecogniser(GRAPH, (USUAL, SLOW))
+    begun = listener.search(ChannelSegment(sound[: AT + len(whole) // 2], 0, AT, cut=True))
     assert {path.book for path in begun.in_progress} == {book}
-    later = ChannelListener(GRAPH, (Book("oak"), Slowly("oak"))) if learned else listener
-    found = later.search(Stretch(sound, 0, AT, earlier=begun.in_progress))
+    later = ChannelRecogniser(GRAPH, (Book("oak"), Slowly("oak"))) if learned else listener
+    found = later.search(ChannelSegment(sound, 0, AT, earlier=begun.in_progress))
     assert told(found) == {("all who is here", "oak")}
 
 
@@ -141,7 +141,7 @@ def test_a_sentence_in_progress_is_heard_out(book: Book, learned: bool, seed: in
 def test_strangers_and_noise_are_no_robots(seed: int) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book(f"elm {seed}")), seed)
     assert look((AT, stranger)) == SearchResult()
-    assert LISTENER.search(Stretch(scene(50_000, seed=seed), 0, AT)) == SearchResult()
+    assert LISTENER.search(ChannelSegment(scene(50_000, seed=seed), 0, AT)) == SearchResult()
 
 
 SOUNDS: dict[str, Callable[[int], Samples]] = {
@@ -162,7 +162,7 @@ SOUNDS: dict[str, Callable[[int], Samples]] = {
 )
 def test_any_sound_is_looked_at(name: str, n: int, lead: int) -> None:
     with np.errstate(divide="raise", invalid="raise"):
-        found = LISTENER.search(Stretch(SOUNDS[name](n), 0, min(lead, n)))
+        found = LISTENER.search(ChannelSegment(SOUNDS[name](n), 0, min(lead, n)))
     assert name == "a sentence and silence" or found == SearchResult()
 
 
@@ -173,7 +173,7 @@ def test_a_sentence_in_digital_silence_is_heard() -> None:
 @given(before=st.integers(0, 30_000), n=st.integers(0, 30_000))
 def test_a_part_of_what_was_heard_is_the_noise(before: int, n: int) -> None:
     lead, sound = np.zeros(before, np.float32), np.ones(n, np.float32)
-    part = quiet_part(lead, sound)
+    part = noise_sample(lead, sound)
     assert len(part) <= 8000
     assert not part.any() if before >= 16_000 else part.all()
 
@@ -182,14 +182,14 @@ def test_noise_is_known_by_a_quiet_part_but_not_the_quietest() -> None:
     lead = scene(48_000)
     lead[4000:14_000] *= 10.0  # somebody spoke
     lead[30_000:30_500] = 0.0  # a drop-out
-    part = quiet_part(lead, lead)
+    part = noise_sample(lead, lead)
     assert len(part) == 8000
     assert np.std(part) == pytest.approx(0.3 * 0.05, rel=0.05)
 
 
 def test_all_voices_are_made_ready() -> None:
     book = Book("oak")
-    ChannelListener(GRAPH, (book,)).prepare(lambda: True)
+    ChannelRecogniser(GRAPH, (book,)).prepare(lambda: True)
     assert book.prepared
 
 
@@ -202,8 +202,8 @@ def test_what_has_other_phones_is_not_told(loss: float, is_told: bool) -> None:
         return loss
 
     sound = heard("hi rob, water rose")
-    listener = ChannelListener(GRAPH, tuple(BOOKS.values()), check=check)
-    found = listener.search(Stretch(scene(AT + len(sound) + 12_000, (AT, sound), noise=0.03), ORIGIN, AT))
+    listener = ChannelRecogniser(GRAPH, tuple(BOOKS.values()), check=check)
+    found = listener.search(ChannelSegment(scene(AT + len(sound) + 12_000, (AT, sound), noise=0.03), ORIGIN, AT))
     assert (told(found) == {("hi rob water rose", "oak")}) == is_told
     words, n_sound, n_noise = asked[0]
     assert tuple(words) == ("hi", "rob", "water", "rose")
@@ -222,5 +222,7 @@ def test_the_phones_are_checked_of_what_would_be_told_alone(rest_s: float, n_che
 
     sound = heard("hi rob, water rose")
     stretch = scene(AT + len(sound) + round(rest_s * SAMPLE_RATE_HZ), (AT, sound), noise=0.03)
-    found = ChannelListener(GRAPH, tuple(BOOKS.values()), check=check).search(Stretch(stretch, ORIGIN, AT, cut=True))
+    found = ChannelRecogniser(GRAPH, tuple(BOOKS.values()), check=check).search(
+        ChannelSegment(stretch, ORIGIN, AT, cut=True)
+    )
     assert (len(found.sentences), len(asked)) == (n_checks, n_checks)

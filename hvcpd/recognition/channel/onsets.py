@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.channel.path import GREETING, Said, Voicebook
+from hvcpd.recognition.channel.path import GREETING, RenderedVoice, Rendering
 from hvcpd.recognition.channel.whitening import (
     BINS,
     FRAME,
     Spectrum,
-    at_bins,
+    interpolated,
     inverse_spectrum,
     loudness_weights,
-    powers_of,
+    power_spectra,
 )
 from hvcpd.recognition.frontend import TINY, rfft
 
@@ -59,35 +59,35 @@ VOICED = slice(100 * FRAME // 16_000, 4000 * FRAME // 16_000)
 
 
 @dataclass(frozen=True)
-class Beginning:
+class Onset:
     """A sentence may begin at sample `at` of the sound; `greeting`: with a greeting. Otherwise it began before `at`."""
 
     at: int
     greeting: bool
 
 
-class BeginningDetector:
+class OnsetDetector:
     """Knows the first words of robots' voices."""
 
-    def __init__(self, graph: WordGraph, books: Sequence[Voicebook]) -> None:
+    def __init__(self, graph: WordGraph, books: Sequence[RenderedVoice]) -> None:
         firsts = [
             (book.voice, word, said)
             for book in books
             for word, node in graph.following[graph.start]
-            for said in book.said(word, 0)
+            for said in book.renderings(word, 0)
             if not said.final or node in graph.rests
         ]
-        self._greetings: list[Said] = [said for _, word, said in firsts if word == GREETING]
+        self._greetings: list[Rendering] = [said for _, word, said in firsts if word == GREETING]
         spectra = [np.conj(rfft(said.samples[:LENGTH], SIZE)) for said in self._greetings]
         self._spectra = np.array(spectra, np.complex64).reshape(-1, SIZE // 2 + 1)
         self._powers = np.square(np.abs(self._spectra))
         voices = {voice: np.zeros(BINS) for voice, _, _ in firsts}
         for voice, _, said in firsts:
-            power = powers_of(said.samples[:SIZE]).mean(axis=0)
+            power = power_spectra(said.samples[:SIZE]).mean(axis=0)
             voices[voice] += power / max(float(power.sum()), TINY)
         self._voices = np.array(list(voices.values()), np.float32).reshape(-1, BINS)
 
-    def find(self, heard: Samples, noise: Samples) -> Beginning | None:
+    def find(self, heard: Samples, noise: Samples) -> Onset | None:
         """Where a sentence may begin in `heard`, shape (SIZE,): with a greeting among the first STEP samples, or else
         where it rises over the noise; None if nowhere. `noise`: sound without speech, shape (n,), n ≥ FRAME."""
         if not self._greetings:
@@ -95,11 +95,11 @@ class BeginningDetector:
         inverse = inverse_spectrum(heard, noise)
         greeting = self._greeting(heard, noise, inverse)
         rise = greeting if greeting is not None else self._rise(heard, noise)
-        return Beginning(rise, greeting is not None) if rise is not None else None
+        return Onset(rise, greeting is not None) if rise is not None else None
 
     def _greeting(self, heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> int | None:
         weighted = heard * loudness_weights(heard, noise, inverse)
-        there = at_bins(inverse, SIZE)
+        there = interpolated(inverse, SIZE)
         received = np.asarray(rfft(np.asarray(weighted, np.float32), SIZE) * there, np.complex64)
         lags = np.fft.irfft(self._spectra * received, SIZE)[:, : STEP + WINDOW]
         energies = _windows(np.square(lags, dtype=np.float32)) / np.maximum(self._powers @ there, TINY)[:, None]
@@ -116,10 +116,10 @@ class BeginningDetector:
         taken, where it is positive, so that no single bin counts for much; a bin counts by the voice's power over the
         noise's, as the optimum detector of a faint sound of known spectrum has it (H. Van Trees, "Detection,
         Estimation, and Modulation Theory", part III, 1971)."""
-        usual = powers_of(noise).mean(axis=0)
+        usual = power_spectra(noise).mean(axis=0)
         usual = np.convolve(np.pad(usual, 2, mode="edge"), np.full(5, 0.2), "valid")[VOICED]
         usual += 1e-4 * usual.mean() + TINY
-        rises = np.log(np.maximum(0.5 * powers_of(heard)[:, VOICED] / usual, 1.0)) - MEAN_RISE
+        rises = np.log(np.maximum(0.5 * power_spectra(heard)[:, VOICED] / usual, 1.0)) - MEAN_RISE
         above = self._voices[:, VOICED] / usual
         above /= np.maximum(above.mean(axis=1, keepdims=True), TINY)
         counts = above / (1.0 + TAPERED * above)

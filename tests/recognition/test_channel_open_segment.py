@@ -6,32 +6,32 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.channel.beginnings import Beginning
-from hvcpd.recognition.channel.listener import SearchResult
+from hvcpd.recognition.channel.onsets import Onset
+from hvcpd.recognition.channel.open_segment import CUT_AFTER, CUT_AGAIN_AFTER, QUIET, USUAL_LENGTH, OpenSegment
 from hvcpd.recognition.channel.path import Path
-from hvcpd.recognition.channel.stretches import CUT, LONG, MORE, QUIET, OpenStretch
+from hvcpd.recognition.channel.recogniser import SearchResult
 from tests.recognition.hisses import BOOKS
 
-GREETING = Beginning(0, greeting=True)
+GREETING = Onset(0, greeting=True)
 
 
-def stretch(after: OpenStretch | None = None) -> OpenStretch:
-    return OpenStretch(0, 0, MORE, hidden=True, after=after)
+def stretch(after: OpenSegment | None = None) -> OpenSegment:
+    return OpenSegment(0, 0, CUT_AGAIN_AFTER, hidden=True, after=after)
 
 
 @pytest.mark.parametrize("since", [None, 9_000])
 def test_another_greeting_does_not_delay_the_search_for_a_sentence_in_progress(since: int | None) -> None:
     before = stretch()
     follows = stretch(before)
-    follows.note_beginning(GREETING, 10_000, 6_000, since)
-    assert (follows.due, follows.hidden) == (MORE, True)
+    follows.note_onset(GREETING, 10_000, 6_000, since)
+    assert (follows.due, follows.hidden) == (CUT_AGAIN_AFTER, True)
 
 
 def test_signs_that_begin_with_a_greeting_show_the_end_and_others_do_not() -> None:
     shown, hidden = stretch(), stretch()
-    shown.note_beginning(GREETING, 10_000, 6_000, 9_000)
-    hidden.note_beginning(GREETING, 40_000, 36_000, 9_000)
-    assert (shown.due, hidden.due) == (10_000 + LONG, 40_000 + CUT)
+    shown.note_onset(GREETING, 10_000, 6_000, 9_000)
+    hidden.note_onset(GREETING, 40_000, 36_000, 9_000)
+    assert (shown.due, hidden.due) == (10_000 + USUAL_LENGTH, 40_000 + CUT_AFTER)
     assert shown.is_over(QUIET)
     assert not hidden.is_over(QUIET)
 
@@ -47,7 +47,7 @@ def test_a_voice_that_stands_out_shows_its_end_in_any_noise() -> None:
 
 
 def test_what_goes_on_is_searched_again_from_its_first_beginning_whatever_path_is_best() -> None:
-    ended, before = stretch(), Path.before(BOOKS["oak"], 0)
+    ended, before = stretch(), Path.empty(BOOKS["oak"], 0)
     assert not ended.in_progress
     ended.result = SearchResult(in_progress=(replace(before, starts=(30_000,)), replace(before, starts=(9_000,))))
-    assert ended.begun == 9_000
+    assert ended.first_start == 9_000

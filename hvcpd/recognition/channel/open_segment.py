@@ -5,42 +5,42 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.beginnings import Beginning
-from hvcpd.recognition.channel.listener import SearchResult, Stretch
+from hvcpd.recognition.channel.onsets import Onset
 from hvcpd.recognition.channel.path import Path
+from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Garbled, Recognised
 
-EARLIER = SAMPLE_RATE_HZ // 4
+ONSET_LAG = SAMPLE_RATE_HZ // 4
 """Longest time (samples) from the beginning of speech to its first sign."""
-RISEN_AFTER = SAMPLE_RATE_HZ
+FAINT_ONSET_LAG = SAMPLE_RATE_HZ
 """The same (1 s) for a voice that hardly rises over the noise: its first word may not have."""
 QUIET = SAMPLE_RATE_HZ // 2
 """Samples without a sign that end a stretch: more than a pause at a comma in a room without echoes."""
-SHORTEST = SAMPLE_RATE_HZ // 4
+MIN_LENGTH = SAMPLE_RATE_HZ // 4
 """Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
-LONG = 7 * SAMPLE_RATE_HZ
+USUAL_LENGTH = 7 * SAMPLE_RATE_HZ
 """Samples (7 s) after a greeting by which nearly all sentences have ended: if signs of speech go on, clatter hides
 the end."""
-LONGEST = 10 * SAMPLE_RATE_HZ
+MAX_LENGTH = 10 * SAMPLE_RATE_HZ
 """Samples (10 s) after which a stretch is cut: no sentence takes longer. Speech in progress at that point is searched
 again, with the sound after it."""
 CLATTER = 8 * SAMPLE_RATE_HZ
 """Samples (8 s) with signs of speech, without QUIET among them, from which on there is clatter: signs no longer show
 beginnings and ends, since a slow sentence takes 8 s or less, and then somebody waits."""
-SHOWN = 0.6
+SIGN_SHARE = 0.6
 """Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
 stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
-NEAR = 3 * SAMPLE_RATE_HZ // 5
+SIGN_LAG = 3 * SAMPLE_RATE_HZ // 5
 """Longest time (0.6 s) between a greeting and the first sign of speech that belongs to it."""
-CUT = 5 * SAMPLE_RATE_HZ // 2
+CUT_AFTER = 5 * SAMPLE_RATE_HZ // 2
 """Samples (2.5 s) after which a stretch is cut whose end no sign shows. Otherwise the speaker would wait for an answer
 until the clatter ends."""
-MORE = 5 * SAMPLE_RATE_HZ // 4
+CUT_AGAIN_AFTER = 5 * SAMPLE_RATE_HZ // 4
 """The same (1.25 s) while a sentence seemed to go on at the last cut."""
 
 
 @dataclass(eq=False)
-class OpenStretch:
+class OpenSegment:
     """A stretch of sound: from its first sign of speech to the last, and its held events."""
 
     begin: int
@@ -49,10 +49,10 @@ class OpenStretch:
     """The sample at which it is cut."""
     hidden: bool = False
     """Whether noise hides its end, or goes on after it: signs of speech do not show it."""
-    after: OpenStretch | None = None
+    after: OpenSegment | None = None
     """The stretch before the cut at which it begins, in which speech seemed to go on or still may."""
     first_sign: int | None = None
-    signed: int = 0
+    sign_samples: int = 0
     """Samples with signs of speech, the first of which was `first_sign`."""
     greeted: bool = False
     """Whether a greeting was found in it."""
@@ -61,8 +61,8 @@ class OpenStretch:
     whole_from: int = 0
     """A sentence that begins before this sample may lack its beginning."""
     earlier: tuple[Path, ...] = ()
-    """Paths in progress at the end of the stretch with which it was joined."""
-    job: Stretch | None = None
+    """Paths in progress at the end of the stretch with which it was extended."""
+    job: ChannelSegment | None = None
     result: SearchResult | None = None
 
     @property
@@ -70,7 +70,7 @@ class OpenStretch:
         """Whether there were signs of speech for most of the time: then none are left once the speaker has ended."""
         if self.first_sign is None:
             return False
-        return self.signed >= max(SHOWN * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
+        return self.sign_samples >= max(SIGN_SHARE * (self.end - self.first_sign), SAMPLE_RATE_HZ // 2)
 
     @property
     def in_progress(self) -> tuple[Path, ...]:
@@ -78,7 +78,7 @@ class OpenStretch:
         return self.result.in_progress if self.result is not None else ()
 
     @property
-    def begun(self) -> int:
+    def first_start(self) -> int:
         """The sample at which the first of the paths in progress began. Raises ValueError if there is none."""
         return min(path.starts[0] for path in self.in_progress)
 
@@ -86,23 +86,23 @@ class OpenStretch:
         """There were signs of speech from sample `at` up to `now`; `clatters`: there have been signs for so long that
         they show nothing."""
         self.end = now
-        self.signed += now - at
+        self.sign_samples += now - at
         if self.first_sign is None:
             self.first_sign = at
         if clatters and not self.hidden and not self.greeted:
-            self.hidden, self.due = True, min(self.due, now + MORE)
+            self.hidden, self.due = True, min(self.due, now + CUT_AGAIN_AFTER)
 
-    def note_beginning(self, found: Beginning, at: int, begin: int, since: int | None) -> None:
+    def note_onset(self, found: Onset, at: int, begin: int, since: int | None) -> None:
         """A sentence may begin at sample `at`, and no earlier than `begin`; `since`: there have been signs of speech
         since this sample; None: there are none."""
         self.begin = min(self.begin, begin)
         self.greeted = self.greeted or found.greeting
         if self.after is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
-            self.due = min(self.due, at + CUT)
-        elif since is not None and abs(since - at) <= NEAR:
-            self.hidden, self.due = False, at + LONG
+            self.due = min(self.due, at + CUT_AFTER)
+        elif since is not None and abs(since - at) <= SIGN_LAG:
+            self.hidden, self.due = False, at + USUAL_LENGTH
         else:
-            self.hidden, self.due = True, at + CUT
+            self.hidden, self.due = True, at + CUT_AFTER
 
     def is_over(self, now: int) -> bool:
         """Whether the speaker has surely ended."""
