@@ -1,8 +1,8 @@
-"""Ears with a second pass, through any channel, over speech that the streaming recogniser did not surely understand.
+"""The channel stage of the recogniser: a second pass, through any channel, over what the first pass is not sure of.
 
-A stretch of sound is searched once signs of speech have ended, or, where they do not show the end, at a cut. Until then
-the recogniser's results are held: sentences that only templates found, which a loudspeaker's frequency response
-deceives, and garbled speech.
+A segment of sound is searched once signs of speech have ended, or, where they do not show its end, at a cut. Until then
+the first pass's results are held: sentences of the templates, which a loudspeaker's frequency response can mislead, and
+garbled speech.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import LaterEars, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
-"""Samples before a stretch, for its noise."""
+"""Samples before a segment, for its noise."""
 CONTINUES_WITHIN = SAMPLE_RATE_HZ
-"""Samples within which speech after a sentence that seemed to go on belongs to that sentence."""
+"""Samples within which speech after a sentence in progress belongs to that sentence."""
 MAX_WAIT = 3 * SAMPLE_RATE_HZ
-"""Longest time (samples) of the search after a stretch has ended. Then what it held back is reported as if nothing
-was found."""
+"""Longest time (samples) from a segment's end to its result. After that, the held events are reported as if nothing had
+been found."""
 INCOMPLETE_WITHIN = SAMPLE_RATE_HZ // 5
-"""Samples (0.2 s) after lost sound, or the robot's own voice, within which a sentence that seems to begin there may be
-the end of a longer one, and is not believed. Robots wait for 0.5 s before they answer."""
+"""Samples (0.2 s) after lost sound, or the robot's own voice: a sentence that begins within them may be the end of a
+longer one, and is not reported. Robots wait for 0.5 s before they answer."""
 MEMORY_TIME = 20 * SAMPLE_RATE_HZ
-"""Samples (20 s) after the submission of a stretch until the search's data are dropped, up to 40 MB of spectra and
-waveforms: between two sentences of a talk they are kept."""
+"""Samples (20 s) after the last submission for which the search keeps its spectra and waveforms, up to 40 MB: longer
+than the pauses of a conversation."""
 
 
 class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
-    """Ears with a second pass for robots through any channel."""
+    """Recogniser with a second pass for robots through any channel."""
 
     _listener: ChannelRecogniser
 
@@ -54,23 +54,23 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         worker: Worker[ChannelSegment, SearchResult],
         unmodelled: frozenset[str] = frozenset(),
     ) -> None:
-        """`unmodelled`: words that are also said, or followed by others, in other ways than the listener knows."""
+        """`unmodelled`: words that are also said, or followed by others, in ways that the channel search lacks."""
         super().__init__(ears, listener, worker)
         self._unmodelled = unmodelled
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._searched_until = 0
-        """Greetings were sought up to this sample."""
+        """Onsets were searched up to this sample."""
         self._since: int | None = None
         """There have been signs of speech since this sample, with no QUIET among them."""
-        self._sign = 0
+        self._last_sign = 0
         """The sample after the last sign of speech."""
         self._open: OpenSegment | None = None
         self._closed: list[OpenSegment] = []
-        """Stretches being searched, or searched a moment ago."""
+        """Segments being searched, or searched a moment ago."""
         self._reported: list[Recognised] = []
         self._searched_at: int | None = None
-        """When the last stretch was submitted; None once its data are dropped."""
+        """When the last segment was submitted; None once its data are dropped."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """As `LaterEars.prepare`; robots' words come first."""
@@ -109,26 +109,26 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
-    def _take_result(self, stretch: OpenSegment, result: SearchResult) -> list[Recognised]:
-        """The sentences of a search that are whole and not reported yet."""
-        whole = [each for each in result.sentences if each.start_sample >= stretch.whole_from]
+    def _take_result(self, segment: OpenSegment, result: SearchResult) -> list[Recognised]:
+        """Report the sentences of a search that are whole and not reported yet."""
+        whole = [each for each in result.sentences if each.start_sample >= segment.whole_from]
         return [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
 
-    def _release(self, stretch: OpenSegment, everything: bool = True) -> list[Event]:
-        """The events to report for what a stretch held: `everything`, or what the search agrees with, since what goes
-        on may be another sentence, or nothing. Of garbled speech in which no robot was heard there is no more to learn:
-        by chance some path seems to go on in anybody's talk."""
-        result = stretch.result or SearchResult()
-        freed = [event for event in stretch.held if everything or self._agrees(event, result)]
-        stretch.held = [event for event in stretch.held if event not in freed]
+    def _release(self, segment: OpenSegment, everything: bool = True) -> list[Event]:
+        """Release a segment's held events: `everything`, or what the search agrees with, while a sentence is in
+        progress at its end. Garbled speech in which no robot was heard is released at once, since in anybody's talk
+        some path is in progress by chance."""
+        result = segment.result or SearchResult()
+        freed = [event for event in segment.held if everything or self._agrees(event, result)]
+        segment.held = [event for event in segment.held if event not in freed]
         return [each for event in freed for each in self._to_report(event, result)]
 
     def flush(self) -> list[Event]:
-        """As `Recogniser.flush`: what the first ears and the open stretches still held."""
+        """As `Recogniser.flush`, with what open segments hold."""
         reported = self.take(self._ears.flush())
         self._close()
         reported += self.take([])
-        return reported + [event for stretch in self._closed for event in self._release(stretch)]
+        return reported + [event for segment in self._closed for event in self._release(segment)]
 
     def _break_off(self, n_samples: int) -> None:
         self._close()
@@ -142,12 +142,12 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         self._break_off(0)
 
     def _follow(self) -> None:
-        """Track beginnings and signs of speech."""
+        """Track onsets and signs of speech."""
         if self.first.signs:
             self._since = self._began if self._since is None else self._since
-            self._sign = self._now
+            self._last_sign = self._now
             self._note_sign()
-        elif self._now - self._sign >= QUIET:
+        elif self._now - self._last_sign >= QUIET:
             self._since = None
         self._note_onset()
         if self._open is None:
@@ -164,7 +164,7 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         self._open.note_sign(at, self._now, self._clatters)
 
     def _note_onset(self) -> None:
-        """Seek a beginning in the newest sound."""
+        """Search the newest sound for an onset."""
         first = self._now - SIZE
         if first < self._searched_until or first < self._whole_from:
             return
@@ -176,26 +176,26 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
-        looked_at = [each for each in self._closed if each.job is not None and (each.result is None or each.shows_end)]
-        if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in looked_at):
+        searched = [each for each in self._closed if each.job is not None and (each.result is None or each.shows_end)]
+        if any(at < each.end_sample for each in self._reported) or any(at < each.end for each in searched):
             return
         begin = max(at - (ONSET_LAG if found.greeting else FAINT_ONSET_LAG), self._whole_from)
         if self._open is None:
             self._open = OpenSegment(begin, self._now, at + MAX_LENGTH)
         self._open.note_onset(found, at, begin, self._since)
 
-    def _close_if_due(self, stretch: OpenSegment) -> None:
-        before = stretch.after
+    def _close_if_due(self, segment: OpenSegment) -> None:
+        before = segment.after
         if before is not None and not before.in_progress:
             if before.result is None and not self._is_over(before):
                 return
-            stretch.after, stretch.due = None, stretch.begin + CUT_AFTER
-            if not stretch.sign_samples and not stretch.greeted:
+            segment.after, segment.due = None, segment.begin + CUT_AFTER
+            if not segment.sign_samples and not segment.greeted:
                 self._open = None
                 return
-        if stretch.is_over(self._now):
+        if segment.is_over(self._now):
             self._close()
-        elif self._now >= stretch.due:
+        elif self._now >= segment.due:
             self._close(cut=True)
 
     def _free_memory(self) -> None:
@@ -205,47 +205,47 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
             self._listener.free_memory()
 
     def _close(self, cut: bool = False) -> None:
-        """Close the open stretch, or `cut` it: submit it, unless all of it has been reported."""
-        stretch, self._open = self._open, None
-        if stretch is None:
+        """Close the open segment, or `cut` it: submit it, unless all of it has been reported."""
+        segment, self._open = self._open, None
+        if segment is None:
             return
-        stretch.after = None
+        segment.after = None
         if cut:
-            stretch.end = self._now
-            self._open_after(stretch)
+            segment.end = self._now
+            self._open_after(segment)
         before = next((each for each in self._closed if each.in_progress), None)
-        if before is not None and before.begin >= self._whole_from and stretch.begin - before.end < CONTINUES_WITHIN:
-            stretch.begin = max(before.first_start - ONSET_LAG, self._whole_from, stretch.end - 2 * MAX_LENGTH)
-            stretch.earlier = before.in_progress
-            stretch.held = before.held + stretch.held
+        if before is not None and before.begin >= self._whole_from and segment.begin - before.end < CONTINUES_WITHIN:
+            segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * MAX_LENGTH)
+            segment.earlier = before.in_progress
+            segment.held = before.held + segment.held
             self._closed.remove(before)
-        stretch.closed_at = self._now
-        stretch.whole_from = self._whole_from + INCOMPLETE_WITHIN if self._whole_from else 0
-        self._closed.append(stretch)
-        if self._is_accounted_for(stretch):
-            stretch.result = SearchResult()
+        segment.closed_at = self._now
+        segment.whole_from = self._whole_from + INCOMPLETE_WITHIN if self._whole_from else 0
+        self._closed.append(segment)
+        if self._is_accounted_for(segment):
+            segment.result = SearchResult()
             return
-        sound, lead = self.first.history.around(stretch.begin - LEAD, stretch.begin, self._now)
-        origin = stretch.begin - lead
-        stretch.job = ChannelSegment(sound, origin, lead, cut, stretch.earlier)
+        sound, lead = self.first.history.around(segment.begin - LEAD, segment.begin, self._now)
+        origin = segment.begin - lead
+        segment.job = ChannelSegment(sound, origin, lead, cut, segment.earlier)
         self._searched_at = self._now
-        if not self._worker.submit(stretch.job, self._listener):
-            stretch.result = SearchResult()
+        if not self._worker.submit(segment.job, self._listener):
+            segment.result = SearchResult()
 
-    def _open_after(self, stretch: OpenSegment) -> None:
-        """Open a stretch for what goes on after another one, whose end no sign shows."""
-        self._open = OpenSegment(self._now, self._now, self._now + CUT_AGAIN_AFTER, hidden=True, after=stretch)
+    def _open_after(self, segment: OpenSegment) -> None:
+        """Open a segment for what goes on after another one, whose end no sign of speech shows."""
+        self._open = OpenSegment(self._now, self._now, self._now + CUT_AGAIN_AFTER, hidden=True, after=segment)
 
-    def _is_accounted_for(self, stretch: OpenSegment) -> bool:
+    def _is_accounted_for(self, segment: OpenSegment) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
-        if stretch.held:
+        if segment.held:
             return False
-        length = stretch.end - stretch.begin - ONSET_LAG
-        reported = sum(_overlap(stretch.begin, stretch.end, each) for each in self._reported)
+        length = segment.end - segment.begin - ONSET_LAG
+        reported = sum(_overlap(segment.begin, segment.end, each) for each in self._reported)
         return length < MIN_LENGTH or reported > 0.6 * length
 
     def _take_event(self, event: Event) -> list[Event]:
-        """The events to report at once for an event of the first ears."""
+        """The events to report at once for an event of the first pass."""
         if not isinstance(event, Recognised | Garbled):
             return [event]
         if isinstance(event, Recognised):
@@ -268,10 +268,10 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         return []
 
     def _to_report(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
-        """The held events to report, if no sentence was found in their place.
+        """The event to report for a held one; none if a sentence was found in its place.
 
-        A sentence that templates found stands if it is the likeliest one there, or if no robot is known to have said
-        anything there: its words may differ from their renderings in robots' voices.
+        A sentence of the templates is reported if the search finds it likeliest, or finds no robot there: its words may
+        differ from their renderings in robots' voices.
         """
         if any(_overlaps(event, each) for each in self._reported):
             return []
@@ -280,14 +280,14 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
     def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
-        """Whether it is the likeliest sentence, or one that the listener cannot know; or garbled,
-        where no robot spoke."""
+        """Whether the search finds this sentence likeliest, or lacks one of its words; for garbled speech, finds no
+        robot."""
         if isinstance(event, Garbled):
             return not result.robot
         return event.words == result.likeliest or not self._unmodelled.isdisjoint(event.words)
 
-    def _is_over(self, stretch: OpenSegment) -> bool:
-        return self._now - stretch.closed_at > MAX_WAIT
+    def _is_over(self, segment: OpenSegment) -> bool:
+        return self._now - segment.closed_at > MAX_WAIT
 
     def _is_reported(self, sentence: Recognised) -> bool:
         """Whether it was reported, or is a part of what was."""

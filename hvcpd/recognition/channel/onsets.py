@@ -1,11 +1,11 @@
-"""Detects where robots' sentences may begin, through any channel and in any noise.
+"""Onset detection: where robots' sentences may begin, through any channel and in any noise.
 
 Most sentences begin with a greeting, which in a robot's voice is a known signal. The whitened sound is correlated with
 it, and the energy of the correlation in a window as long as a short response is compared with the median of all such
 windows: a detector of constant false-alarm rate (M. Richards, "Fundamentals of Radar Signal Processing", 2nd ed.,
-2014, chapter 7). It needs neither an estimate of the channel nor signs of speech.
+2014, chapter 7). It needs neither a channel estimate nor voice activity.
 
-Other beginnings are found by their energy at the frequencies where robots' voices stand out from the noise.
+Other onsets are found by their energy at the frequencies where robots' voices stand out from the noise.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ SIZE = 16_384
 STEP = 8_000
 """Lags that are new each time, samples (0.5 s)."""
 WINDOW = 64
-"""Samples of a response within which echoes count (4 ms), as in the search's first step."""
+"""Samples (4 ms) of the channel response whose energy is summed, as in the search's first step."""
 BLOCK = 16
-"""Resolution of beginnings, samples (1 ms)."""
+"""Resolution of onsets, samples (1 ms)."""
 LENGTH = SIZE - STEP - WINDOW
-"""Samples of a greeting that are compared; a slow one is a little longer."""
+"""Samples of a greeting that are correlated; a slow greeting is a little longer."""
 LEAST_RATIO = 6.5
-"""Ratio of a window's energy to the median from which a greeting may have begun there. In four rooms and four kinds of
+"""Ratio of a window's energy to the median from which on it is the onset of a greeting. In four rooms and four kinds of
 noise at -10 to 0 dB, 43 right ones had 6.7 to 178, and 300 half seconds of noise alone at most 6.5."""
 RISE_FRAMES = 6
-"""Frames over which a rise is averaged: 0.21 s."""
+"""Frames (0.21 s) over which the rise over the noise is averaged."""
 LEAST_RISE = 1.5
-"""Mean weighted rise that is a sign of speech. In steady noise at -10 dB, speech reaches 1.7 to 7.0 (72 sentences),
-and half seconds of noise alone 0.6 to 1.46 (250)."""
+"""Mean weighted rise from which on a voice has begun. In steady noise at -10 dB, speech reaches 1.7 to 7.0 (72
+sentences), and half seconds of noise alone 0.6 to 1.46 (250)."""
 MEAN_RISE = 0.0489
 """Mean rise of a bin in steady noise, where its power over the mean is distributed exponentially and half of it
 counts: the exponential integral E1(2)."""
@@ -60,14 +60,14 @@ VOICED = slice(100 * FRAME // 16_000, 4000 * FRAME // 16_000)
 
 @dataclass(frozen=True)
 class Onset:
-    """A sentence may begin at sample `at` of the sound; `greeting`: with a greeting. Otherwise it began before `at`."""
+    """A sentence may begin at sample `at` of the sound, with a `greeting`; otherwise it began before `at`."""
 
     at: int
     greeting: bool
 
 
 class OnsetDetector:
-    """Knows the first words of robots' voices."""
+    """Detects the first words of sentences in robots' voices."""
 
     def __init__(self, graph: WordGraph, books: Sequence[RenderedVoice]) -> None:
         firsts = [
@@ -88,8 +88,8 @@ class OnsetDetector:
         self._voices = np.array(list(voices.values()), np.float32).reshape(-1, BINS)
 
     def find(self, heard: Samples, noise: Samples) -> Onset | None:
-        """Where a sentence may begin in `heard`, shape (SIZE,): with a greeting among the first STEP samples, or else
-        where it rises over the noise; None if nowhere. `noise`: sound without speech, shape (n,), n ≥ FRAME."""
+        """The first onset in `heard`, shape (SIZE,): a greeting within the first STEP samples, or else where a voice
+        rises over the noise; None if there is none. `noise`: sound without speech, shape (n,), n ≥ FRAME."""
         if not self._greetings:
             return None
         inverse = inverse_spectrum(heard, noise)
@@ -110,11 +110,11 @@ class OnsetDetector:
         return int(block) * BLOCK + lead
 
     def _rise(self, heard: Samples, noise: Samples) -> int | None:
-        """The end of the first window in which the bins where a voice has its power have more than in the noise.
+        """The end of the first window in which the power rises over the noise in the bins of a voice.
 
-        In steady noise a bin's power over its own mean is distributed exponentially. Of half of that the logarithm is
-        taken, where it is positive, so that no single bin counts for much; a bin counts by the voice's power over the
-        noise's, as the optimum detector of a faint sound of known spectrum has it (H. Van Trees, "Detection,
+        In steady noise the ratio of a bin's power to its mean is distributed exponentially. The logarithm of half that
+        ratio, where it is positive, limits the influence of single bins. Bins are weighted by the ratio of the voice's
+        power to the noise's, as in the optimum detector of a faint sound of known spectrum (H. Van Trees, "Detection,
         Estimation, and Modulation Theory", part III, 1971)."""
         usual = power_spectra(noise).mean(axis=0)
         usual = np.convolve(np.pad(usual, 2, mode="edge"), np.full(5, 0.2), "valid")[VOICED]

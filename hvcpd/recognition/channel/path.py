@@ -1,5 +1,4 @@
-"""Paths through the network of words as robots render them, each with its own estimate of the channel, and which of two
-is ahead.
+"""Paths through the word network as robots render it, each with its own channel estimate; their extension and pruning.
 
 A path's score is the received energy that it explains through its best-fitting response: every path has its own
 estimate ("per-survivor processing", R. Raheli, A. Polydoros, C. Tzou, IEEE Trans. Communications 43, 1995). Its normal
@@ -39,13 +38,13 @@ I_AM = ("i", "am")
 FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
-"""A path is dropped if another one has explained this much more at its end."""
+"""Ratio and difference of explained energy by which another path must be ahead at a path's end for it to be dropped."""
 NEAR = 400
 """Maximum distance in samples between the ends of two paths that are compared."""
 
 
 class Rendering(Signal, Protocol):
-    """One way to say a word."""
+    """One rendering of a word, with its place in the sentence."""
 
     @property
     def final(self) -> bool:
@@ -53,7 +52,7 @@ class Rendering(Signal, Protocol):
 
     @property
     def lead(self) -> int:
-        """Number of samples before its audible part: after a pause it begins this much earlier."""
+        """Number of samples before its audible part: after a pause the rendering begins this much earlier."""
 
     @property
     def advance(self) -> int:
@@ -72,7 +71,7 @@ class RenderedVoice(Protocol):
         """The names of robots that have other voices, as words."""
 
     def renderings(self, word: str, third: int) -> Sequence[Rendering]:
-        """All ways to say `word` in a third (0, 1, 2) of a sentence; none if that voice cannot say it."""
+        """All renderings of `word` in a third (0, 1, 2) of a sentence; none if the voice cannot say it."""
 
     def free_memory(self) -> None:
         """Free memory: nobody has spoken for a while."""
@@ -109,7 +108,7 @@ class Path:
     """Correlation of the sound with the signal, at lags from -PRE_TAPS on."""
     taps: Taps
     explained: tuple[float, ...]
-    """Energy that it explains beyond what its taps do by chance, before its first word and after each one."""
+    """The score before its first word and after each one."""
 
     @staticmethod
     def empty(book: RenderedVoice, node: int) -> Path:
@@ -119,7 +118,7 @@ class Path:
 
     @property
     def score(self) -> float:
-        """Energy that it explains beyond what its taps do by chance."""
+        """Energy that it explains beyond what its taps explain by chance."""
         return self.explained[-1]
 
     @property
@@ -160,7 +159,7 @@ class Path:
 
     @cached_property
     def spread(self) -> Spectrum:
-        """The `energy_weights` of its response."""
+        """The `energy_weights` of its taps."""
         return energy_weights(self.taps)
 
     def around(self, fit: SignalFit) -> Taps:
@@ -169,7 +168,7 @@ class Path:
         return fit.correlation[begin : begin + len(self.taps) + 2 * MAX_SHIFT]
 
     def shifted(self, samples: int) -> Path:
-        """The same path in a sound that begins this much earlier."""
+        """The same path in a sound that begins this many samples earlier."""
         return replace(self, starts=tuple(start + samples for start in self.starts))
 
     @property
@@ -237,8 +236,8 @@ Tried = TypeVar("Tried", Path, Extension)
 
 
 def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
-    """Paths by their deficit in explained energy against the best path over the same sound: they end at different
-    places."""
+    """Paths sorted by their deficit in explained energy against the best path over the same sound, since they end at
+    different samples."""
     heard = [path.energy(sound) for path in paths]
     score, energy = max(((path.score, e) for path, e in zip(paths, heard, strict=True)), default=(0.0, 0.0))
     share = score / max(energy, TINY)
@@ -252,7 +251,7 @@ def most_explaining(paths: Sequence[Path], n: int) -> list[Path]:
 
 
 def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
-    """The paths that are not far behind any of those `ahead`."""
+    """The paths that are not far behind any of those `ahead` (pruning)."""
     return [path for path in paths if not any(_is_behind(path, leader) for leader in ahead)]
 
 

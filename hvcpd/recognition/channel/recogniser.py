@@ -1,6 +1,6 @@
-"""Searches a stretch of sound for sentences of robots with unknown channels.
+"""The channel recogniser: sentences of robots in a segment of sound, through unknown channels.
 
-Sentences are found, verified and removed from the sound one after the other, and the residual is searched again."""
+Sentences are found, verified and subtracted one after the other, and the residual is searched again."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from hvcpd.recognition.fitted import curve, fitted
 from hvcpd.recognition.frontend import TINY
 
 EXPECTED = 60.0
-"""Energy of a word, in variances of the noise, from which on its absence shows: by 8 standard deviations."""
+"""Expected energy of a word, in variances of the noise, from which on its absence shows, by 8 standard deviations."""
 BEFORE, BEFORE_SHARE = 100.0, 0.02
-"""Explained energy, and its share of what a sentence explains, from which on a word in the same voice was said right
-before it. Chance reaches 20."""
+"""Energy explained by a word right before a sentence in the same voice, and its share of what the sentence explains,
+from which on it was said. Chance reaches 20."""
 MISSING = 0.2
-"""A word of whose energy less was heard was not said: its absence shows by 6 standard deviations where it counts."""
+"""Share of a word's expected energy below which it was not said: by 6 standard deviations, where EXPECTED holds."""
 MOST_LEAD_SHARE = 0.6
-"""Share of a sentence's score up to which its lead carries information."""
+"""Largest lead that carries information, as a share of a sentence's score."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Evidence for a sentence: its `lead` over any other path no word of which is missing (MOST_LEAD_SHARE of its score
-    at most), and the `fit` of its worst word."""
+    """Evidence for a sentence: its `lead` in explained energy over any other path that lacks no word, at most
+    MOST_LEAD_SHARE of its score, and the `fit` of its worst word."""
 
     path: Path
     lead: float
@@ -45,8 +45,8 @@ class Evidence:
 
     @property
     def features(self) -> tuple[float, ...]:
-        """Features of `confidence`: log lead (at least 0), fit (at most 1), and log number of words: the longer a
-        sentence, the less likely other sound is like it."""
+        """Features of `confidence`: log lead (at least 0), fit (at most 1), and log number of words, since a long
+        sentence rarely resembles other sound."""
         return (math.log(max(self.lead, 1.0)), min(self.fit, 1.0), math.log(len(self.path.words)))
 
     @property
@@ -74,9 +74,9 @@ class _Part:
 
 
 def worst_fit(sound: WhitenedSound, path: Path) -> float:
-    """Ratio of received to expected energy of the word that fits worst, through the path's response: about 1 if it was
-    said, 0 or less if not. The second half of the last word counts as a word, since a sentence may have been cut off in
-    it. Words with little expected energy do not count."""
+    """Ratio of received to expected energy, through the path's response, of the word that fits worst: about 1 if it was
+    said, 0 or less if not. The second half of the last word counts as a word, since the sentence may be cut off there;
+    words with little expected energy do not count."""
     last, half = path.renderings[-1], path.renderings[-1].length // 2
     end = _Part(last.length - half, last.samples[half:])
     words = zip(path.renderings, path.starts, strict=True)
@@ -90,8 +90,8 @@ def worst_fit(sound: WhitenedSound, path: Path) -> float:
 
 
 def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
-    """Whether one of these words was said by the same voice, through the same response, right before a path: then it is
-    the end of a longer sentence."""
+    """Whether the same voice said one of these words, through the same response, right before a path, which then is the
+    end of a longer sentence."""
     renderings = (said for word in words for third in range(3) for said in path.book.renderings(word, third))
     place = path.starts[0]
     least = max(BEFORE, BEFORE_SHARE * path.score)
@@ -105,36 +105,36 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
 
 
 NOISE_S = 0.5
-"""Length of the quiet stretch from which the noise is estimated."""
+"""Length of the quiet part from which the noise is estimated."""
 QUIETER = 0.2
-"""Share of the stretches that are quieter than the chosen one: gain controls and drop-outs make some that are not
-representative."""
+"""Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones
+unrepresentative."""
 LEAST_SCORE = 450.0
-"""Least explained energy, in variances of the noise, from which on it is a robot that somebody heard, though perhaps
-not what it said: chance and other talk reach 390."""
+"""Explained energy, in variances of the noise, from which on a robot spoke, whatever it said: chance and other talk
+reach 390."""
 BEGUN = 150.0
-"""The same for a beginning where sound was cut: a second search costs little."""
+"""The same for a path in progress at a cut: another search costs little."""
 GOES_ON = SAMPLE_RATE_HZ
-"""A sentence this close (1 s) to a cut may have more words, of which the next one is not heard to its end."""
+"""A sentence that ends this close (1 s) to a cut may go on with a word that the cut divides."""
 REACH = SAMPLE_RATE_HZ
-"""A sentence that ends earlier than this (1 s) before the end of the sound has ended."""
+"""A path that ends more than this (1 s) before the end of the sound is no longer in progress."""
 MAX_IN_PROGRESS = 16
-"""Maximum number of paths with which the next search goes on."""
+"""Maximum number of paths that are handed to the next search."""
 LEAST_CONFIDENCE = 0.7
-"""Least confidence of a sentence that is reported (`benchmarks.channel_confidence` prints what it lets pass)."""
+"""Least confidence of a reported sentence (`python -m benchmarks.channel_confidence` measures it)."""
 TAIL = SAMPLE_RATE_HZ // 10
-"""Most samples (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
+"""Largest part (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
 MOST_LOSS = 3.0
-"""Nats per phone by which the phones of a sentence may be less likely than the likeliest ones. Of 64 right sentences
+"""Largest loss of a sentence's phones against the likeliest ones, nats per phone. Of 64 right sentences
 in 24 worlds none has more than 2.5, of 13 that were made of people ordering coffee none less than 3.5."""
 MARGIN = SAMPLE_RATE_HZ // 10
 """Samples (0.1 s) before and after a sentence with which its phones are checked."""
 Check = Callable[[Sequence[str], Samples, Samples], float]
 """The loss of words' phones, nats per phone, in a sound, shape (n,), with the sound of the room alone, shape (m,)."""
 LEAST_WORD_FIT = 0.4
-"""Smallest share of each word's expected sound, through the response, that must have been heard."""
+"""Least ratio of received to expected energy of each word of a reported sentence."""
 MAX_SPEAKERS = 2
-"""Maximum number of robots that speak at the same time."""
+"""Maximum number of simultaneous speakers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,33 +151,33 @@ class ChannelSegment:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The sentences in a stretch; whether a robot said something else there; and the paths in progress at its end, the
-    best first, by the samples that `origin` counts."""
+    """The sentences in a segment; whether a robot said something else there; and the paths in progress at its end, the
+    best first, in samples of the stream."""
 
     sentences: tuple[Recognised, ...] = ()
     robot: bool = False
     in_progress: tuple[Path, ...] = ()
     likeliest: tuple[str, ...] = ()
-    """The words of the whole sentence that is likeliest, however unsure it is; none if there is none."""
+    """The words of the likeliest whole sentence, however unsure; none if no robot spoke."""
     sure_at: int = sys.maxsize
-    """The sample by which it has ended, if it is sure but for the words that may follow."""
+    """The sample by which a sentence has ended that is sure unless more words follow."""
 
 
 class ChannelRecogniser:
-    """Knows the voices of robots."""
+    """Recognises robots' sentences in segments of sound."""
 
     def __init__(
         self, graph: WordGraph, books: Sequence[RenderedVoice], prepared: bool = True, check: Check | None = None
     ) -> None:
-        """`prepared`: the words may be rendered when they are needed; otherwise no beginning is found before
-        `prepare`. `check`: by another listener, of what would be reported."""
+        """`prepared`: words may be rendered when they are needed; otherwise no onset is found before `prepare`.
+        `check`: verifies a sentence before it is reported."""
         self._check = check
         rates: list[list[RenderedVoice]] = []
         for book in books:
             rate = next((rate for rate in rates if all(other.voice != book.voice for other in rate)), None)
             rates.append([book]) if rate is None else rate.append(book)
         self._searches = [ChannelSearch(graph, rate) for rate in rates]
-        """One for each rate: the usual one first."""
+        """One for each speaking rate, the usual one first."""
         self._books = books
         self._before = _words_before(graph)
         self._graph = graph
@@ -185,8 +185,8 @@ class ChannelRecogniser:
         self._onsets = OnsetDetector(graph, self._usual if prepared else ())
 
     def onset(self, heard: Samples, before: Samples) -> Onset | None:
-        """Where a robot's sentence may begin in `heard` (see `OnsetDetector.find`); `before`: the sound before it,
-        shape (n,), n ≥ FRAME."""
+        """The onset of a robot's sentence in `heard` (see `OnsetDetector.find`); `before`: the sound before it, shape
+        (n,), n ≥ FRAME."""
         return self._onsets.find(heard, noise_sample(before, heard))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -197,50 +197,50 @@ class ChannelRecogniser:
             book.prepare(go_on)
 
     def free_memory(self) -> None:
-        """Free the memory of all listeners: nobody has spoken for a while. Any thread may call this."""
+        """Free cached spectra and waveforms: nobody has spoken for a while. Any thread may call this."""
         free_memory()
         for book in self._books:
             book.free_memory()
 
-    def search(self, stretch: ChannelSegment) -> SearchResult:
-        """Return the robots' sentences in a stretch."""
-        begin = max(stretch.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
-        heard = stretch.sound[begin:].copy()
+    def search(self, segment: ChannelSegment) -> SearchResult:
+        """The robots' sentences in a segment."""
+        begin = max(segment.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
+        heard = segment.sound[begin:].copy()
         if len(heard) < FRAME:
             return SearchResult()
-        noise = noise_sample(stretch.sound[: stretch.lead], heard)
+        noise = noise_sample(segment.sound[: segment.lead], heard)
         reported: list[Path] = []
         sentences: list[Recognised] = []
         while len(reported) < MAX_SPEAKERS:
             sound = WhitenedSound(heard, noise)
-            paths, evidence = self._found(sound, stretch, begin, reported)
+            paths, evidence = self._found(sound, segment, begin, reported)
             sure_at = sys.maxsize
-            if evidence is not None and stretch.cut and evidence.path.end + GOES_ON > sound.n:
-                sure_at, evidence = evidence.path.end + GOES_ON + stretch.origin + begin, None
+            if evidence is not None and segment.cut and evidence.path.end + GOES_ON > sound.n:
+                sure_at, evidence = evidence.path.end + GOES_ON + segment.origin + begin, None
             elif evidence is not None and self._is_contradicted(evidence.path, heard, noise):
                 evidence = None
             if evidence is None:
                 if not paths:
                     break
                 robot = paths[0].score >= LEAST_SCORE
-                last = _in_progress(paths, len(heard), BEGUN if stretch.cut else LEAST_SCORE)
+                last = _in_progress(paths, len(heard), BEGUN if segment.cut else LEAST_SCORE)
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
-                going_on = tuple(path.shifted(stretch.origin + begin) for path in last)
+                going_on = tuple(path.shifted(segment.origin + begin) for path in last)
                 return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.sound(len(heard))
-            sentences.append(_recognised(evidence, stretch.origin + begin, received))
+            sentences.append(_recognised(evidence, segment.origin + begin, received))
             heard -= received
         return SearchResult(tuple(sentences))
 
     def _found(
-        self, sound: WhitenedSound, stretch: ChannelSegment, begin: int, reported: Sequence[Path]
+        self, sound: WhitenedSound, segment: ChannelSegment, begin: int, reported: Sequence[Path]
     ) -> tuple[list[Path], Evidence | None]:
-        """The candidates in a sound that begins at sample `begin` of the stretch, apart from the `reported` sentences,
+        """The candidates in a sound that begins at sample `begin` of the segment, apart from the `reported` sentences,
         most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
         rate finds nobody, or a sentence at another one is in progress."""
-        earlier = [path.shifted(-stretch.origin - begin) for path in stretch.earlier]
+        earlier = [path.shifted(-segment.origin - begin) for path in segment.earlier]
         others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         best = None
@@ -249,7 +249,7 @@ class ChannelRecogniser:
             paths += found
             paths.sort(key=lambda path: -path.score)
             best = self._certain(sound, paths)
-            done = not others and (not found or (stretch.cut and _in_progress(found, sound.n)))
+            done = not others and (not found or (segment.cut and _in_progress(found, sound.n)))
             if best is not None or done:
                 break
         return paths, best

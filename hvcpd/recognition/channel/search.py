@@ -1,4 +1,4 @@
-"""Searches for the sentence that explains most of a segment of sound, whatever channel it came through.
+"""The channel search: the sentences that explain most of a segment of sound, whatever channel they came through.
 
 First words are sought everywhere, and extended word by word; at each place where a sentence may begin the paths that
 explain most are kept (a beam). A response has few taps while little energy is explained, and up to TAPS
@@ -33,27 +33,26 @@ from hvcpd.recognition.frontend import TINY
 ENERGY_PER_TAP = 6.0
 """Explained energy for each tap."""
 BLOCK = 16
-"""Resolution in lags of the search for beginnings."""
+"""Resolution in lags of the search for first words."""
 LEAST_START = 35.0
-"""Explained energy of the best first word below which the search ends: steady noise reaches 20, and the least of any
-reported sentence was 78."""
+"""Least explained energy of a first word: steady noise reaches 20, and the least of any reported sentence was 78."""
 LEAST_START_BESIDE = 450.0
 """The same after a sentence was removed: its late echoes reached 306 (4 searches), and the least of seven sentences
 reported beside another was 1,984."""
 MAX_STARTS_OF_WORD = 3
-"""Maximum number of beginnings of each word in each voice."""
+"""Maximum number of starts of each word in each voice."""
 MAX_STARTS = 20
-"""Maximum number of places where sentences are sought to begin."""
+"""Maximum number of samples at which sentences may start."""
 MIN_DISTANCE = SAMPLE_RATE_HZ // 10
-"""Least distance in samples between these places."""
+"""Least distance between these samples (0.1 s)."""
 BEAM_WIDTH = 8
-"""Maximum number of active paths that begin at one place, over all voices."""
+"""Maximum number of active paths that start at one of them, over all voices."""
 MAX_EXTENSIONS = 48
-"""Maximum number of next words whose response is estimated again."""
+"""Maximum number of extensions whose channel is estimated."""
 EARLIER = round(0.6 * SAMPLE_RATE_HZ)
-"""What begins this much (0.6 s) before a reported sentence in the same voice is an echo of it, too."""
+"""Longest time (0.6 s) before a reported sentence within which a path in the same voice is an echo of it."""
 MAX_LAGS = 12_000
-"""Number of beginnings that one transform covers."""
+"""Number of starts that one transform covers."""
 
 
 class ChannelSearch:
@@ -65,9 +64,9 @@ class ChannelSearch:
         self._lengths = lengths_of(graph)
 
     def paths(self, sound: WhitenedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = ()) -> list[Path]:
-        """Return sentences and partial sentences, those that explain most first. They begin anywhere, and where
-        `earlier` ones did, found in less of this sound. None that begins within a sentence `reported` is in the same
-        voice, of which late echoes remain: a robot does not say two things at once."""
+        """Sentences and partial sentences, those that explain most first. They start anywhere, and where the paths
+        `earlier` did, which were found in a shorter part of this sound. None in the voice of a `reported` sentence
+        starts within it: those would be its late echoes."""
         found: list[Path] = []
         begun = (self._resumed(sound, earlier), self._started(sound))
         new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
@@ -87,7 +86,7 @@ class ChannelSearch:
         return (said for said in book.renderings(word, third) if not said.final or node in self._graph.rests)
 
     def _started(self, sound: WhitenedSound) -> list[Path]:
-        """Paths of one word, at the best places of each."""
+        """Paths of one word, at its best starts."""
         begun: list[Extension] = []
         for book in self._books:
             for word, node in self._graph.following[self._graph.start]:
@@ -101,7 +100,7 @@ class ChannelSearch:
         return extended(sound, begun, FIRST_TAPS)
 
     def _resumed(self, sound: WhitenedSound, earlier: Sequence[Path]) -> list[Path]:
-        """The first words of paths found in less of this sound."""
+        """The first words of paths that were found in a shorter part of this sound."""
         nodes = dict(self._graph.following[self._graph.start])
         known = dict.fromkeys((path.book, path.words[0], path.renderings[0], path.starts[0]) for path in earlier)
         words = [
@@ -150,7 +149,7 @@ class ChannelSearch:
 
 
 def _starts(sound: WhitenedSound, said: Sequence[Rendering]) -> Iterator[tuple[float, Rendering, int]]:
-    """The best places of a word where at least half of it was heard: energy, rendering and first sample."""
+    """The best starts of a word of which at least half was heard: energy, rendering and first sample."""
     for way in said:
         until = sound.n - way.length // 2
         for first in range(0, until, MAX_LAGS):
@@ -165,8 +164,8 @@ def _is_within(path: Path, reported: Path) -> bool:
 
 
 def _by_start(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
-    """Paths of one word by the place where they begin, the place of the best one first. Paths compete only with those
-    from the same place: their shares of the energy compare only over the same sound."""
+    """Paths of one word, grouped by their start, that of the best path first. Only paths with the same start compete,
+    since their shares of the energy compare only over the same sound."""
     left = sorted(begun, key=lambda path: -path.score)
     for _ in range(MAX_STARTS):
         if not left or left[0].score < least:
