@@ -21,7 +21,7 @@ from scipy.optimize import minimize
 from benchmarks.fusion_cases import Case, all_cases
 from benchmarks.people_stage import Stage
 from hvcpd.people import fusion
-from hvcpd.people.fusion import evidence
+from hvcpd.people.fusion import confidence_features
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY
 
 Floats = NDArray[np.float64]
@@ -37,7 +37,7 @@ EVIDENCE = (
     "is_nearest",
     "nearest_logit",
 )
-"""Names of the weights of `fusion.evidence`."""
+"""Names of the weights of `fusion.confidence_features`."""
 LEVELS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 1.01)
 
 
@@ -61,13 +61,13 @@ def fit_probability(values: Floats, right: Floats, case_weights: Floats) -> Floa
 
     found = minimize(cost, np.zeros(len(scale)), bounds=_bounds(PROBABILITY_SIGNS)).x / scale
     varies[0] = True
-    return np.where(varies, found, fusion.PROBABILITY)
+    return np.where(varies, found, fusion.WEIGHTS)
 
 
 def winners(cases: Sequence[Case]) -> list[tuple[tuple[str, ...], Sequence[float]]]:
     """The likeliest sentence in each case by the weights as they are, and the features that tell whether it is
     right."""
-    found = ([(words, evidence(c.hypotheses, words)) for words in c.hypotheses.sentences] for c in cases)
+    found = ([(words, confidence_features(c.hypotheses, words)) for words in c.hypotheses.sentences] for c in cases)
     return [max(each, key=lambda one: fusion.probability(one[1])) for each in found]
 
 
@@ -78,7 +78,7 @@ def tell(cases: Sequence[Case], found: Sequence[tuple[str, ...]], probabilities:
     print(f"{'':44} " + "".join(f"{level:>6}" for level in levels) + "   " + "".join(f"{level:>6}" for level in levels))
     for kind in dict.fromkeys(case.kind for case in cases):
         mine = [k for k, case in enumerate(cases) if case.kind == kind]
-        right = [k for k in mine if fusion.alike(found[k], cases[k].words)]
+        right = [k for k in mine if fusion.same_meaning(found[k], cases[k].words)]
         wrong = [k for k in mine if k not in right]
         halts = [k for k in wrong if found[k][-1] == "stop" and cases[k].words[-1:] != ("stop",)]
         stops = " ".join(f"{probabilities[k]:.2f}" for k in sorted(halts, key=lambda k: -probabilities[k])[:4])
@@ -107,7 +107,9 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     cases = all_cases(Stage(False), o.data, o.sentences, o.seed)
     found = winners(cases)
     values = np.array([each for _, each in found])
-    right = np.array([fusion.alike(words, case.words) for case, (words, _) in zip(cases, found, strict=True)], float)
+    right = np.array(
+        [fusion.same_meaning(words, case.words) for case, (words, _) in zip(cases, found, strict=True)], float
+    )
     counts = np.array([case.counts for case in cases])
     weights = fit_probability(values, right, counts)
     probabilities = 1.0 / (1.0 + np.exp(-values @ weights))

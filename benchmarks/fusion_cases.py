@@ -245,7 +245,7 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
             for kept in KEPT:
                 everybody, others = enrolled[kept]
                 for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    hypotheses = replace(by_nobody, nearest=ears.hypotheses(segment).nearest)
+                    hypotheses = replace(by_nobody, by_takes=ears.hypotheses(segment).by_takes)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     yield Case(name, (DIGITS[digit],), hypotheses, DIGITS_COUNT)
 

@@ -19,7 +19,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
-from hvcpd.people.fusion import Words, alike
+from hvcpd.people.fusion import Words, same_meaning
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Ears, Event, Recognised, Urgent
@@ -85,4 +85,4 @@ def found(events: Sequence[Event], said: Said) -> list[tuple[str, ...]]:
 
 def say_the_same(one: Words, other: Words) -> bool:
     """Whether they mean the same: a halt is one whoever it is for, and however it was called."""
-    return alike(one, other) or one[-1:] == other[-1:] == ("stop",)
+    return same_meaning(one, other) or one[-1:] == other[-1:] == ("stop",)

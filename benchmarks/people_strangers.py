@@ -34,7 +34,7 @@ from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person
-from hvcpd.people.fusion import alike
+from hvcpd.people.fusion import same_meaning
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -198,7 +198,7 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
             segment = alone(say(phrases, rng), 20.0, "white", rng.randrange(1 << 16))
             for label, listener in listeners.items():
                 found = listener.search(segment)
-                right = found is not None and alike(found.words, words)
+                right = found is not None and same_meaning(found.words, words)
                 totals.setdefault(label, Count()).add(Count(right, found is not None and not right, n=1))
     for label, total in totals.items():
         total.told_alone(f"Kokoro's voices, enrolled: {label}")

@@ -23,7 +23,7 @@ from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
-from hvcpd.people.bands import LEAST, UPPER, bands_of, without_noise
+from hvcpd.people.bands import FIRST_UPPER_BAND, LEAST, mel_bands, noise_subtracted
 from hvcpd.ports import Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -53,10 +53,10 @@ def spoken(n: int, seed: int) -> Iterator[Samples]:
 
 def log_bands(sound: Samples) -> Floats:
     """Of the loud frames of one sentence, shape (n, N_BANDS)."""
-    bands = bands_of(sound)
+    bands = mel_bands(sound)
     power = bands.sum(axis=1)
     loud = power > power.max() * 10.0 ** (-LOUD_DB / 10.0)
-    return np.asarray(np.log(without_noise(bands, np.zeros(bands.shape[1])) + LEAST)[loud])
+    return np.asarray(np.log(noise_subtracted(bands, np.zeros(bands.shape[1])) + LEAST)[loud])
 
 
 def regression(known: Floats, wanted: Floats) -> tuple[Floats, Floats]:
@@ -74,8 +74,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("hvcpd/people/upper_bands.npz"))
     o = parser.parse_args()
     logs = np.concatenate([log_bands(sound) for sound in spoken(o.sentences, o.seed)])
-    upper = logs[:, UPPER:]
-    weights, told = regression(logs[:, :UPPER], upper)
+    upper = logs[:, FIRST_UPPER_BAND:]
+    weights, told = regression(logs[:, :FIRST_UPPER_BAND], upper)
     explained = 1.0 - (upper - told).var(axis=0) / upper.var(axis=0)
     np.savez(o.out, weights=weights.astype(np.float32))
     print(f"{len(logs)} frames, explained: {', '.join(f'{part:.0%}' for part in explained)}; wrote {o.out}")

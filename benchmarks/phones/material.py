@@ -26,8 +26,8 @@ from benchmarks.phones.rooms import Rooms, stretched
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, resampled, talkers
 from hil_fakes.robot_noise import fan, motor
-from hvcpd.people.bands import logs_of, noise_of
-from hvcpd.people.phones import PHONES, centred
+from hvcpd.people.bands import estimated_noise, log_bands
+from hvcpd.people.phones import PHONES, mean_normalised
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 
@@ -77,10 +77,10 @@ class Air:
         n = round(self._rng.uniform(0.6, 3.0) * SAMPLE_RATE_HZ)
         lead = round(LEAD_S * SAMPLE_RATE_HZ)
         whole = np.asarray(0.1 * self._steady(lead + n), np.float32)
-        return centred(logs_of(whole[lead // 2 :], noise_of(whole, lead)))
+        return mean_normalised(log_bands(whole[lead // 2 :], estimated_noise(whole, lead)))
 
     def heard(self, sound: Samples) -> NDArray[np.float32]:
-        """`centred` logarithms of the energies of what arrives."""
+        """`mean_normalised` logarithms of the energies of what arrives."""
         rng = self._rng
         sound = self._through(sound)
         self._talk = [*self._talk[-5:], sound]
@@ -93,7 +93,7 @@ class Air:
             whole = resampled(resampled(np.asarray(whole, np.float32), 2.0), 0.5)
         begin = lead - round(rng.uniform(0.05, 0.6) * SAMPLE_RATE_HZ)
         whole = np.asarray(whole, np.float32)
-        return centred(logs_of(whole[begin:], noise_of(whole, lead)))
+        return mean_normalised(log_bands(whole[begin:], estimated_noise(whole, lead)))
 
     def _through(self, sound: Samples) -> Samples:
         """Another vocal tract and rate, a room, and a microphone."""

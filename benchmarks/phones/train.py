@@ -24,7 +24,7 @@ from torch import Tensor, nn
 from benchmarks.keyword.model import in_bytes
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
-from hvcpd.people.phones import PHONES, SIZES
+from hvcpd.people.phones import KERNEL_SIZES, PHONES
 
 BLANK = len(PHONES)
 WIDTH = 320
@@ -41,7 +41,7 @@ class Net(nn.Module):
 
     def __init__(self, apart: Sequence[int]) -> None:
         super().__init__()
-        first, second = SIZES
+        first, second = KERNEL_SIZES
         self.apart = tuple(apart)
         inputs = [first * N_BANDS, second * WIDTH, *[WIDTH] * len(self.apart)]
         self.layers = nn.ModuleList(nn.Linear(n, WIDTH) for n in inputs)
@@ -52,9 +52,9 @@ class Net(nn.Module):
     def forward(self, sound: Tensor) -> Tensor:
         """From (batch, bands, frames) to logits (batch, phones, half the frames)."""
         sound = sound.transpose(1, 2)
-        for number, size in enumerate(SIZES):
+        for number, size in enumerate(KERNEL_SIZES):
             sound = self.dropped(torch.relu(self.sums(number, beside(sound, size, number + 1))))
-        for number, apart in enumerate(self.apart, len(SIZES)):
+        for number, apart in enumerate(self.apart, len(KERNEL_SIZES)):
             sound = torch.relu(sound + self.dropped(self.sums(number, shifted(sound, apart))))
         logits: Tensor = self.out(sound)
         return logits.transpose(1, 2)

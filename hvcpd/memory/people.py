@@ -24,7 +24,7 @@ from hvcpd.people.enrolled import (
     MAX_SENTENCES,
     MAX_TAKES,
     MIN_FRAMES,
-    Logs,
+    LogBands,
     Person,
     SpokenSentence,
 )
@@ -179,7 +179,7 @@ def _is_word(word: str) -> bool:
     return word.isascii() and word.isalnum() and word == word.lower() and len(word) <= MAX_WORD_LENGTH
 
 
-def _logs(logs: np.ndarray, n_bands: int, most_frames: int, what: str) -> Logs:
+def _logs(logs: np.ndarray, n_bands: int, most_frames: int, what: str) -> LogBands:
     """The logarithms of energies, shape (frames, n_bands), as they are in a file."""
     fits = logs.ndim == 2 and logs.shape[1] == n_bands and MIN_FRAMES <= len(logs) <= most_frames
     _require(fits and logs.dtype == np.float16, f"{what} has the wrong shape")

@@ -1,7 +1,7 @@
-"""Mel bands on which the phone net was trained, computed for sound in known noise.
+"""Front end of the phone nets: log energies in mel bands, after spectral subtraction of the noise.
 
-The noise is estimated from the sound before the speech and subtracted. Where everything above 4 kHz was lost
-(telephones, narrow microphones), it is extrapolated from the lower bands.
+The noise is estimated from the sound before the speech. Where the band above 4 kHz was lost (telephones, narrow
+microphones), it is extrapolated from the lower bands.
 """
 
 from __future__ import annotations
@@ -23,39 +23,38 @@ Bands = NDArray[np.float64]
 
 N_BANDS, LOW_HZ, HIGH_HZ = 25, 130.0, 6800.0
 WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS = 410, 160, 512, 0.97
-"""Parameters of the net's training, taken from PocketSphinx's model `en-us`."""
+"""Parameters of the front end with which the nets were trained: those of PocketSphinx's model `en-us`."""
 FULL_SCALE = 32768.0
 LEVEL_RMS = 0.1
-"""Level of the louder quarter of the speech's samples, full scale 1: that of the models' training speech."""
+"""RMS of the louder quarter of the speech's samples, full scale 1, in the nets' training."""
 LEAST = 1e-4
-"""Added to energies before the logarithm."""
+"""Added to energies before the logarithm, which bounds it."""
 
-SURELY_BEFORE_FRAMES = 20
-"""Longest time (0.2 s) that speech may have begun before it was noticed."""
-QUIETER = 0.5
+ONSET_LAG_FRAMES = 20
+"""Longest time (0.2 s) from the beginning of speech until it is noticed."""
+QUIET_SHARE = 0.5
 """Share of the frames before the speech, the quieter ones, that gives the noise: somebody may have spoken before. Of
 171 sentences 0.7 s after another one 147 are understood, with a share of 0.7 140; alone 143 and 142."""
-LEAST_FRAMES, QUIETEST = 10, 0.1
-"""With fewer frames before it, the noise is estimated from the quietest part of the speech."""
+LEAST_FRAMES, QUIETEST_SHARE = 10, 0.1
+"""With fewer frames than this before the speech, the noise is that of the quietest share of all frames."""
 SMOOTH = 0.5
-"""Weight of the frame before in the smoothed energy to which the noise is compared."""
+"""Weight of the preceding frame in the smoothed energy from which the noise is subtracted."""
 LEAST_GAIN = 0.05
-"""Least gain of a band when its noise is removed. The models were trained on speech whose noise had been
-removed in such a way, and with neighbouring bands' gains averaged (C. Kim & R. Stern, "Power-normalized cepstral
-coefficients (PNCC) for robust speech recognition", ICASSP 2012). Filling up what follows a louder sound cost 11
-of 198 sentences."""
+"""Spectral floor: least gain of a band. The nets were trained on speech with spectral subtraction like this, and with
+gains averaged over neighbouring bands (C. Kim & R. Stern, "Power-normalized cepstral coefficients (PNCC) for robust
+speech recognition", ICASSP 2012). Temporal masking cost 11 of 198 sentences."""
 GAIN_BANDS = 2
-"""Neighbours to either side whose gains are averaged."""
+"""Bands to either side over which gains are averaged."""
 MASK_DB = 37.0
 """Level below the loudest eighth of the frames that is masked: of 200 digits in quiet 181 were right, 165 without."""
 MASK_SHARE = 8
 
-UPPER = 20
+FIRST_UPPER_BAND = 20
 """The first band of those that lie above 4 kHz."""
-LOST_DB = 35.0
-"""Level below the loudest frame at which those bands count as lost, in all frames but one of LOST_SHARE: consonants
-come to within 25 dB of it."""
-LOST_SHARE = 50
+NARROWBAND_DB = 35.0
+"""Level below the loudest frame at which those bands count as lost, in all frames but one of NARROWBAND_SHARE:
+consonants come to within 25 dB of it."""
+NARROWBAND_SHARE = 50
 
 
 @cache
@@ -69,7 +68,7 @@ def _filters() -> NDArray[np.float64]:
     return np.asarray(np.maximum(np.minimum(rising, falling), 0.0) * 2.0 / (right - left))
 
 
-def bands_of(sound: Samples) -> Bands:
+def mel_bands(sound: Samples) -> Bands:
     """Energies of every whole frame of a sound, shape (n,), full scale 1; no row if it is too short."""
     if len(sound) < WINDOW_SAMPLES:
         return np.zeros((0, N_BANDS))
@@ -80,8 +79,8 @@ def bands_of(sound: Samples) -> Bands:
     return np.asarray((spectra.real**2 + spectra.imag**2) @ _filters())
 
 
-def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
-    """A sound and its speech part, scaled to the level of the models' training."""
+def level_normalised(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
+    """A sound and its speech part, scaled to the level of the nets' training."""
     if not len(speech):
         return sound, speech
     loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
@@ -89,23 +88,24 @@ def levelled(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
     return gain * sound, gain * speech
 
 
-def noise_of(sound: Samples, lead: int) -> NDArray[np.float64]:
-    """Mean energies, shape (N_BANDS,), of the noise of a sound in which speech was noticed after `lead` samples."""
-    bands = bands_of(sound)
-    return quiet_mean(bands, (lead - WINDOW_SAMPLES) // HOP_SAMPLES + 1) if len(bands) else np.zeros(N_BANDS)
+def estimated_noise(sound: Samples, lead: int) -> NDArray[np.float64]:
+    """Noise estimate: mean band energies, shape (N_BANDS,), in a sound in which speech was noticed after `lead`
+    samples."""
+    bands = mel_bands(sound)
+    return mean_of_quiet_frames(bands, (lead - WINDOW_SAMPLES) // HOP_SAMPLES + 1) if len(bands) else np.zeros(N_BANDS)
 
 
-def quiet_mean(energies: NDArray[np.floating], lead: int) -> NDArray[np.float64]:
-    """Mean energies, shape (bands,), of the noise in frames, shape (n, bands), in which speech was noticed after `lead`
-    frames: of the quieter ones before it, or of the quietest of all where there are too few of those."""
-    before = energies[: max(lead - SURELY_BEFORE_FRAMES, 0)]
-    frames, share = (before, QUIETER) if len(before) >= LEAST_FRAMES else (energies, QUIETEST)
+def mean_of_quiet_frames(energies: NDArray[np.floating], lead: int) -> NDArray[np.float64]:
+    """Noise estimate, shape (bands,), from the energies of frames, shape (n, bands), in which speech was noticed after
+    `lead` frames: the mean of the quieter ones before it, or of the quietest of all where those are too few."""
+    before = energies[: max(lead - ONSET_LAG_FRAMES, 0)]
+    frames, share = (before, QUIET_SHARE) if len(before) >= LEAST_FRAMES else (energies, QUIETEST_SHARE)
     power = frames.sum(axis=1)
     return np.asarray(frames[power <= quantile(power, share)].mean(axis=0))
 
 
-def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:
-    """The energies minus those of the noise, shape (N_BANDS,), within the range that the models know."""
+def noise_subtracted(bands: Bands, noise: NDArray[np.float64]) -> Bands:
+    """Band energies after spectral subtraction of the `noise`, shape (N_BANDS,)."""
     smooth = np.empty_like(bands)
     level = bands[0]
     for frame, energy in enumerate(bands):
@@ -117,46 +117,46 @@ def without_noise(bands: Bands, noise: NDArray[np.float64]) -> Bands:
     return np.asarray(bands * (sums[:, end] - sums[:, begin]) / (end - begin))
 
 
-def logs_of(sound: Samples, noise: NDArray[np.float64]) -> Bands:
-    """Logarithms of the energies, shape (frames, N_BANDS), of one utterance in a sound, shape (n,), with a short margin
-    around it; `noise`, shape (N_BANDS,), is the mean of the noise's `bands_of`."""
-    bands = bands_of(sound)
+def log_bands(sound: Samples, noise: NDArray[np.float64]) -> Bands:
+    """Log band energies, shape (frames, N_BANDS), of one utterance with a short margin around it, shape (n,), after
+    subtraction of the `noise`, shape (N_BANDS,)."""
+    bands = mel_bands(sound)
     if not len(bands):
         return bands
-    logs = np.log(without_noise(bands, noise) + mask_of(bands) + LEAST)
-    return completed(np.asarray(logs), bands)
+    logs = np.log(noise_subtracted(bands, noise) + masking_energy(bands) + LEAST)
+    return with_upper_bands(np.asarray(logs), bands)
 
 
-def logs_of_segment(segment: Segment) -> Bands:
-    """`logs_of` the speech in a segment of sound, whose noise is that before the speech."""
-    sound, speech = levelled(segment.sound, segment.speech)
-    return logs_of(speech, noise_of(sound, segment.lead))
+def log_bands_of_segment(segment: Segment) -> Bands:
+    """`log_bands` of the speech in a segment, whose noise is estimated from the sound before the speech."""
+    sound, speech = level_normalised(segment.sound, segment.speech)
+    return log_bands(speech, estimated_noise(sound, segment.lead))
 
 
-def mask_of(energies: NDArray[np.floating]) -> float:
-    """Energy of a band, of energies of shape (frames, bands), below which nothing counts."""
+def masking_energy(energies: NDArray[np.floating]) -> float:
+    """Masking threshold of energies of shape (frames, bands): the energy that is added to each band."""
     power = np.sort(energies.sum(axis=1))
     loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
     return float(loud / energies.shape[1]) * power_ratio(-MASK_DB)
 
 
-def completed(logs: Bands, bands: Bands) -> Bands:
-    """Logarithms, shape (frames, N_BANDS), with empty upper bands of `bands` extrapolated."""
-    if not upper_lost(bands):
+def with_upper_bands(logs: Bands, bands: Bands) -> Bands:
+    """Log energies, shape (frames, N_BANDS), of `bands`, with the upper bands extrapolated if those were lost."""
+    if not is_narrowband(bands):
         return logs
-    lower, weights = logs[:, :UPPER], _regression()
+    lower, weights = logs[:, :FIRST_UPPER_BAND], _upper_band_regression()
     return np.concatenate([lower, weights[0] + lower @ weights[1:]], axis=1)
 
 
-def upper_lost(bands: Bands) -> bool:
-    """Whether there is nothing above 4 kHz."""
-    upper = np.sort(bands[:, UPPER:].sum(axis=1))
-    most = float(upper[-1 - len(upper) // LOST_SHARE])
-    return most < power_ratio(-LOST_DB) * float(bands.sum(axis=1).max())
+def is_narrowband(bands: Bands) -> bool:
+    """Whether the sound has nothing above 4 kHz."""
+    upper = np.sort(bands[:, FIRST_UPPER_BAND:].sum(axis=1))
+    most = float(upper[-1 - len(upper) // NARROWBAND_SHARE])
+    return most < power_ratio(-NARROWBAND_DB) * float(bands.sum(axis=1).max())
 
 
 @cache
-def _regression() -> NDArray[np.float64]:
-    """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + UPPER, N_BANDS - UPPER),
-    the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
+def _upper_band_regression() -> NDArray[np.float64]:
+    """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + FIRST_UPPER_BAND, N_BANDS -
+    FIRST_UPPER_BAND), the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
     return np.asarray(stored(Path(__file__).with_name("upper_bands.npz"))["weights"], np.float64)

@@ -24,7 +24,7 @@ MAX_SENTENCE_FRAMES = 1600
 STRANGER = "stranger"
 """Voice name of a speaker who is neither a robot nor known by takes."""
 
-Logs = NDArray[np.float32]
+LogBands = NDArray[np.float32]
 Takes = Mapping[str, Sequence[Energies]]
 """For each word, in lower case, its takes: shape (frames, N_BANDS), without the silence around them."""
 
@@ -34,7 +34,7 @@ class SpokenSentence:
     """A sentence whose words are certain: `logs`, shape (frames, bands of the phone net), centred logarithms."""
 
     words: tuple[str, ...]
-    logs: Logs
+    logs: LogBands
 
 
 @dataclass(frozen=True)
@@ -87,10 +87,10 @@ def voice_of(name: str) -> str:
 def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:
     """The person's takes of `words`, all of the same loudness, since people do not keep theirs from one word to the
     next."""
-    return {word: [levelled(take) for take in person.takes[word]] for word in words if word in person.takes}
+    return {word: [level_normalised(take) for take in person.takes[word]] for word in words if word in person.takes}
 
 
-def levelled(energies: Energies) -> Energies:
+def level_normalised(energies: Energies) -> Energies:
     """The take with a mean power of 1 in the louder half of its frames."""
     power = energies.sum(axis=1)
     out: Energies = energies / power[power >= quantile(power, 0.5)].mean()

@@ -1,7 +1,7 @@
 """Recognises enrolled people: the sentence nearest to the takes of their words, and its confidence.
 
-Robots' speech is known to the sample; people's speech varies from one time to the next. So a whole segment of sound is
-matched at once, by cepstra in the current noise, and the confidence has a curve of its own.
+A person's words vary from one time to the next, so a whole segment of sound is matched at once, by cepstra in the
+current noise, and the confidence has a logistic curve of its own.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.bands import quiet_mean
+from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.people.enrolled import Person, spoken_takes
 from hvcpd.recognition.decoder import Best, Decoder, StepCosts
 from hvcpd.recognition.events import Recognised, WordSpan
@@ -63,12 +63,12 @@ class EnrolledListener:
         begin = max(start - AROUND_FRAMES, 0)
         if len(energies) <= begin:
             return None
-        noise = np.asarray(quiet_mean(energies, start), np.float32)
+        noise = np.asarray(mean_of_quiet_frames(energies, start), np.float32)
         return self.match(energies[begin : end + AROUND_FRAMES], noise, segment.origin + begin * HOP_SAMPLES)
 
     def match(self, energies: Energies, noise: Noise, origin: int = 0) -> Recognised | None:
         """The sentence nearest to sound, shape (n, N_BANDS), from sample `origin` on, which begins and ends with a
-        little noise, of whose mean energies, shape (N_BANDS,), it is told; None if the sound is too short for any."""
+        little noise of mean energies `noise`, shape (N_BANDS,); None if the sound is too short for any."""
         gain = max(self._bank.level_of(energies, noise), LEAST_GAIN)
         mask = self._bank.mask(gain)
         rows = self._bank.compose(np.arange(self._bank.n_frames), noise + mask, gain)

@@ -14,8 +14,8 @@ from functools import cache
 import numpy as np
 
 from hvcpd.language.graph import graph_of
-from hvcpd.people.bands import levelled, logs_of, noise_of
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, centred, near_net, nets
+from hvcpd.people.bands import estimated_noise, level_normalised, log_bands
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, mean_normalised, near_net, nets
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import frame_powers
 from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S, KEYWORD
@@ -25,20 +25,20 @@ CLEARLY_SPOKEN = 0.18
 robots it was 0.18 to 0.35, in a vacuum cleaner's noise at -7 dB 0.05 to 0.13."""
 VOWELS = ("AA", "AO", "AH")
 """The keyword's in several accents."""
-QUIET_FRAMES = round(0.56 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
+BEFORE_FRAMES = round(0.56 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 """First frames of the sound: they end 1 s before the word does, so that a name may come before it."""
 EARLIEST_FRAME = round(0.7 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 """The word begins 0.9 s before its assumed end at the earliest."""
 END_FRAME = round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 AFTER_FRAMES = slice(END_FRAME + 2, END_FRAME + 14)
 """After the word, where others may speak."""
-SPOKEN_AROUND = 0.1
+SPEECH_AROUND = 0.1
 """Mean probability of any phone from which on somebody speaks before the word or after it."""
 LOUD_FRAMES = 10
 LEAST_RATIO = 4.0
 """Least power (6 dB) of the word's loudest 0.2 s over what is heard before it. In pink noise as loud as people's calls
 the phone net misheard 6 of 37."""
-MOST_NATS = 1.5
+MAX_LOSS = 1.5
 """A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 12 of 681
 calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions/keyword.md)."""
 
@@ -46,8 +46,10 @@ calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions
 def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples, noise: Samples) -> float:
     """The loss of these words' phones against the likeliest ones in a sound, shape (n,), nats per phone; less where the
     net hears hardly any. `noise`: the sound of the room alone, shape (m,)."""
-    both, speech = levelled(np.concatenate([noise, sound]), sound)
-    log_posteriors = near_net().output(centred(logs_of(speech, noise_of(both, len(noise))))).log_posteriors
+    both, speech = level_normalised(np.concatenate([noise, sound]), sound)
+    log_posteriors = (
+        near_net().output(mean_normalised(log_bands(speech, estimated_noise(both, len(noise))))).log_posteriors
+    )
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(log_posteriors)
     if fit is None:
@@ -57,17 +59,17 @@ def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples,
 
 
 def loss_of_call(sound: Samples) -> float:
-    """What the phone nets take from the log odds of a call, nats, 0 to MOST_NATS: the mean loss of the keyword against
+    """What the phone nets take from the log odds of a call, nats, 0 to MAX_LOSS: the mean loss of the keyword against
     the likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if others speak around it, or
     in noise."""
     if not _stands_out(sound):
         return 0.0
-    _, speech = levelled(sound, sound)
-    logs = centred(logs_of(speech, noise_of(speech, 0)))
+    _, speech = level_normalised(sound, sound)
+    logs = mean_normalised(log_bands(speech, estimated_noise(speech, 0)))
     readings = [net.output(logs).log_posteriors for net in nets()]
     if not all(map(_is_alone, readings)):
         return 0.0
-    return min(sum(map(_loss, readings)) / len(readings), MOST_NATS)
+    return min(sum(map(_loss, readings)) / len(readings), MAX_LOSS)
 
 
 def _loss(log_posteriors: LogPosteriors) -> float:
@@ -82,14 +84,14 @@ def _is_alone(log_posteriors: LogPosteriors) -> bool:
     """Whether nobody speaks around the word."""
     spoken = 1.0 - np.exp(log_posteriors[:, -1])
     after = spoken[AFTER_FRAMES]
-    return bool(spoken[:QUIET_FRAMES].mean() < SPOKEN_AROUND and (not len(after) or after.mean() < SPOKEN_AROUND))
+    return bool(spoken[:BEFORE_FRAMES].mean() < SPEECH_AROUND and (not len(after) or after.mean() < SPEECH_AROUND))
 
 
 def _stands_out(sound: Samples) -> bool:
     """Whether the word is loud beside the sound before it."""
     powers = frame_powers(sound, FRAME_SAMPLES)
     loud = np.sort(powers[EARLIEST_FRAME:END_FRAME])[-LOUD_FRAMES:]
-    return len(loud) > 0 and bool(loud.mean() >= LEAST_RATIO * powers[:QUIET_FRAMES].mean())
+    return len(loud) > 0 and bool(loud.mean() >= LEAST_RATIO * powers[:BEFORE_FRAMES].mean())
 
 
 @cache

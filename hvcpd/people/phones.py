@@ -1,11 +1,11 @@
-"""Small speaker-independent phone nets for English: residual nets in time over mel bands.
+"""Phone nets, small and speaker-independent, for English, and the search for sentences in their posteriors.
 
-Trained by connectionist temporal classification (A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on
-synthetic speech and people's words (`benchmarks/phones`): between two sounds it emits a blank.
+The nets are convolutional, over mel bands, and were trained by connectionist temporal classification (CTC: A. Graves,
+S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006) on synthetic speech and people's words (`benchmarks/phones`).
 
-The sentence of a network whose phones fit best is found by Viterbi's search over the topology of that classification:
-each phone lasts for a frame or more, and between two phones there may be frames of none. Pauses between words are such
-frames, too. How likely all sentences of a network are together is the sum over the same paths (the forward algorithm).
+The best sentence of a word network is found by a Viterbi search over the CTC topology: each phone lasts for a frame or
+more, and between two phones, and in pauses, there are blank frames. The forward algorithm over the same paths gives the
+likelihood of all sentences together.
 """
 
 from __future__ import annotations
@@ -25,21 +25,22 @@ from hvcpd.people.bands import Bands
 from hvcpd.recognition.arrays import first_of_each
 from hvcpd.recognition.fitted import stored
 
-Logs = NDArray[np.float32]
+LogBands = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]
-"""Logarithms of the probability of each of PHONES, and last of none of them, shape (frames, len(PHONES) + 1)."""
+"""Log probabilities of each of PHONES and, last, of the blank, shape (frames, len(PHONES) + 1)."""
 
 PHONES = tuple(
     "AA AE AH AO AW AY B CH D DH EH ER EY F G HH IH IY JH K L M N NG OW OY P R S SH T TH UH UW V W Y Z ZH".split()
 )
-"""ARPAbet without stress; the net's outputs, after that for none of them."""
+"""ARPAbet without stress, in the order of the nets' outputs; the blank follows."""
 
 LOUD_NATS = 5.8
-"""25 dB: frames within this range of the loudest give the mean of voice and microphone."""
+"""Range (25 dB) below the loudest frames within which frames count for the mean."""
 
 
-def centred(logs: Bands) -> Logs:
-    """Logarithms of band energies, shape (frames, N_BANDS), less their mean where it is loud."""
+def mean_normalised(logs: Bands) -> LogBands:
+    """Log band energies, shape (frames, N_BANDS), minus the mean of the loud frames (cepstral mean normalisation,
+    before the cosine transform)."""
     if not len(logs):
         return np.zeros(logs.shape, np.float32)
     level = logs.max(axis=1)
@@ -48,41 +49,38 @@ def centred(logs: Bands) -> Logs:
 
 
 FRAME_SAMPLES = 320
-"""Two of the bands' frames make one of the net's."""
-SIZES = (5, 3)
-"""Frames that the first two layers see; the second halves their number."""
-GAP_COST = 1.5
-"""Cost of a blank, natural logarithm: a net trained this way is surer of blanks than of phones, so that short words
-were left out. Of 195 sentences of other synthetic voices than those trained on 191 are right, with 0.5 189."""
+"""Samples (20 ms) of a frame of the nets' outputs: two of the front end's."""
+KERNEL_SIZES = (5, 3)
+"""Kernel sizes of the first two layers, in frames; the second halves the rate."""
+BLANK_COST = 1.5
+"""Cost of a blank, natural logarithm: nets trained by CTC are surer of blanks than of phones, so that short words would
+be left out. Of 195 sentences of other synthetic voices than those trained on 191 are right, with 0.5 189."""
 
 
 @dataclass(frozen=True, eq=False)
 class NetOutput:
-    """The net's output for a segment of sound.
-
-    `log_posteriors`, and `activations`, shape (frames, its width), of its last hidden layer, which are alike where the
-    same is said in the same way.
-    """
+    """The net's output for a segment of sound: `log_posteriors`, and `activations` of the last hidden layer, shape
+    (frames, its width)."""
 
     log_posteriors: LogPosteriors
-    activations: Logs
+    activations: LogBands
 
 
 @dataclass(frozen=True, eq=False)
 class OutputLayer:
     """The last layer: `weights`, shape (width, len(PHONES) + 1), and `bias`."""
 
-    weights: Logs
-    bias: Logs
+    weights: LogBands
+    bias: LogBands
 
-    def logits(self, activations: Logs) -> Logs:
+    def logits(self, activations: LogBands) -> LogBands:
         """Before the softmax, shape (frames, len(PHONES) + 1)."""
         return np.asarray(activations @ self.weights + self.bias, np.float32)
 
-    def log_posteriors(self, activations: Logs) -> LogPosteriors:
-        """Of frames of the last hidden layer, shape (frames, width), at GAP_COST for a frame of none."""
+    def log_posteriors(self, activations: LogBands) -> LogPosteriors:
+        """Log posteriors by the activations of the last hidden layer, shape (frames, width), with BLANK_COST."""
         logits = self.logits(activations)
-        logits[:, -1] -= GAP_COST
+        logits[:, -1] -= BLANK_COST
         logits -= logits.max(axis=1, keepdims=True)
         return np.asarray(logits - np.log(np.exp(logits).sum(axis=1, keepdims=True)), np.float32)
 
@@ -90,33 +88,34 @@ class OutputLayer:
 @dataclass(frozen=True, eq=False)
 class PhoneNet:
     """Two convolutions, then residual layers (K. He et al., CVPR 2016) of one matrix each: a third of the units are
-    taken from earlier, a third from later frames, `apart` (temporal shift: J. Lin, C. Gan & S. Han, ICCV 2019).
+    taken from earlier, a third from later frames, at the distances `shifts` (temporal shift: J. Lin, C. Gan & S. Han,
+    ICCV 2019).
 
     `arrays`: as `benchmarks.phones.train` wrote them: of each layer bytes, "weights0", shape (inputs, outputs), and of
     each output "scale0" and "bias0", ... As numbers of four bytes the weights of a net would take 7 MB of memory.
-    `layer`: the one after them, for any voice.
+    `layer`: the speaker-independent output layer.
     """
 
     arrays: Mapping[str, NDArray[Any]]
-    apart: tuple[int, ...]
+    shifts: tuple[int, ...]
     layer: OutputLayer
 
     @classmethod
     def of(cls, file: Mapping[str, NDArray[Any]]) -> PhoneNet:
-        """That of a file."""
+        """The net of a file."""
         weights = file["weights_out"] * file["scale_out"]
         return cls(file, tuple(map(int, file["apart"])), OutputLayer(weights, file["bias_out"]))
 
-    def output(self, logs: Logs) -> NetOutput:
-        """For `centred` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
+    def output(self, logs: LogBands) -> NetOutput:
+        """The output for `mean_normalised` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
         sound = logs
-        for number, size in enumerate(SIZES):
-            sound = np.maximum(self._sums(number, _beside(sound, size)[:: number + 1]), 0.0)
-        for number, apart in enumerate(self.apart, len(SIZES)):
-            sound = np.maximum(sound + self._sums(number, _shifted(sound, apart)), 0.0)
+        for number, size in enumerate(KERNEL_SIZES):
+            sound = np.maximum(self._sums(number, _with_context(sound, size)[:: number + 1]), 0.0)
+        for number, shift in enumerate(self.shifts, len(KERNEL_SIZES)):
+            sound = np.maximum(sound + self._sums(number, _shifted(sound, shift)), 0.0)
         return NetOutput(self.layer.log_posteriors(sound), sound)
 
-    def _sums(self, number: int, seen: Logs) -> Logs:
+    def _sums(self, number: int, seen: LogBands) -> LogBands:
         """A layer's weighted sums of what it sees, shape (frames, inputs)."""
         arrays = self.arrays
         sums = seen @ arrays[f"weights{number}"].astype(np.float32)
@@ -125,47 +124,45 @@ class PhoneNet:
 
 @cache
 def near_net() -> PhoneNet:
-    """Sees 0.35 s on either side of a frame, and so knows sounds alone: it tells best what was not said."""
+    """The net with a context of 0.35 s to either side, which knows sounds alone: best at rejecting words."""
     return PhoneNet.of(stored(Path(__file__).with_name("phones_near.npz")))
 
 
 @cache
 def far_net() -> PhoneNet:
-    """Sees 1.2 s on either side, and so knows words, too: the better one by itself."""
+    """The net with a context of 1.2 s to either side, which knows words, too: the better one by itself."""
     return PhoneNet.of(stored(Path(__file__).with_name("phones_far.npz")))
 
 
 def nets() -> tuple[PhoneNet, PhoneNet]:
-    """Both: they err in different ways (docs/decisions/phones.md)."""
+    """Both nets, whose errors differ (docs/decisions/phones.md)."""
     return near_net(), far_net()
 
 
-def _beside(sound: Logs, size: int) -> Logs:
-    """Each frame with those around it, `size` in all, and silence at both ends: shape (frames, size * units)."""
+def _with_context(sound: LogBands, size: int) -> LogBands:
+    """Each frame with its neighbours, `size` in all, zeros beyond the ends: shape (frames, size * units)."""
     padded = np.pad(sound, ((size // 2, size // 2), (0, 0)))
     return np.concatenate([padded[k : k + len(sound)] for k in range(size)], axis=1)
 
 
-def _shifted(sound: Logs, apart: int) -> Logs:
-    """The first third of the units as they were `apart` frames earlier, the last third as they will be."""
+def _shifted(sound: LogBands, shift: int) -> LogBands:
+    """The first third of the units as they were `shift` frames earlier, the last third as they will be."""
     n, third = len(sound), sound.shape[1] // 3
-    padded = np.pad(sound, ((apart, apart), (0, 0)))
-    return np.concatenate((padded[:n, :third], sound[:, third : 2 * third], padded[2 * apart :, 2 * third :]), axis=1)
+    padded = np.pad(sound, ((shift, shift), (0, 0)))
+    return np.concatenate((padded[:n, :third], sound[:, third : 2 * third], padded[2 * shift :, 2 * third :]), axis=1)
 
 
 Scores = NDArray[np.float32]
 Index = NDArray[np.int64]
 Pronounce = Callable[[str], Sequence[Sequence[str]]]
 
-NEVER = np.float32(-1e9)
+LOG_ZERO = np.float32(-1e9)
 
 
 @dataclass(frozen=True)
 class CtcSentence:
-    """A sentence, each word with its first frame and the one after its last, and its loss.
-
-    `loss`, 0 or more: the logarithm of the ratio of the best phone sequence's probability to its own.
-    """
+    """A sentence; of each word the first frame and the frame after its last; and the `loss`, 0 or more: the logarithm
+    of the probability of the best phone sequence over that of the sentence."""
 
     words: tuple[str, ...]
     spans: tuple[tuple[int, int], ...]
@@ -173,7 +170,7 @@ class CtcSentence:
 
 
 @dataclass(frozen=True, eq=False)
-class _Ends:
+class _BackPointers:
     """Back pointers of the Viterbi search.
 
     `way[t, n]`: the word by which the best path that is at node n after frame t came there, and `since[t, n]` the frame
@@ -186,7 +183,7 @@ class _Ends:
 
 
 class CtcSearch:
-    """A network's words as phones, side by side."""
+    """Viterbi search and forward algorithm over a word network, its words' phones side by side in one vector."""
 
     def __init__(self, graph: WordGraph, pronounce: Pronounce, word_cost: float = 0.0) -> None:
         """`pronounce`: the pronunciations of a word, in PHONES; `word_cost`: of each word in `log_likelihood`, natural
@@ -211,26 +208,25 @@ class CtcSearch:
         self._word_weight = math.exp(-word_cost)
 
     def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
-        """The sentence that fits all of the frames best; None if they are too few for any."""
+        """The likeliest sentence, by its best path over all frames; None if they are too few for any."""
         ends, rest = self._forward(log_posteriors)
         finals = sorted(self._graph.finals)
         node = finals[int(rest[finals].argmax())]
-        if rest[node] <= NEVER / 2 or not len(log_posteriors):
+        if rest[node] <= LOG_ZERO / 2 or not len(log_posteriors):
             return None
         most = float(log_posteriors.max(axis=1).sum())
         words, spans = self._back(ends, node)
         return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]))
 
     def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
-        """The fit of one sentence; None if there are too few frames for it."""
+        """The best path of one sentence; None if there are too few frames for it."""
         return self._of(words).best(log_posteriors)
 
     def log_likelihood(
         self, log_posteriors: LogPosteriors, without: str | None = None, beginnings: bool = False
     ) -> float:
-        """The logarithm of the sum of the probabilities of all sentences, `without` those that have a word; with
-        `beginnings`, theirs, too: over every way in which their phones may be spread over the frames. Minus infinity if
-        there are too few frames for any."""
+        """Log likelihood of all sentences together, summed over all their paths; `without` those that have a word; with
+        `beginnings`, also of their beginnings. Minus infinity if there are too few frames for any."""
         phone = gap = np.zeros(len(self._phones))
         rest = np.zeros(self._graph.n_nodes)
         rest[self._graph.start] = 1.0
@@ -262,14 +258,16 @@ class CtcSearch:
         """Number of phones in the shortest pronunciation of a word."""
         return min(len(said) for said in self._pronounce(word) if said)
 
-    def _forward(self, log_posteriors: LogPosteriors) -> tuple[_Ends, Scores]:
-        """Ends of words, and what the best path to each node has gained in the end."""
+    def _forward(self, log_posteriors: LogPosteriors) -> tuple[_BackPointers, Scores]:
+        """Back pointers, and the score of the best path to each node after the last frame."""
         n, n_nodes = len(log_posteriors), self._graph.n_nodes
-        ends = _Ends(np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64))
-        rest = np.full(n_nodes, NEVER, np.float32)
+        ends = _BackPointers(
+            np.full((n, n_nodes), -1), np.full((n, n_nodes), -1), np.zeros((n, len(self._words)), np.int64)
+        )
+        rest = np.full(n_nodes, LOG_ZERO, np.float32)
         rest[self._graph.start] = 0.0
         since = np.full(n_nodes, -1)
-        phone = gap = np.full(len(self._phones), NEVER, np.float32)
+        phone = gap = np.full(len(self._phones), LOG_ZERO, np.float32)
         phone_began = gap_began = np.zeros(len(phone), np.int64)
         for frame, row in enumerate(log_posteriors):
             entered, entered_began = self._entered(phone, gap, phone_began, gap_began)
@@ -287,12 +285,12 @@ class CtcSearch:
     def _entered(self, phone: Scores, gap: Scores, phone_began: Index, gap_began: Index) -> tuple[Scores, Index]:
         """Scores of entering each phone from the phone or from the blank before it."""
         straight = np.roll(phone, 1)
-        straight[self._repeated] = NEVER  # a phone said twice has a gap within
+        straight[self._repeated] = LOG_ZERO  # a phone said twice has a gap within
         around = np.roll(gap, 1)
         began = np.where(around > straight, np.roll(gap_began, 1), np.roll(phone_began, 1))
         return np.maximum(straight, around), began
 
-    def _arrive(self, scores: Scores, rest: Scores, since: Index, frame: int, ends: _Ends) -> None:
+    def _arrive(self, scores: Scores, rest: Scores, since: Index, frame: int, ends: _BackPointers) -> None:
         """Pass the words that end in a frame to their nodes, where that is better than having rested there."""
         best = np.maximum.reduceat(scores, self._begins)
         arriving = np.flatnonzero(best > rest[self._nodes])
@@ -301,7 +299,7 @@ class CtcSearch:
         for node, begin, end in zip(nodes, self._begins[arriving], self._ends[arriving], strict=True):
             ends.way[frame, node] = begin + scores[begin:end].argmax()
 
-    def _back(self, ends: _Ends, node: int) -> tuple[list[str], list[tuple[int, int]]]:
+    def _back(self, ends: _BackPointers, node: int) -> tuple[list[str], list[tuple[int, int]]]:
         words, spans, frame = [], [], int(ends.since[-1, node])
         while frame >= 0:
             way = int(ends.way[frame, node])
@@ -312,8 +310,8 @@ class CtcSearch:
         return words[::-1], spans[::-1]
 
 
-def any_words(words: Iterable[str], pronounce: Pronounce, word_cost: float) -> CtcSearch:
-    """A network of these words in any number and order; those that sound the same count once."""
+def word_loop(words: Iterable[str], pronounce: Pronounce, word_cost: float) -> CtcSearch:
+    """A loop of these words, in any number and order; those that sound the same count once."""
     sounds = sorted({" ".join(said) for word in words for said in pronounce(word) if said})
     loop = WordGraph(1, tuple(Arc(0, 0, said) for said in sounds), 0, frozenset((0,)), frozenset())
     return CtcSearch(loop, lambda said: [said.split()], word_cost)

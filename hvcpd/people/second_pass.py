@@ -8,12 +8,12 @@ from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 
 from hvcpd.language.graph import WordGraph, ends_of
-from hvcpd.people.bands import logs_of_segment
+from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import EnrolledListener
-from hvcpd.people.fusion import Fused, Hypotheses, alike, certainty, fuse
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, any_words, centred, nets
-from hvcpd.people.speaker_adaptation import adapted
+from hvcpd.people.fusion import FusedHypothesis, Hypotheses, certainty, fuse, same_meaning
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, mean_normalised, nets, word_loop
+from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
@@ -55,7 +55,7 @@ class SecondPassRecogniser:
         self._strangers = strangers
         self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
-        self._layers = lru_cache(LAYERS_KEPT)(partial(adapted, pronounce=lexicon.sounds))
+        self._layers = lru_cache(LAYERS_KEPT)(partial(adapted_layers, pronounce=lexicon.sounds))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations, as long as `go_on` holds."""
@@ -84,34 +84,34 @@ class SecondPassRecogniser:
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
             return _recognised(fused, hypotheses, segment)
-        agreed = fused is not None and hypotheses.nearest is not None and fused.words == hypotheses.nearest.words
-        return _surely(hypotheses.nearest) if agreed else None
+        agreed = fused is not None and hypotheses.by_takes is not None and fused.words == hypotheses.by_takes.words
+        return _surely(hypotheses.by_takes) if agreed else None
 
     def likeliest(self, segment: Segment) -> Recognised | None:
         """The most likely sentence in a segment, however unlikely."""
         hypotheses, fused = self._fused(segment)
         return _recognised(fused, hypotheses, segment) if fused is not None else None
 
-    def _fused(self, segment: Segment) -> tuple[Hypotheses, Fused | None]:
-        """By the net for anybody, and as sure as the likeliest of the layers adapted to people, if that finds the same
-        sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are then
-        right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with another
-        one's)."""
+    def _fused(self, segment: Segment) -> tuple[Hypotheses, FusedHypothesis | None]:
+        """By the net for anybody, and as sure as the likeliest of the layers adapted to people, if that finds
+        the same sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are
+        then right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with
+        another one's)."""
         hypotheses, outputs = self._heard(segment)
         fused = fuse(hypotheses)
         if fused is None:
             return hypotheses, None
-        through = [replace(hypotheses, readings=each) for each in self._through_layers(outputs)]
+        through = [replace(hypotheses, posteriors=each) for each in self._through_layers(outputs)]
         found = [(other, each) for other in through if (each := fuse(other)) is not None]
         if not found:
             return hypotheses, fused
         other, by_person = max(found, key=lambda each: each[1].probability)
-        if not alike(by_person.words, fused.words):
+        if not same_meaning(by_person.words, fused.words):
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
     def _through_layers(self, outputs: Sequence[NetOutput]) -> list[list[LogPosteriors]]:
-        """The readings by people's own layers, MOST_LAYERS of those that are surest of their phones."""
+        """The posteriors by people's own layers, MOST_LAYERS of those that are surest of their phones."""
         people = (self._layers(person.sentences) for person in self._people.values())
         found = [
             [layer.log_posteriors(each.activations) for layer, each in zip(layers, outputs, strict=True)]
@@ -126,7 +126,7 @@ class SecondPassRecogniser:
 
     def _heard(self, segment: Segment) -> tuple[Hypotheses, Sequence[NetOutput]]:
         search, talk = self._searches
-        logs = centred(logs_of_segment(segment))
+        logs = mean_normalised(log_bands_of_segment(segment))
         outputs = [net.output(logs) for net in nets()]
         listener = self._listener()
         nearest = listener.nearest(segment) if listener is not None else None
@@ -135,7 +135,7 @@ class SecondPassRecogniser:
     @cached_property
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:
         """Of sentences, and of other talk."""
-        talk = any_words([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
+        talk = word_loop([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
         return CtcSearch(self._graph, self._lexicon.sounds), talk
 
     def _listener(self) -> EnrolledListener | None:
@@ -154,9 +154,9 @@ def _surely(nearest: Recognised | None) -> Recognised | None:
     return nearest if nearest is not None and nearest.confidence >= MIN_PROBABILITY else None
 
 
-def _recognised(fused: Fused, hypotheses: Hypotheses, segment: Segment) -> Recognised:
+def _recognised(fused: FusedHypothesis, hypotheses: Hypotheses, segment: Segment) -> Recognised:
     """The sentence, in the voice of an enrolled person if that fits by itself."""
-    words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.nearest
+    words, sure, known = fused.words, min(fused.probability, MOST_SURE), hypotheses.by_takes
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
         return replace(known, confidence=max(fused.probability, known.confidence))
     first = max(segment.lead - segment.before, 0) + segment.origin

@@ -13,37 +13,37 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from hvcpd.language.graph import graph_of
-from hvcpd.people.bands import logs_of_segment
+from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.people.phones import (
     PHONES,
     CtcSearch,
     Index,
+    LogBands,
     LogPosteriors,
-    Logs,
     OutputLayer,
     PhoneNet,
     Pronounce,
-    centred,
+    mean_normalised,
     nets,
 )
 from hvcpd.recognition.second_pass import Segment
 
-GAP = len(PHONES)
-"""The output for a frame of no phone."""
+BLANK = len(PHONES)
+"""The index of the blank."""
 PRIOR = 0.03
 """Weight of the prior against the mean loss of a frame. Two of Kokoro's voices that calibrate, five sentences each,
 right and sure of 40 others, with .1, .03 and .01: 22, 26 and 25 (17 without); 4 wrong each time (3 without)."""
 STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
-"""Of gradient descent on a convex loss; 100 steps more change no sentence."""
+"""Number of steps, rate and momentum of gradient descent on a convex loss; 100 steps more change no sentence."""
 
 
 def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
-    """A segment of sound in which these words were said, as the phone net hears it."""
-    return SpokenSentence(words, centred(logs_of_segment(segment)))
+    """A segment of sound in which these words were said, as features of the phone nets."""
+    return SpokenSentence(words, mean_normalised(log_bands_of_segment(segment)))
 
 
-def adapted(sentences: Sequence[SpokenSentence], pronounce: Pronounce) -> tuple[OutputLayer, ...]:
+def adapted_layers(sentences: Sequence[SpokenSentence], pronounce: Pronounce) -> tuple[OutputLayer, ...]:
     """A person's output layer of each net; none if the phones of none of the sentences can be aligned."""
     layers = (_adapted(net, sentences, pronounce) for net in nets())
     return tuple(layer for layer in layers if layer is not None)
@@ -57,7 +57,7 @@ def _adapted(net: PhoneNet, sentences: Iterable[SpokenSentence], pronounce: Pron
     return _fitted(net.layer, activations, np.concatenate([phones for _, phones in pairs]))
 
 
-def _aligned(net: PhoneNet, sentence: SpokenSentence, pronounce: Pronounce) -> tuple[Logs, Index] | None:
+def _aligned(net: PhoneNet, sentence: SpokenSentence, pronounce: Pronounce) -> tuple[LogBands, Index] | None:
     """Each frame's activations and phone."""
     output = net.output(sentence.logs)
     phones = alignment(output.log_posteriors, sentence.words, pronounce)
@@ -65,11 +65,11 @@ def _aligned(net: PhoneNet, sentence: SpokenSentence, pronounce: Pronounce) -> t
 
 
 def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pronounce) -> Index | None:
-    """The phone in each frame, or GAP, for known words; shape (frames,). None if there are too few frames."""
+    """The phone in each frame, or BLANK, for known words; shape (frames,). None if there are too few frames."""
     found = CtcSearch(graph_of(words), pronounce).best(log_posteriors)
     if found is None:
         return None
-    phones = np.full(len(log_posteriors), GAP)
+    phones = np.full(len(log_posteriors), BLANK)
     for word, (begin, end) in zip(found.words, found.spans, strict=True):
         searches = (CtcSearch(graph_of(said), lambda phone: [(phone,)]) for said in pronounce(word) if said)
         ways = [way for search in searches if (way := search.best(log_posteriors[begin:end])) is not None]
@@ -79,11 +79,11 @@ def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pr
     return phones
 
 
-def _fitted(start: OutputLayer, activations: Logs, phones: Index) -> OutputLayer:
+def _fitted(start: OutputLayer, activations: LogBands, phones: Index) -> OutputLayer:
     """The layer near `start` with the least cross-entropy of the phones and the prior's loss."""
     scale = np.sqrt((activations**2).mean(axis=0) + 1e-6)
     inputs = activations / scale
-    base, wanted = start.logits(activations), np.eye(GAP + 1, dtype=np.float32)[phones]
+    base, wanted = start.logits(activations), np.eye(BLANK + 1, dtype=np.float32)[phones]
     weights, bias = np.zeros_like(start.weights), np.zeros_like(start.bias)
     weights_step, bias_step = np.zeros_like(weights), np.zeros_like(bias)
     rate = RATE / np.sqrt(len(weights))  # a weight's gradient grows with the number of inputs

@@ -13,13 +13,13 @@ from hvcpd.people.bands import (
     LEAST,
     LEAST_GAIN,
     N_BANDS,
-    bands_of,
-    logs_of,
-    noise_of,
-    upper_lost,
-    without_noise,
+    estimated_noise,
+    is_narrowband,
+    log_bands,
+    mel_bands,
+    noise_subtracted,
 )
-from hvcpd.people.phones import centred
+from hvcpd.people.phones import mean_normalised
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -55,12 +55,12 @@ def distance(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
 
 
 def centred_logs(sound: Samples, noise: NDArray[np.float64]) -> NDArray[np.float32]:
-    return centred(logs_of(sound, noise))
+    return mean_normalised(log_bands(sound, noise))
 
 
 def test_shapes(sentence: Samples) -> None:
-    assert logs_of(sentence, NOBODY).shape == (1 + (len(sentence) - 410) // 160, N_BANDS)
-    assert logs_of(sentence[:300], NOBODY).shape == (0, N_BANDS)
+    assert log_bands(sentence, NOBODY).shape == (1 + (len(sentence) - 410) // 160, N_BANDS)
+    assert log_bands(sentence[:300], NOBODY).shape == (0, N_BANDS)
 
 
 def test_the_level_does_not_count(sentence: Samples) -> None:
@@ -69,33 +69,33 @@ def test_the_level_does_not_count(sentence: Samples) -> None:
 
 def test_known_noise_is_taken_away(sentence: Samples) -> None:
     noisy = np.asarray(sentence + noise(len(sentence), 0.01), np.float32)
-    known = bands_of(np.asarray(noise(3 * SAMPLE_RATE_HZ, 0.01), np.float32)).mean(axis=0)
+    known = mel_bands(np.asarray(noise(3 * SAMPLE_RATE_HZ, 0.01), np.float32)).mean(axis=0)
     loudness, ours = (np.ptp(centred_logs(noisy, each).mean(axis=1)) for each in (NOBODY, known))
     assert ours > 1.3 * loudness
 
 
 def test_no_band_falls_further_than_it_may() -> None:
     bands = np.full((20, N_BANDS), 5.0)
-    assert np.allclose(without_noise(bands, np.full(N_BANDS, 5.0)), 5.0 * LEAST_GAIN)
-    assert np.allclose(without_noise(bands, NOBODY), 5.0)
-    assert np.isfinite(np.log(without_noise(0.0 * bands, NOBODY) + LEAST)).all()
+    assert np.allclose(noise_subtracted(bands, np.full(N_BANDS, 5.0)), 5.0 * LEAST_GAIN)
+    assert np.allclose(noise_subtracted(bands, NOBODY), 5.0)
+    assert np.isfinite(np.log(noise_subtracted(0.0 * bands, NOBODY) + LEAST)).all()
 
 
 @pytest.mark.parametrize("spoken", [7000, 20000])
 def test_the_noise_is_what_was_heard_before_without_who_spoke_before(spoken: int) -> None:
     before = noise(3 * SAMPLE_RATE_HZ, 0.01)
-    wanted = bands_of(np.asarray(before, np.float32)).mean(axis=0)
+    wanted = mel_bands(np.asarray(before, np.float32)).mean(axis=0)
     before[5000 : 5000 + spoken] += 0.3 * np.sin(0.3 * np.arange(spoken))
     both = np.concatenate([before, noise(8000, 0.3)]).astype(np.float32)
-    found = noise_of(both, len(before))
+    found = estimated_noise(both, len(before))
     assert np.abs(np.log(found / wanted)).max() < 0.5
-    assert np.isfinite(noise_of(both[:500], 0)).all()
+    assert np.isfinite(estimated_noise(both[:500], 0)).all()
 
 
 def test_what_a_narrow_microphone_lost_is_made_up(sentence: Samples) -> None:
     telephone = np.asarray(narrow(sentence) + noise(len(sentence), 1e-5), np.float32)
-    assert upper_lost(bands_of(telephone))
-    assert not upper_lost(bands_of(sentence))
+    assert is_narrowband(mel_bands(telephone))
+    assert not is_narrowband(mel_bands(sentence))
     wide = centred_logs(sentence, NOBODY)
     floor = centred_logs(np.asarray(telephone + noise(len(sentence), 0.003), np.float32), NOBODY)  # hides the loss
     assert distance(centred_logs(telephone, NOBODY), wide) < 0.9 * distance(floor, wide)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.phones import PHONES, CtcSearch, any_words
+from hvcpd.people.phones import PHONES, CtcSearch, word_loop
 
 SAID: dict[str, list[tuple[str, ...]]] = {
     "see": [("S", "IY")],
@@ -141,7 +141,7 @@ def test_too_little_sound_has_no_likelihood() -> None:
 def test_other_talk_is_any_words_at_a_cost_each() -> None:
     sounds = heard("Z", "UW", "Z", "", "S", "IY", "")
     assert search().log_likelihood(sounds) < -10.0
-    free, costly = (any_words(("zoos", "see", "sea"), PRONOUNCED.__getitem__, cost) for cost in (0.0, 3.0))
+    free, costly = (word_loop(("zoos", "see", "sea"), PRONOUNCED.__getitem__, cost) for cost in (0.0, 3.0))
     assert free.log_likelihood(sounds) > -0.2
     assert free.log_likelihood(sounds) - costly.log_likelihood(sounds) == pytest.approx(6.0, abs=0.1)
 

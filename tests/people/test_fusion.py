@@ -16,8 +16,8 @@ from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.graph import Arc, WordGraph, ends_of, graph_of
-from hvcpd.people.fusion import MOST_LOG_ODDS, Fused, Hypotheses, alike, fuse, wordings
-from hvcpd.people.phones import PHONES, CtcSearch, any_words
+from hvcpd.people.fusion import MOST_LOG_ODDS, FusedHypothesis, Hypotheses, fuse, same_meaning, wordings
+from hvcpd.people.phones import PHONES, CtcSearch, word_loop
 from hvcpd.recognition.events import Recognised, WordSpan
 
 SAID: dict[str, list[tuple[str, ...]]] = {
@@ -26,7 +26,7 @@ SAID: dict[str, list[tuple[str, ...]]] = {
     "right": [("R", "AY", "T")],
 }
 GRAPH = WordGraph(3, (Arc(0, 1, "turn"), Arc(1, 2, "left"), Arc(1, 2, "right")), 0, frozenset((2,)), frozenset())
-TALK = any_words(
+TALK = word_loop(
     ("turn", "left", "right", "life", "earn"),
     {**SAID, "life": [("L", "AY", "F")], "earn": [("ER", "N")]}.__getitem__,
     4.0,
@@ -51,7 +51,7 @@ def enrolled(words: tuple[str, ...], confidence: float) -> Recognised:
     return Recognised(words, "anna, enrolled", 0, 6400, confidence, math.inf, spans)
 
 
-def fused(found: Hypotheses) -> Fused:
+def fused(found: Hypotheses) -> FusedHypothesis:
     out = fuse(found)
     assert out is not None
     return out
@@ -98,7 +98,7 @@ def test_the_surer_an_enrolled_sentence_the_more_it_counts() -> None:
 
 
 def test_silence_around_a_sentence_does_not_change_its_odds() -> None:
-    strange = hypotheses("turn", "left").readings[0]
+    strange = hypotheses("turn", "left").posteriors[0]
     strange[6:12, PHONES.index("AA")] = 0.4  # in a strange voice
     silence = np.full((40, NONE + 1), -8.0, np.float32)
     silence[:, NONE] = 0.0
@@ -118,7 +118,7 @@ def test_what_no_row_of_phones_explains_is_unlikely() -> None:
 
 def test_a_sentence_that_cannot_be_has_the_least_odds() -> None:
     short = hypotheses("turn", "left")
-    brief = Hypotheses([short.readings[0][:3]], short.search, TALK, enrolled(RIGHT, 0.9))
+    brief = Hypotheses([short.posteriors[0][:3]], short.search, TALK, enrolled(RIGHT, 0.9))
     assert brief.log_odds(RIGHT) == -MOST_LOG_ODDS
     assert len(brief.spans(RIGHT)) == 2
     assert fused(brief).words == RIGHT
@@ -133,7 +133,7 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
         log_posteriors[2 * k : 2 * k + 2, PHONES.index(phone)] = 0.0
     alone = Hypotheses([log_posteriors], search, TALK, None)
     same, other, else_ = (
-        fused(replace(alone, nearest=enrolled(words, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
+        fused(replace(alone, by_takes=enrolled(words, 0.5))) for words in (("all", "stop"), ("rob", "stop"), LEFT)
     )
     assert {same.words, other.words, else_.words} == {("all", "stop")}
     assert same.probability == other.probability > else_.probability
@@ -141,18 +141,18 @@ def test_whoever_is_to_halt_it_is_a_call() -> None:
 
 def test_nothing_heard_is_no_sentence() -> None:
     heard = hypotheses("turn", "left")
-    assert fuse(Hypotheses([heard.readings[0][:0]], heard.search, TALK, None)) is None
+    assert fuse(Hypotheses([heard.posteriors[0][:0]], heard.search, TALK, None)) is None
 
 
 def test_greetings_to_all_and_to_nobody_mean_the_same() -> None:
     rest = ("i", "am", "anna", "i", "am", "busy")
     same = [("hi", *rest), ("hi", "all", *rest), ("hello", *rest), ("hello", "all", *rest)]
     assert all(sorted(wordings(words)) == sorted(same) for words in same)
-    assert alike(same[0], same[3])
-    assert not alike(same[0], ("hi", "rob", *rest))
+    assert same_meaning(same[0], same[3])
+    assert not same_meaning(same[0], ("hi", "rob", *rest))
     assert list(wordings(("hi", "all"))) == [("hi", "all"), ("hello", "all")], "a question: who is here?"
     assert list(wordings(LEFT)) == [LEFT]
-    assert not alike((), ("stop",))
+    assert not same_meaning((), ("stop",))
 
 
 BOOK = make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, load_tasks(default_tasks_path()))
@@ -182,7 +182,7 @@ def test_wordings_of_one_sentence_do_not_compete() -> None:
 
 def test_of_two_nets_the_surer_one_decides() -> None:
     left, right = hypotheses("turn", "left"), hypotheses("turn", "right", clear=2.0)
-    for readings in ([*left.readings, *right.readings], [*right.readings, *left.readings]):
-        both = Hypotheses(readings, left.search, TALK, None)
+    for posteriors in ([*left.posteriors, *right.posteriors], [*right.posteriors, *left.posteriors]):
+        both = Hypotheses(posteriors, left.search, TALK, None)
         assert fused(both).words == LEFT
         assert both.log_odds(LEFT) == left.log_odds(LEFT) > both.log_odds(RIGHT) == right.log_odds(RIGHT)

@@ -11,8 +11,8 @@ import pytest
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people import phones
-from hvcpd.people.bands import N_BANDS, levelled, logs_of, noise_of
-from hvcpd.people.phones import PHONES, Logs, PhoneNet, _beside, _shifted, centred, far_net, nets
+from hvcpd.people.bands import N_BANDS, estimated_noise, level_normalised, log_bands
+from hvcpd.people.phones import PHONES, LogBands, PhoneNet, _shifted, _with_context, far_net, mean_normalised, nets
 from hvcpd.ports import Samples
 from hvcpd.recognition.fitted import rest, stored
 from hvcpd.synthesis.speaker import Speaker
@@ -24,15 +24,15 @@ def sound(units: Path) -> Sound:
     return make_sound(None, units)
 
 
-def logs(speech: Samples, noise_rms: float = 1e-3) -> Logs:
+def logs(speech: Samples, noise_rms: float = 1e-3) -> LogBands:
     """Of speech in a quiet room."""
     padded = np.pad(0.3 * speech, (8000, 3200))
     heard = (padded + noise_rms * np.random.default_rng(2).standard_normal(len(padded))).astype(np.float32)
-    whole, part = levelled(heard, heard[4000:])
-    return centred(logs_of(part, noise_of(whole, 8000)))
+    whole, part = level_normalised(heard, heard[4000:])
+    return mean_normalised(log_bands(part, estimated_noise(whole, 8000)))
 
 
-def by_phones(found: Logs) -> list[str]:
+def by_phones(found: LogBands) -> list[str]:
     """The likeliest phones, repeats and gaps left out."""
     best = far_net().output(found).log_posteriors.argmax(axis=1)
     kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
@@ -71,7 +71,7 @@ def test_shapes_and_sums(net: PhoneNet) -> None:
 def test_weights_are_bytes_with_a_scale_for_each_output() -> None:
     for net in nets():
         arrays = net.arrays
-        layers = range(2 + len(net.apart))
+        layers = range(2 + len(net.shifts))
         assert all(arrays[f"weights{n}"].dtype == np.int8 for n in layers)
         assert all(arrays[f"weights{n}"].shape[1:] == arrays[f"scale{n}"].shape for n in layers)
         assert all(array.nbytes < 320 * 1000 for array in arrays.values()), "in memory as in the file"
@@ -83,14 +83,14 @@ def test_a_layer_sees_units_from_earlier_now_and_later() -> None:
     assert np.array_equal(found[5], [*sound[3, :2], *sound[5, 2:4], *sound[7, 4:]])
     assert not found[:2, :2].any(), "silence before the sound"
     assert not found[-2:, 4:].any()
-    assert np.array_equal(_beside(sound, 3)[4], sound[3:6].ravel())
+    assert np.array_equal(_with_context(sound, 3)[4], sound[3:6].ravel())
 
 
 def test_a_microphone_s_tilt_does_not_count() -> None:
     bands = np.random.default_rng(1).normal(0, 2, (80, N_BANDS))
     tilted = bands + np.linspace(0.0, 0.2, N_BANDS) + 3.0
-    assert np.abs(centred(bands) - centred(tilted)).mean() < 0.05
-    assert centred(bands[:0]).shape == (0, N_BANDS)
+    assert np.abs(mean_normalised(bands) - mean_normalised(tilted)).mean() < 0.05
+    assert mean_normalised(bands[:0]).shape == (0, N_BANDS)
 
 
 def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:

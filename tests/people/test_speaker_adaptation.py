@@ -12,7 +12,7 @@ from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
 from hvcpd.people.phones import PHONES, CtcSearch, far_net, nets
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.speaker_adaptation import GAP, adapted, alignment, spoken
+from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment, spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon
@@ -51,7 +51,7 @@ def losses(text: str, *known: str) -> tuple[float, float]:
     """Of a sentence by both nets' layers for anybody, and by those adapted to the `known` sentences."""
     before = after = 0.0
     search = CtcSearch(graph_of(text.split()), LEXICON.sounds)
-    for net, layer in zip(nets(), adapted([sentence(each) for each in known], LEXICON.sounds), strict=True):
+    for net, layer in zip(nets(), adapted_layers([sentence(each) for each in known], LEXICON.sounds), strict=True):
         activations = net.output(sentence(text).logs).activations
         both = [search.best(each.log_posteriors(activations)) for each in (net.layer, layer)]
         assert both[0] is not None
@@ -67,16 +67,18 @@ def test_sentences_of_a_voice_make_others_likelier() -> None:
 
 
 def test_without_sentences_nothing_is_adapted() -> None:
-    assert adapted([], LEXICON.sounds) == ()
+    assert adapted_layers([], LEXICON.sounds) == ()
     too_short = SpokenSentence(tuple(KNOWN[0].split()), sentence(KNOWN[0]).logs[:20])
-    assert adapted([too_short], LEXICON.sounds) == ()
+    assert adapted_layers([too_short], LEXICON.sounds) == ()
 
 
 def test_an_alignment_has_the_phones_of_the_words_in_order() -> None:
     words = KNOWN[2].split()
     found = alignment(far_net().output(sentence(KNOWN[2]).logs).log_posteriors, words, LEXICON.sounds)
     assert found is not None
-    changes = [int(phone) for before, phone in zip([GAP, *found], found, strict=False) if phone not in (GAP, before)]
+    changes = [
+        int(phone) for before, phone in zip([BLANK, *found], found, strict=False) if phone not in (BLANK, before)
+    ]
     said = [PHONES.index(phone) for word in words for phone in LEXICON.sounds(word)[0]]
     assert changes == said
 
@@ -86,12 +88,12 @@ def test_a_phone_said_twice_has_a_gap_within() -> None:
     log_posteriors = np.full((12, len(PHONES) + 1), -9.0, np.float32)
     for frame, phone in enumerate("T T IY IY M M M M AY AY AY".split()):
         log_posteriors[frame, PHONES.index(phone)] = 0.0
-    log_posteriors[11, GAP] = 0.0
+    log_posteriors[11, BLANK] = 0.0
     found = alignment(log_posteriors, words, {"team": [("T", "IY", "M")], "my": [("M", "AY")]}.__getitem__)
     assert found is not None
     m = PHONES.index("M")
     assert np.count_nonzero(np.diff((found == m).astype(int)) == 1) >= 1
-    assert set(found) <= {*(PHONES.index(p) for p in ("T", "IY", "M", "AY")), GAP}
+    assert set(found) <= {*(PHONES.index(p) for p in ("T", "IY", "M", "AY")), BLANK}
 
 
 def test_who_enrolled_by_sentences_is_understood_better() -> None:

@@ -6,7 +6,7 @@ from datetime import date
 
 import pytest
 
-from hvcpd.people.fusion import PROBABILITY
+from hvcpd.people.fusion import WEIGHTS
 from hvcpd.recognition.decoder_session import ConfidenceFeatures
 from hvcpd.recognition.fitted import fitted
 
@@ -33,7 +33,7 @@ def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
     weights = ConfidenceFeatures(**fitted("sentence_confidence")["weights"])
     assert max(weights.deficit, weights.worst, weights.slowness, weights.haste) < 0.0
     assert min(weights.log_margin, weights.log_gain, weights.log_fit, weights.word_fit) > 0.0
-    unclear, log_odds, _, nearest_logit = PROBABILITY[1:]
+    unclear, log_odds, _, nearest_logit = WEIGHTS[1:]
     assert unclear < 0.0 < log_odds
     assert nearest_logit >= 0.0
 

@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from hvcpd.language.graph import graph_of
-from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, levelled
+from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, level_normalised
 from hvcpd.people.phones import CtcSearch, Pronounce, far_net
 from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -161,7 +161,7 @@ def _fault_of_word(n_frames: int, gap: int) -> str:
 
 def features(take: Energies) -> Features:
     """A take in a quiet room at one loudness, shape (frames, N_FEATURES)."""
-    level = levelled(take)
+    level = level_normalised(take)
     mask = np.float32(power_ratio(-MASK_DB)) * level[level.sum(axis=1) >= 1.0].mean()
     padded = np.pad(level + mask, ((CONTEXT_FRAMES, CONTEXT_FRAMES), (0, 0)), mode="edge")
     return features_of(padded)
