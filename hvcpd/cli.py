@@ -162,7 +162,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
     def clean_up() -> None:
         tell_held_back(limiter)
         output.report()
-        fitted.rest()
+        fitted.release_pages()
         if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
             give_back_memory()
 

@@ -57,7 +57,7 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._judge", None),
-        _files("recognition", "decoder_session decoder scorer network lattice templates"),
+        _files("recognition", "decoder_session decoder scorer network back_pointers templates"),
     ),
 )
 RULES = (

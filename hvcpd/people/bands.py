@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.fitted import stored
+from hvcpd.recognition.fitted import mapped_arrays
 from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
 from hvcpd.recognition.second_pass import Segment
 
@@ -159,4 +159,4 @@ def is_narrowband(bands: Bands) -> bool:
 def _upper_band_regression() -> NDArray[np.float64]:
     """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + FIRST_UPPER_BAND, N_BANDS -
     FIRST_UPPER_BAND), the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
-    return np.asarray(stored(Path(__file__).with_name("upper_bands.npz"))["weights"], np.float64)
+    return np.asarray(mapped_arrays(Path(__file__).with_name("upper_bands.npz"))["weights"], np.float64)

@@ -14,11 +14,11 @@ import numpy as np
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.people.enrolled import Person, spoken_takes
-from hvcpd.recognition.decoder import Best, Decoder, StepCosts
+from hvcpd.recognition.back_pointers import Costs, TracedWord
+from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts
 from hvcpd.recognition.events import Recognised, WordSpan
-from hvcpd.recognition.fitted import curve, fitted
+from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
-from hvcpd.recognition.lattice import Costs, Step
 from hvcpd.recognition.network import REACH, Beam, Network
 from hvcpd.recognition.scorer import distances, norms_of
 from hvcpd.recognition.second_pass import Segment
@@ -82,15 +82,17 @@ class EnrolledListener:
             frames = slice(begin, begin + BLOCK_FRAMES)
             to_rows = distances(heard[frames], rows, norms)
             nearest[frames] = to_rows.min(axis=1)
-            relative = to_rows[:, decoder.prepare().row] - to_noise[frames, None]
+            relative = to_rows[:, decoder.prune().row] - to_noise[frames, None]
             for column in relative:
-                decoder.column(column, 0.0)
+                decoder.advance(column, 0.0)
         best = decoder.best(math.inf)
         if best.node < 0:
             return None
         return self._recognised(best, decoder.trace(best.token), to_noise, np.minimum(nearest, to_noise), origin)
 
-    def _recognised(self, best: Best, path: Sequence[Step], to_noise: Costs, least: Costs, origin: int) -> Recognised:
+    def _recognised(
+        self, best: BestPath, path: Sequence[TracedWord], to_noise: Costs, least: Costs, origin: int
+    ) -> Recognised:
         """`path` costs less than the noise would in its place; `least`: each frame's distance to the nearest of the
         takes' frames and the noise."""
         deficits, inside = [], np.zeros(len(to_noise), np.bool_)
@@ -115,7 +117,7 @@ class EnrolledListener:
         return Recognised(words, voice, spans[0].start_sample, spans[-1].end_sample, sure, math.nan, spans)
 
 
-def probability(path: Sequence[Step], deficits: Sequence[float], passed_over: float, above_noise: float) -> float:
+def probability(path: Sequence[TracedWord], deficits: Sequence[float], passed_over: float, above_noise: float) -> float:
     """Confidence of a sentence, 0 to 1: a logistic curve (`enrolled_confidence` of the fitted weights).
 
     `deficits`: each word's mean distance per frame to the take beyond that to the nearest frame of all takes.
@@ -130,4 +132,4 @@ def probability(path: Sequence[Step], deficits: Sequence[float], passed_over: fl
     audible = math.log(max(above_noise, LEAST_ABOVE_NOISE))
     features = (deficit, worst, passed_over, math.log(len(path)), math.log(margin), audible)
     weights = fitted("enrolled_confidence")
-    return curve(weights["bias"], weights["weights"].values(), features)
+    return logistic_regression(weights["bias"], weights["weights"].values(), features)

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.bands import Bands
-from hvcpd.recognition.arrays import first_of_each
-from hvcpd.recognition.fitted import stored
+from hvcpd.recognition.arrays import first_occurrences
+from hvcpd.recognition.fitted import mapped_arrays
 
 LogBands = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]
@@ -125,13 +125,13 @@ class PhoneNet:
 @cache
 def near_net() -> PhoneNet:
     """The net with a context of 0.35 s to either side, which knows sounds alone: best at rejecting words."""
-    return PhoneNet.of(stored(Path(__file__).with_name("phones_near.npz")))
+    return PhoneNet.of(mapped_arrays(Path(__file__).with_name("phones_near.npz")))
 
 
 @cache
 def far_net() -> PhoneNet:
     """The net with a context of 1.2 s to either side, which knows words, too: the better one by itself."""
-    return PhoneNet.of(stored(Path(__file__).with_name("phones_far.npz")))
+    return PhoneNet.of(mapped_arrays(Path(__file__).with_name("phones_far.npz")))
 
 
 def nets() -> tuple[PhoneNet, PhoneNet]:
@@ -202,7 +202,7 @@ class CtcSearch:
         self._first: Index = self._last - lengths + 1
         self._phones: Index = np.array([phone for _, said in ways for phone in said], np.int64)
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
-        self._begins: Index = first_of_each(self._target)
+        self._begins: Index = first_occurrences(self._target)
         self._nodes: Index = self._target[self._begins]
         self._ends = np.append(self._begins[1:], len(ways))
         self._word_weight = math.exp(-word_cost)

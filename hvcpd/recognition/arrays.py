@@ -1,4 +1,4 @@
-"""Distinct numbers, quantiles and large arrays, as NumPy has them, with less memory.
+"""Functions of NumPy that take less memory here: unique numbers, quantiles, and large arrays of zeros.
 
 NumPy's own functions for the first two load its masked arrays, which keep 2 MB of memory for good.
 """
@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 
-def distinct(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+def unique(numbers: NDArray[np.intp]) -> NDArray[np.intp]:
     """Each of some numbers, 0 or more, once, in ascending order, shape (n,); as `numpy.unique`."""
     ordered = np.sort(numbers, axis=None, kind="stable")
-    return ordered[first_of_each(ordered)]
+    return ordered[first_occurrences(ordered)]
 
 
-def first_of_each(ordered: NDArray[np.intp]) -> NDArray[np.intp]:
+def first_occurrences(ordered: NDArray[np.intp]) -> NDArray[np.intp]:
     """Where each of some numbers, 0 or more and in ascending order, comes first, shape (n,)."""
     return np.flatnonzero(np.diff(ordered, prepend=-1))
 
@@ -35,11 +35,11 @@ def quantile(values: NDArray[np.floating[Any]], share: float) -> float:
     return float(high - (high - low) * (1 - weight) if weight >= 0.5 else low + (high - low) * weight)
 
 
-def blank(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+def lazy_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     """Zeros, on pages of their own, which take memory only where something was written to them.
 
     `numpy.zeros` has such pages only where the heap has no gap as large; in a gap it writes to all of it: 2 MB of
-    a listening robot, for the lattice and the scorer (six daemons, 68.0 to 69.0 MB instead of 70.1 to 70.8).
+    a listening robot, for the back_pointers and the scorer (six daemons, 68.0 to 69.0 MB instead of 70.1 to 70.8).
     """
     size = np.dtype(dtype).itemsize * math.prod(shape)
     pages = mmap.mmap(-1, max(size, 1), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)

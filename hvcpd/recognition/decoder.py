@@ -1,4 +1,4 @@
-"""One-pass connected-word DTW over the network's promising part, one column a frame.
+"""The decoder: token passing by one-pass connected-word DTW over the active states of the network, one column a frame.
 
 H. Ney, "The use of a one-stage dynamic programming algorithm for connected word recognition", IEEE Trans. ASSP
 32(2), 1984; J. Bridle, M. Brown, R. Chamberlain, "An algorithm for connected word recognition", ICASSP 1982.
@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.lattice import PAUSE, Costs, Lattice, Step, Tokens, token_of_start
-from hvcpd.recognition.network import AHEAD, REACH, Beam, Layout, Network, common_states, lay_out, survivors
+from hvcpd.recognition.back_pointers import PAUSE, BackPointers, Costs, Tokens, TracedWord, start_token
+from hvcpd.recognition.network import AHEAD, REACH, ActiveStates, Beam, Network, active_states, shared_states, survivors
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""
@@ -29,14 +29,14 @@ UNREACHABLE = np.float32(1e9)
 
 @dataclass(frozen=True)
 class StepCosts:
-    """Extra cost of the steps that leave the diagonal, in units of distance."""
+    """Extra cost of steps off the diagonal, in units of distance."""
 
     stay: float = 0.3
     skip: float = 0.3
     leap: float | None = None
-    """To pass over two frames of the template; None: that is not possible."""
+    """To skip two frames of the template; None: that is not possible."""
     hypothesis: float = 2.0
-    """For going on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
+    """To go on at the next gain hypothesis after a word: the speaker comes nearer, or stresses another word."""
 
 
 STEPS = StepCosts()
@@ -67,11 +67,9 @@ def dtw_column(previous: Costs, distances: Costs, steps: StepCosts, out: Costs) 
 
 
 @dataclass(frozen=True)
-class Best:
-    """The best path of the whole network: its cost; node, token and rested frames if it rests in a final node.
-
-    `behind`: the amount by which a path inside a word is cheaper still.
-    """
+class BestPath:
+    """The best path of the network: its cost; if it rests in a final node, that node, its token, the number of frames
+    of rest, and the amount `behind` by which a path inside a word is cheaper still."""
 
     cost: float
     node: int = -1
@@ -83,7 +81,7 @@ class Best:
 class Decoder:
     """Token passing over `Network` for several hypotheses (template gains) side by side.
 
-    Call `prepare`, then `column` for each of at most HORIZON_FRAMES frames, and so on; `best` and `trace` read the
+    Call `prune`, then `advance` for each of at most HORIZON_FRAMES frames, and so on; `best` and `trace` read the
     result. Frames are numbered by the caller and follow each other by one until `reset`.
     """
 
@@ -99,25 +97,25 @@ class Decoder:
         self._final_nodes = np.flatnonzero(network.is_final)
         self._is_start = np.zeros(network.n_nodes, np.bool_)
         self._is_start[network.start_nodes] = True
-        self._lattice = Lattice()
+        self._back_pointers = BackPointers()
         self._frame = 0
         self.reset(0)
 
     def reset(self, frame: int) -> None:
         """Forget all paths; the next column is that of `frame`."""
         self._frame = frame
-        self._lattice.clear()
+        self._back_pointers.clear()
         self._rest.fill(UNREACHABLE)
         self._rest_best = float(UNREACHABLE)
         self._bound = np.float32(self._beam.above_filler)
         """The cost from which on no path leaves a word."""
         nothing = np.zeros(0, np.intp)
-        self._take_layout(lay_out(self._net, self._n_hypotheses, nothing, nothing, nothing))
-        self.prepare()
+        self._set_active(active_states(self._net, self._n_hypotheses, nothing, nothing, nothing))
+        self.prune()
         self._begin_sentences()
 
-    def _take_layout(self, layout: Layout) -> None:
-        self.layout = layout
+    def _set_active(self, layout: ActiveStates) -> None:
+        self.active = layout
         self._cost: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
         self._cost_next: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
         self._token: Tokens = np.zeros(layout.n_states, np.int32)
@@ -125,11 +123,11 @@ class Decoder:
         self._ahead = (layout.begin[:, None] + np.arange(AHEAD)).ravel()
         self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
 
-    def prepare(self) -> Layout:
-        """Choose the paths to follow for the next HORIZON_FRAMES frames."""
-        if self._lattice.is_full:
+    def prune(self) -> ActiveStates:
+        """Drop all but the promising paths, and return the active states of the next HORIZON_FRAMES frames."""
+        if self._back_pointers.is_full:
             self.reset(self._frame)
-        old, cost, token = self.layout, self._cost, self._token
+        old, cost, token = self.active, self._cost, self._token
         net = self._net
         n_pairs = self._n_hypotheses * net.n_instances
         low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
@@ -144,24 +142,25 @@ class Decoder:
         low[entering] = 0
         high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], REACH))
         pairs = np.flatnonzero(low >= 0)
-        self._take_layout(lay_out(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
-        were, are = common_states(old, self.layout)
+        self._set_active(active_states(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
+        were, are = shared_states(old, self.active)
         self._cost[are] = cost[were]
         self._token[are] = token[were]
-        return self.layout
+        return self.active
 
     def _open(self, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """The nodes that sentences may leave soon: starts, those reached, and those at the neighbouring hypotheses."""
+        """The nodes that paths may leave soon: starts, and those reached, at their own and the neighbouring
+        hypotheses."""
         opened = reached | self._is_start
         opened[1:] |= reached[:-1]
         opened[:-1] |= reached[1:]
         return opened
 
-    def column(self, distances: Costs, noise_cost: float) -> None:
+    def advance(self, distances: Costs, noise_cost: float) -> None:
         """Advance all paths by one frame.
 
-        `distances`, shape (n_states,) of the layout, are relative to the filler's cost; `noise_cost` is the cost of a
-        frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
+        `distances`, shape (n_states,) of the active states, are relative to the filler's cost; `noise_cost` is the cost
+        of a frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
         """
         if len(distances):
             advanced, *farther = dtw_column(self._cost, distances, self._steps, self._cost_next)
@@ -172,7 +171,7 @@ class Decoder:
                 np.copyto(token[reach:], self._token[:-reach], where=mask)
             self._cost, self._cost_next = self._cost_next, self._cost
             self._token, self._token_next = token, self._token
-        ends = self._cost[self.layout.last]
+        ends = self._cost[self.active.last]
         passing = np.flatnonzero(ends < self._bound)
         self._cost[self._ahead] = UNREACHABLE
         if len(passing) or self._rest_best < UNREACHABLE:
@@ -182,10 +181,10 @@ class Decoder:
 
     def _begin_sentences(self) -> None:
         self._cost[self._start_entry] = 0.0
-        self._token[self._start_entry] = token_of_start(self._frame)
+        self._token[self._start_entry] = start_token(self._frame)
 
     def _pass_nodes(self, passing: NDArray[np.intp], ends: Costs, noise_cost: np.float32) -> None:
-        """Words that end hand their paths to the nodes; pauses and new words take them from there."""
+        """Pass paths from words that end to their nodes, and from there to pauses and the next words."""
         leaving = np.full(self._rest.shape, UNREACHABLE, np.float32)
         token = np.zeros(self._rest.shape, np.int32)
         self._rest += noise_cost
@@ -197,21 +196,21 @@ class Decoder:
             self._rest.fill(UNREACHABLE)
             self._rest_best = float(UNREACHABLE)
         entering, token = self._change_hypotheses(leaving, token)
-        self._cost[self.layout.entry] = entering.reshape(-1)[self.layout.source]
-        self._token[self.layout.entry] = token.reshape(-1)[self.layout.source]
+        self._cost[self.active.entry] = entering.reshape(-1)[self.active.source]
+        self._token[self.active.entry] = token.reshape(-1)[self.active.source]
 
     def _record_pauses(self, leaving: Costs, token: Tokens) -> None:
         going_on = (self._rest < self._beam.above_filler) & self._net.may_pause
         if going_on.any():
             cost = self._rest[going_on]
             leaving[going_on] = cost
-            token[going_on] = self._lattice.add(
+            token[going_on] = self._back_pointers.add(
                 self._frame, PAUSE, self._rest_token[going_on], cost, np.full_like(cost, UNREACHABLE)
             )
 
     def _record_words(self, passing: NDArray[np.intp], ends: Costs, leaving: Costs, token: Tokens) -> None:
-        """Of the words that end at the same hypothesis and node, the cheapest goes on."""
-        layout = self.layout
+        """Record, of the words that end at the same hypothesis and node, the cheapest."""
+        layout = self.active
         place = layout.target[passing]
         order = np.lexsort((ends, place))
         sorted_place = place[order]
@@ -220,7 +219,7 @@ class Decoder:
         winner = order[first]
         at, cost, instance = place[winner], ends[winner], layout.end_instance[passing[winner]]
         rival = self._rivals(layout.end_instance[passing], ends, instance)
-        record = self._lattice.add(self._frame, instance, self._token[layout.last[passing[winner]]], cost, rival)
+        record = self._back_pointers.add(self._frame, instance, self._token[layout.last[passing[winner]]], cost, rival)
         sooner = cost < leaving.reshape(-1)[at]
         leaving.reshape(-1)[at[sooner]] = cost[sooner]
         token.reshape(-1)[at[sooner]] = record[sooner]
@@ -229,14 +228,15 @@ class Decoder:
         self._rest_token.reshape(-1)[at[rests]] = record[rests]
 
     def _rivals(self, instances: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
-        """For each winner, the lowest cost of another word that ends at the same node now, at any hypothesis."""
+        """For each winner, the lowest cost of another word that ends at the same node in this frame, at any
+        hypothesis."""
         node, word = self._net.target_node, self._net.word_number
         other = (node[instances] == node[winners][:, None]) & (word[instances] != word[winners][:, None])
         rivals: Costs = np.where(other, ends, UNREACHABLE).min(axis=1)
         return rivals
 
     def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
-        """The cost of going on at each hypothesis, and the token to go on with."""
+        """The cost of entering words at each hypothesis, and the token to enter with."""
         entering, chosen = leaving.copy(), token.copy()
         dearer = leaving + np.float32(self._steps.hypothesis)
         for to, other in ((slice(1, None), slice(None, -1)), (slice(None, -1), slice(1, None))):
@@ -245,43 +245,44 @@ class Decoder:
             np.copyto(chosen[to], token[other], where=cheaper)
         return entering, chosen
 
-    def climb(self) -> None:
-        """Raise all gains by a step: every hypothesis takes over the paths of the next, the highest keeps its own."""
+    def raise_gains(self) -> None:
+        """Raise all gains by a step: every hypothesis takes over the paths of the next one, and the highest keeps its
+        own."""
         self._rest[:-1] = self._rest[1:].copy()
         self._rest_token[:-1] = self._rest_token[1:].copy()
-        old, cost, token = self.layout, self._cost, self._token
+        old, cost, token = self.active, self._cost, self._token
         lower = np.searchsorted(old.pair, self._net.n_instances)
         top = np.searchsorted(old.pair, (self._n_hypotheses - 1) * self._net.n_instances)
         pair = np.concatenate([old.pair[lower:] - self._net.n_instances, old.pair[top:]])
         low, high = (np.concatenate([a[lower:], a[top:]]) for a in (old.low, old.high))
-        self._take_layout(lay_out(self._net, self._n_hypotheses, pair, low, high))
+        self._set_active(active_states(self._net, self._n_hypotheses, pair, low, high))
         moved, highest = old.hypothesis_begins[1], old.hypothesis_begins[-2]
         self._cost[:] = np.concatenate([cost[moved:], cost[highest:]])
         self._token[:] = np.concatenate([token[moved:], token[highest:]])
 
-    def best(self, margin: float = 0.0) -> Best:
-        """The cheapest path of all; a resting path counts as the cheapest if it is dearer by no more than `margin`."""
+    def best(self, margin: float = 0.0) -> BestPath:
+        """The cheapest path; a resting path counts as the cheapest if it costs no more than `margin` above it."""
         cost = float(self._cost.min(initial=0.0))
         if self._rest_best >= UNREACHABLE:
-            return Best(cost)
+            return BestPath(cost)
         rests = self._rest[:, self._final_nodes]
         hypothesis, column = divmod(int(rests.argmin()), len(self._final_nodes))
         rest_cost = float(rests[hypothesis, column])
         if rest_cost > cost + margin:
-            return Best(min(cost, self._rest_best))
+            return BestPath(min(cost, self._rest_best))
         node = int(self._final_nodes[column])
         token = int(self._rest_token[hypothesis, node])
-        since = int(self._lattice.frame_of(self._rest_token[hypothesis, node : node + 1])[0])
-        return Best(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
+        since = int(self._back_pointers.frame_of(self._rest_token[hypothesis, node : node + 1])[0])
+        return BestPath(rest_cost, node, token, self._frame - 1 - since, rest_cost - cost)
 
-    def forget_rests(self, longest_frames: int) -> None:
+    def drop_long_pauses(self, longest_frames: int) -> None:
         """Drop the paths that have paused for longer than `longest_frames`."""
         if self._rest_best >= UNREACHABLE:
             return
-        age = self._frame - 1 - self._lattice.frame_of(self._rest_token)
+        age = self._frame - 1 - self._back_pointers.frame_of(self._rest_token)
         self._rest[age > longest_frames] = UNREACHABLE
         self._rest_best = float(self._rest.min())
 
-    def trace(self, token: int) -> list[Step]:
+    def trace(self, token: int) -> list[TracedWord]:
         """The words of the path that ends in `token`, first to last."""
-        return self._lattice.trace(token)
+        return self._back_pointers.trace(token)

@@ -1,4 +1,4 @@
-"""The decoder session: scores frames, advances the decoder, detects the end of a sentence, and tells how sure it is."""
+"""The decoder session: scores frames, advances the decoder, detects the end of a sentence, and gives its confidence."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.decoder import Best, Decoder
-from hvcpd.recognition.fitted import curve, fitted
+from hvcpd.recognition.back_pointers import TracedWord
+from hvcpd.recognition.decoder import BestPath, Decoder
+from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     N_BANDS,
@@ -22,47 +23,46 @@ from hvcpd.recognition.frontend import (
     features_of,
     power_ratio,
 )
-from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
 from hvcpd.recognition.scorer import Scorer
 from hvcpd.recognition.templates import TemplateBank
 
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
 FILLER_COST = 1.2
-"""Cost of the filler above the frame's best template: half-way between right and wrong words (measured)."""
+"""Cost of the filler above the frame's best template, half-way between right and wrong words (measured)."""
 GAIN_STEP_DB = 6.0
-"""Three template gains are decoded side by side, this far apart, around the level heard at the onset."""
+"""Distance of the three template gains that are decoded side by side, around the level at the onset."""
 RETUNE_DB = 4.5
-"""The gain hypotheses move when the level heard has left their inner half: to that level while no sentence is under
-way, else by a step up (the first word, "hi", can be much weaker than the rest)."""
+"""Deviation of the level from the middle gain at which the gain hypotheses move: to that level, or, within a sentence,
+by a step up (the first word, "hi", can be much weaker than the rest)."""
 END_FRAMES = 25
-"""250 ms of rest end a sentence: longer than the pause at a comma (150 ms)."""
+"""Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 40
-"""400 ms of rest, where a path inside a word is still cheaper."""
+"""The same (400 ms) while a path inside a word is still cheaper."""
 HIDDEN_END_FRAMES = 48
-"""480 ms of rest, where the sentence could go on and noise may hide how a word begins."""
+"""The same (480 ms) where the sentence could go on and noise may hide how the next word begins."""
 HIDDEN_DB = 10.0
-"""Level of the vowels above the noise below which it hides how many words begin (k, h, f)."""
+"""Level of the vowels over the noise below which noise hides how many words begin (k, h, f)."""
 GOING_ON = 0.7
 """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
 sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
 LONGEST_PAUSE_FRAMES = 60
-"""0.6 s of pause inside a sentence, and the path is dropped: nobody pauses that long at a comma."""
+"""Longest pause within a sentence (0.6 s): nobody pauses longer at a comma."""
 END_MARGIN = 5.0
-"""A resting path counts as the best although another, inside a word, is this much cheaper: in noise alone paths through
-the next words gain a little by chance."""
+"""Cost by which a path inside a word may be cheaper than a resting path that counts as the best: in noise alone, paths
+through the next words gain a little by chance."""
 UNDER_WAY = 15.0
-"""A path this much better than the filler may be a sentence in progress."""
+"""Gain over the filler from which on a path may be a sentence in progress."""
 FOLLOWED_GAIN = 28.0
 """Least gain of a sentence in progress in half a second (40 is usual), both now and before: words fitted to a noise
 that has just risen gain 28 at most, for a moment."""
 LEAD_FRAMES = 60
-"""The 0.6 s before a sentence show whether it follows silence: over the pause at a comma and the weak sounds around
-it."""
+"""Time before a sentence (0.6 s) that shows whether it follows silence: longer than the pause at a comma with the weak
+sounds around it."""
 FOLLOWED_BLOCKS = 6
-"""48 frames: as long as noise must have been steady after a step."""
+"""Number of blocks (48 frames): as long as noise must have been steady after a step."""
 HISTORY_FRAMES = 2048
-"""20 s of the filler's costs are kept: longer than the longest sentence."""
+"""Frames (20 s) of the filler's costs that are kept: longer than the longest sentence."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Sentence:
     of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[TracedWord, ...]
     voice: str
     deficits: tuple[float, ...]
     cost: float
@@ -87,12 +87,12 @@ class Sentence:
 
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
-"""Range of the cost of the closest other word; values beyond it carry no more information."""
+"""Range of the cost of the closest other word that carries information."""
 LEAST_FIT, MOST_FIT = 0.05, 1.0
-"""Gains relative to the right word's; the quietest voices gain twice as much by chance."""
+"""Range of the gain relative to the right word's; the quietest voices gain twice as much by chance."""
 LEAST_WORD_FIT = -1.0
 SLOW, SLOWEST = 1.4, 2.4
-"""Frames of a word over its template's: right words have 1.25 at most, slow ones 1.4; a false alarm may have any
+"""Range of a word's duration over its template's: right words have 1.25 at most, slow ones 1.4, insertions any
 value."""
 FAST = 0.9
 
@@ -127,7 +127,7 @@ class ConfidenceFeatures:
         """The probability, 0 to 1, that a hypothesis with these features is right: logistic regression, fitted by
         `python -m benchmarks.fit`."""
         weights = fitted("sentence_confidence")
-        return curve(weights["bias"], astuple(ConfidenceFeatures(**weights["weights"])), astuple(self))
+        return logistic_regression(weights["bias"], astuple(ConfidenceFeatures(**weights["weights"])), astuple(self))
 
 
 def confidence_features(sentence: Sentence, word: int | None = None) -> ConfidenceFeatures:
@@ -168,7 +168,7 @@ class DecoderSession:
         self._since: int | None = None
         """The frame at which a sentence that may be in progress was first seen."""
         self.awake = False
-        self.best = Best(0.0)
+        self.best = BestPath(0.0)
         """The best path after the last frame."""
 
     @property
@@ -214,12 +214,12 @@ class DecoderSession:
         if self.awake:
             self._scorer.rest()
         self.awake = False
-        self.best = Best(0.0)
+        self.best = BestPath(0.0)
 
     def forget(self) -> None:
         """Drop all paths, for example after a rejected sentence; keep listening."""
         self._decoder.reset(self._next)
-        self.best = Best(0.0)
+        self.best = BestPath(0.0)
 
     def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
@@ -234,7 +234,7 @@ class DecoderSession:
         features = features_of(block + mask)
         for start in range(0, len(features), HORIZON_FRAMES):
             self._decode(features[start : start + HORIZON_FRAMES])
-        self._decoder.forget_rests(LONGEST_PAUSE_FRAMES)
+        self._decoder.drop_long_pauses(LONGEST_PAUSE_FRAMES)
         self.best = self._decoder.best(END_MARGIN)
         self._bests.append(self.best.cost)
         if not self.under_way:
@@ -243,14 +243,14 @@ class DecoderSession:
             self._since = self._next
 
     def _decode(self, features: Features) -> None:
-        self._scorer.follow(self._decoder.prepare())
+        self._scorer.follow(self._decoder.prune())
         states, noise, cohort = self._scorer.score(features)
         filler = np.minimum(noise, cohort + np.float32(FILLER_COST))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
         self._filler_excess[slots] = filler - cohort
         self._noise_cost[slots] = above = noise - filler
         for column, noise_cost in zip(states - filler[:, None], above.tolist(), strict=True):
-            self._decoder.column(column, noise_cost)
+            self._decoder.advance(column, noise_cost)
         self._next += len(features)
 
     def _retune(self, level: float) -> None:
@@ -263,7 +263,7 @@ class DecoderSession:
             self._gain = level
         elif off_db > 0.0:
             self._gain *= power_ratio(GAIN_STEP_DB)
-            self._decoder.climb()
+            self._decoder.raise_gains()
 
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""
@@ -285,14 +285,14 @@ class DecoderSession:
             unfinished,
         )
 
-    def _needed_rest(self, best: Best) -> int:
+    def _needed_rest(self, best: BestPath) -> int:
         """Number of frames of rest that end a sentence with this path."""
-        hidden = self._scorer.vowels_db(self._gain) < HIDDEN_DB
+        hidden = self._scorer.voice_snr_db(self._gain) < HIDDEN_DB
         if self._net.goes_on[best.node] and (hidden or best.behind > GOING_ON):
             return HIDDEN_END_FRAMES
         return LATE_END_FRAMES if best.behind > 0.0 else END_FRAMES
 
-    def word_of(self, step: Step) -> str:
+    def word_of(self, step: TracedWord) -> str:
         """The word of a step."""
         return self._net.word[step.instance]
 
@@ -304,18 +304,18 @@ class DecoderSession:
             return 0.0
         return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / FILLER_COST
 
-    def _deficit(self, step: Step) -> float:
+    def _deficit(self, step: TracedWord) -> float:
         frames = np.arange(step.start_frame, step.end_frame)
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
         return (step.cost + excess) / (max(len(frames), 1) * FILLER_COST)
 
-    def _expected_gain(self, step: Step) -> float:
+    def _expected_gain(self, step: TracedWord) -> float:
         first = int(self._net.first_row[step.instance])
         rows = np.arange(first, first + int(self._net.length[step.instance]))
         of_frame = max(self._scorer.expected_gain(rows, FILLER_COST), 0.01)
         return of_frame * (step.end_frame - step.start_frame)
 
-    def _stretch(self, step: Step) -> float:
+    def _stretch(self, step: TracedWord) -> float:
         """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
         frames = step.end_frame - step.start_frame
         usual = min(

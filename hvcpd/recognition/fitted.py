@@ -1,5 +1,5 @@
-"""Fitted weights: one reviewed file, `fitted.json`, which `make fit` writes, and the arrays of nets, mapped; and the
-logistic curve."""
+"""Fitted weights: one reviewed file, `fitted.json`, which `make fit` writes; memory-mapped arrays of nets; and logistic
+regression."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-CERTAIN = 1e-4
-"""As good as impossible, or as certain: the recognisers know nothing better than that."""
+LEAST_PROBABILITY = 1e-4
+"""Smallest probability of an event, and of its opposite: no recogniser is more certain."""
 
 
 def fitted(section: str) -> dict[str, Any]:
@@ -28,18 +28,18 @@ def fitted(section: str) -> dict[str, Any]:
 
 
 def logistic(logit: float) -> float:
-    """The probability whose odds have this natural logarithm."""
+    """The probability with these log odds."""
     return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
 
 
-def curve(bias: float, weights: Iterable[float], features: Iterable[float]) -> float:
-    """The probability by a logistic curve: the features times their weights are log odds."""
+def logistic_regression(bias: float, weights: Iterable[float], features: Iterable[float]) -> float:
+    """The probability whose log odds are the weighted sum of the features."""
     return logistic(bias + sum(w * x for w, x in zip(weights, features, strict=True)))
 
 
 def logit(probability: float) -> float:
-    """The natural logarithm of a probability's odds, within CERTAIN of 0 and 1."""
-    probability = min(max(probability, CERTAIN), 1.0 - CERTAIN)
+    """The log odds of a probability, which counts as LEAST_PROBABILITY away from 0 and 1 at least."""
+    probability = min(max(probability, LEAST_PROBABILITY), 1.0 - LEAST_PROBABILITY)
     return math.log(probability / (1.0 - probability))
 
 
@@ -56,10 +56,10 @@ NAME_LENGTHS = 26
 _mapped: list[mmap.mmap] = []
 
 
-def stored(path: Path) -> dict[str, NDArray[Any]]:
-    """The arrays in a file, by name, as `numpy.savez` wrote them, to be read only. Raises ValueError if they are
-    compressed. A robot needs the nets of phones, 3.3 MB, when somebody speaks whom it does not understand; while nobody
-    does, they are in the system's file cache alone."""
+def mapped_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    """The arrays in a file that `numpy.savez` wrote, by name, memory-mapped and read-only. Raises ValueError if they
+    are compressed. The phone nets, 3.3 MB, are needed only while somebody speaks whom the first pass does not
+    understand; otherwise they are in the system's file cache alone."""
     with path.open("rb") as file, zipfile.ZipFile(file) as archive:
         pages = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         _mapped.append(pages)
@@ -76,7 +76,7 @@ def _array(file: BinaryIO, pages: mmap.mmap, header: int) -> NDArray[Any]:
     return flat.reshape(shape, order="F" if by_columns else "C")
 
 
-def rest() -> None:
-    """Take no memory until the arrays are used again."""
+def release_pages() -> None:
+    """Release the memory of mapped arrays until they are used again."""
     for pages in _mapped:
         pages.madvise(mmap.MADV_DONTNEED)

@@ -1,10 +1,10 @@
-"""The decoder's search space: the word network compiled into word instances, and the part of it that is followed.
+"""The decoder's search space: the word network compiled into word instances, and its active states (the beam).
 
 Each voice has its own copy of the word graph, because one speaker utters the whole sentence. Each arc of a copy
 holds, for every template of its word, a word instance, a row of states, one a frame.
 
-Pruning is beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than
-another is hardly ever the right one. Beside the beam the number of instances is limited (V. Steinbiss et al.,
+Pruning is beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than the
+best one is hardly ever the right one. Beside the beam the number of instances is limited (V. Steinbiss et al.,
 "Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
 
 The active set consists of stretches of word instances, their states one after the other in one vector. A path may be at
@@ -22,15 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.recognition.arrays import first_of_each
-from hvcpd.recognition.lattice import Costs
+from hvcpd.recognition.arrays import first_occurrences
+from hvcpd.recognition.back_pointers import Costs
 from hvcpd.recognition.templates import Template
 
 Index = NDArray[np.intp]
 
 
 class Network:
-    """Arrays that describe the compiled network; none changes after construction.
+    """The compiled network, as arrays that never change.
 
     Instances (n_instances, sorted by target node): `first_row` and `length`, their frames in the template bank
     (`longest` is the longest one's); `word_shortest` and `word_longest`, frames of all takes of its word in its voice;
@@ -93,11 +93,11 @@ class Network:
 
 
 AHEAD = 3
-"""States before each stretch: the longest step of a path."""
+"""Padding states before each stretch, as many as a path can step at once."""
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class ActiveStates:
     """Stretches ascending by `pair` = hypothesis * n_instances + instance, and their states.
 
     For each pair (n_pairs): `low` and `high`, its template's frames low up to high; `begin`, its first state.
@@ -127,8 +127,8 @@ class Layout:
         return len(self.row)
 
 
-def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> Layout:
-    """The layout of these stretches."""
+def active_states(network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> ActiveStates:
+    """The active states of these stretches."""
     hypothesis, instance = np.divmod(pair, network.n_instances)
     length = network.length[instance]
     size = high - low + AHEAD
@@ -139,7 +139,7 @@ def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: 
     is_open, is_ending = low == 0, high == length
     bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
     node = hypothesis * network.n_nodes
-    return Layout(
+    return ActiveStates(
         pair,
         low,
         high,
@@ -155,7 +155,7 @@ def lay_out(network: Network, n_hypotheses: int, pair: Index, low: Index, high: 
     )
 
 
-def common_states(old: Layout, new: Layout) -> tuple[Index, NDArray[np.bool_]]:
+def shared_states(old: ActiveStates, new: ActiveStates) -> tuple[Index, NDArray[np.bool_]]:
     """The states of `old` that map to the masked states of `new`."""
     at = np.searchsorted(old.key, new.key)
     at[at == len(old.key)] = 0
@@ -164,14 +164,14 @@ def common_states(old: Layout, new: Layout) -> tuple[Index, NDArray[np.bool_]]:
 
 
 HORIZON_FRAMES = 8
-"""80 ms: number of frames decoded between two prunings; fewer cost more, more delay the end of a sentence."""
+"""Number of frames (80 ms) between two prunings: fewer cost more time, more delay the end of a sentence."""
 REACH = 2 * HORIZON_FRAMES
-"""Most states that a path advances in that time by steps of two at most."""
+"""Largest number of states that a path advances in that time, by steps of two at most."""
 
 
 @dataclass(frozen=True)
 class Beam:
-    """Thresholds of the pruning; costs in units of distance."""
+    """Pruning thresholds; costs in units of distance."""
 
     width: float = 30.0
     """A path is dropped if it costs this much more than the best one."""
@@ -182,7 +182,7 @@ class Beam:
 
 
 def survivors(
-    layout: Layout, length: Index, target: Index, cost: Costs, beam: Beam
+    layout: ActiveStates, length: Index, target: Index, cost: Costs, beam: Beam
 ) -> tuple[Index, Index, Index, float, Index]:
     """The stretches of a layout that hold promising paths: each one's pair, low and high; the cost from which on paths
     are dropped; and the nodes that they may reach soon. For each pair: `length` in frames and `target`; for each state:
@@ -193,7 +193,7 @@ def survivors(
         bound = min(bound, float(np.partition(lowest, beam.max_pairs)[beam.max_pairs]))
     at = np.flatnonzero(cost < bound)
     owner = np.searchsorted(layout.begin, at, side="right") - 1
-    first = first_of_each(owner)  # in whose order they are
+    first = first_occurrences(owner)  # in whose order they are
     last = np.flatnonzero(np.diff(owner, append=len(layout.begin)))
     alive = owner[first]
     offset = at - layout.begin[owner] - AHEAD + layout.low[owner]

@@ -1,4 +1,4 @@
-"""Tracking the background noise while listening.
+"""Noise estimation while listening.
 
 The noise in each band is a low percentile of the recent past, as in minimum statistics (R. Martin, "Noise power
 spectral density estimation based on optimal smoothing and minimum statistics", IEEE Trans. SAP 9(5), 2001):
@@ -17,11 +17,12 @@ from hvcpd.recognition.fitted import fitted
 from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies
 
 MEMORY_FRAMES = 300
-"""3 s: longer than any word, shorter than most sentences' stay."""
+"""Length of the window (3 s) of which the percentile is taken: longer than any word."""
 WARM_UP_FRAMES = 12
-"""Fewer frames than this give no estimate (0.12 s)."""
+"""Number of frames (0.12 s) from which on there is an estimate."""
 STEP_FRAMES = 48
-"""Frames (0.48 s) of steady sound that count as new noise after a step: no speech sound lasts that long unchanged."""
+"""Frames (0.48 s) of steady sound after a step in level that are new noise: no speech sound lasts that long
+unchanged."""
 STEP_NEPER = 0.7
 """Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is searched for."""
 STEADY_DRIFT_NEPER = 0.22

@@ -1,8 +1,8 @@
-"""The streaming recogniser: samples in, sentences out.
+"""The first pass, a streaming recogniser: samples in, sentences of the template decoder out.
 
-While only noise is heard, a cheap stage follows it (the `watch`) and the network sleeps. It wakes
-with the last frames replayed into it, so that no word is lost. All decisions are made at chunks of four frames counted
-from the first sample, so the size of the pushed blocks never changes a result.
+While only noise is heard, the decoder sleeps, and the front end alone runs (`watch`). When the decoder wakes, the last
+frames are replayed into it, so that no word is lost. All decisions are made at chunks of four frames counted from the
+first sample, so the size of the pushed blocks changes no result.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from hvcpd.recognition.templates import Take, TemplateBank
 from hvcpd.recognition.watch import LONGER_WAIT_FRAMES, RECENT_FRAMES, SegmentTracker, Watch
 
 UNHEARD_LEAD_FRAMES = 28
-"""A sentence this soon (0.28 s) after lost sound may be the end of a longer one."""
+"""Time (0.28 s) after lost sound within which a sentence that begins may be the end of a longer one."""
 WAKE_FRAMES = 24
-"""The network wakes 240 ms after the first sign of speech: long enough to have heard how loud a vowel is."""
+"""Delay (240 ms) from the first sign of speech until the decoder wakes: long enough for the level of a vowel."""
 SLEEP_FRAMES = 60
-"""The network sleeps after 0.6 s without a sign of speech."""
+"""Time (0.6 s) without a sign of speech after which the decoder sleeps."""
 LATE_WAKE_FRAMES = 12
-"""A sentence this soon (0.12 s) after the first frame replayed into the network may have begun before it."""
+"""Time (0.12 s) after the first replayed frame within which a sentence that begins may have begun before it."""
 MIN_SPELLED_CONFIDENCE = 0.95
-"""A wrong letter makes a name that nobody has. Spelled names have 0.98 and more down to 0 dB; of 80 other sentences one
-was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
+"""Least confidence of a spelled name, of which one wrong letter makes another one. Spelled names have 0.98 and more
+down to 0 dB; of 80 other sentences one was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
 
 
 @dataclass(frozen=True)
@@ -38,16 +38,15 @@ class RecogniserSettings:
     """Thresholds of the recogniser; the defaults are measured with `python -m benchmarks.hearing`."""
 
     min_confidence: float = 0.8
-    """Below it a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong ones all but
-    17 (`benchmarks/confidence.py`)."""
+    """Confidence below which a sentence counts as garbled: of 1,102 right ones, most of them in noise, 49; of 253 wrong
+    ones all but 17 (`benchmarks/confidence.py`)."""
     max_lead_in: float = 0.4
-    """A sentence must follow silence: nearer to noise than to speech in the 0.6 s before it, so that no sentence
-    begins at a comma."""
+    """Largest `DecoderSession.lead_in`: a sentence must follow silence, so that none begins at a comma."""
     max_pause: float = 10.0
-    """Most speech that a pause may pass over, in frames of it: right sentences have 7 at most in noise and rooms, and a
+    """Most speech that a pause may skip, in frames: right sentences have 7 at most in noise and rooms, and a
     name left out ("hi rex, I am Ted" as "hi, I am Ted") has 15 and more."""
     min_gain: float = 16.0
-    """Least gain of a whole sentence over the filler. In noise alone words gain 4 at most; in people's talk
+    """Least gain of a sentence over the filler. In noise alone words gain 4 at most; in people's talk
     to each other, where words fit well, by 10 (18 minutes, `benchmarks/rejection.py`)."""
     beam: Beam = field(default_factory=Beam)
 

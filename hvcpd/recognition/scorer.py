@@ -1,4 +1,4 @@
-"""Distances between the sound and every template frame, composed with the current noise and level."""
+"""The acoustic scorer: distances of the sound to template frames composed with the current noise and level."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.arrays import blank, distinct
+from hvcpd.recognition.arrays import lazy_zeros, unique
 from hvcpd.recognition.frontend import N_BANDS, N_FEATURES, Features, power_ratio, snr_db
-from hvcpd.recognition.network import Layout
+from hvcpd.recognition.network import ActiveStates
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
 
 RECOMPOSE_NEPER = 0.12
-"""Templates are composed again when the noise has changed by 0.5 dB (mean over the bands): a lower threshold gains
+"""Change of the noise (0.5 dB, mean over the bands) from which on templates are composed again: a lower threshold gains
 nothing."""
 
 NOISE_DISTANCE = 1.7
 """Distance of a frame of steady noise to the noise's mean (measured, white and pink)."""
 
 CODEBOOK_FRAMES = 3000
-"""Number of template frames, evenly chosen, that represent all sounds of a voice (the cohort)."""
+"""Size of the cohort: template frames, evenly chosen, that represent all speech sounds."""
 
 
 class Scorer:
@@ -30,7 +30,7 @@ class Scorer:
     def __init__(self, bank: TemplateBank, gains_db: tuple[float, ...]) -> None:
         self._bank = bank
         self._gain_factors = [power_ratio(db) for db in gains_db]
-        self._codebook = distinct(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
+        self._codebook = unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
         self.rest()
@@ -46,10 +46,10 @@ class Scorer:
         `_composed` has the features of each frame at each gain hypothesis, where `_is_composed`.
         """
         shape = len(self._gain_factors), self._bank.n_frames
-        self._composed: Features = blank((*shape, N_FEATURES), np.float32)
+        self._composed: Features = lazy_zeros((*shape, N_FEATURES), np.float32)
         self._is_composed = np.zeros(shape, np.bool_)
 
-    def vowels_db(self, gain: float) -> float:
+    def voice_snr_db(self, gain: float) -> float:
         """Level of the voice's vowels, at this gain, above the noise, dB over all bands."""
         noise = float(self._noise.sum()) - N_BANDS * float(self._bank.mask(gain))
         return snr_db(gain * float(self._bank.loud_spectrum.sum()), noise)
@@ -76,14 +76,14 @@ class Scorer:
         squares = np.einsum("uf,uf->u", away, away) + NOISE_DISTANCE**2
         return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
 
-    def follow(self, layout: Layout) -> None:
+    def follow(self, layout: ActiveStates) -> None:
         """Load the features of this layout's states; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
         for hypothesis, (begin, end) in enumerate(pairwise(layout.hypothesis_begins)):
             rows, composed = layout.row[begin:end], self._composed[hypothesis]
             missing = rows[~self._is_composed[hypothesis, rows]]
             if len(missing):
-                new = distinct(missing)
+                new = unique(missing)
                 composed[new] = self._bank.compose(new, self._noise, self._gain * self._gain_factors[hypothesis])
                 self._is_composed[hypothesis, new] = True
             np.take(composed, rows, axis=0, out=features[begin:end])

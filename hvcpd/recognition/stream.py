@@ -1,5 +1,5 @@
-"""Cuts a stream of blocks of any size into chunks of frames that always begin at the same samples; keeps the last
-seconds of it, once for all."""
+"""Framing: cuts a stream of blocks of any size into chunks of frames that always begin at the same samples; and the
+ring buffer of the last seconds, which all stages share."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import HOP_SAMPLES, WINDOW_SAMPLES, Energies, energies_of
 
 CHUNK_FRAMES = 4
-"""40 ms: fewer and longer vector operations, at a delay that listen-before-talk can bear."""
+"""Number of frames (40 ms) that are processed at once: fewer and longer vector operations, at a delay that
+listen-before-talk can bear."""
 CHUNK_SAMPLES = CHUNK_FRAMES * HOP_SAMPLES
 _NEEDED_SAMPLES = CHUNK_SAMPLES - HOP_SAMPLES + WINDOW_SAMPLES
 _DRAIN_CHUNKS = 2
 """Number of chunks that hold more samples than the stream ever keeps."""
 _SLICE_SAMPLES = 16_000
-"""A long block is processed in slices of 1 s, which bounds memory."""
+"""Length of the slices (1 s) in which a long block is processed, which bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -40,26 +41,26 @@ def cleaned(samples: Samples) -> Samples:
     return np.clip(np.nan_to_num(flat, nan=0.0, posinf=1.0, neginf=-1.0), -1.0, 1.0)
 
 
-Kept = NDArray[np.int16]
-"""Sound, shape (n,), to be remembered for some seconds, in the steps of a 16-bit converter: half the memory."""
-STEPS = np.float32(32_768.0)
-KEPT_SAMPLES = 29 * SAMPLE_RATE_HZ
-"""0.9 MB. `ChannelEars` look back farthest: to two of the longest sentences, 20 s, after 3 s for the noise, and 3 s for
-each search."""
+Int16Samples = NDArray[np.int16]
+"""Sound as 16-bit integers, shape (n,): half the memory of float32."""
+INT16_SCALE = np.float32(32_768.0)
+HISTORY_SAMPLES = 29 * SAMPLE_RATE_HZ
+"""Length of the history (0.9 MB). `ChannelEars` look back farthest: to two of the longest sentences (20 s) and 3 s for
+their noise, after searches of 3 s each."""
 
 
-def kept(samples: Samples) -> Kept:
-    """Return `cleaned` sound in steps; nothing is lost of what such a converter gave at our rate."""
-    return np.asarray(np.minimum(np.rint(samples * STEPS), STEPS - 1), np.int16)
+def to_int16(samples: Samples) -> Int16Samples:
+    """Quantise `cleaned` sound to 16 bits, which is lossless for the sound of a 16-bit converter."""
+    return np.asarray(np.minimum(np.rint(samples * INT16_SCALE), INT16_SCALE - 1), np.int16)
 
 
 class FrameStream:
-    """Keeps the samples that no whole chunk has used yet."""
+    """Cuts pushed samples into chunks; keeps those of the incomplete chunk."""
 
     def __init__(self) -> None:
         self._sound: Samples = np.zeros(0, np.float32)
         self._masked = np.zeros(0, np.bool_)
-        """Which of these samples are."""
+        """Which of these samples are masked."""
         self.next_frame = 0
         """The first frame of the chunk to come."""
 
@@ -91,12 +92,12 @@ class FrameStream:
 
 
 class History:
-    """The last seconds of the microphone's signal, once for all who look back. Positions in samples since the
+    """Ring buffer of the last seconds of the microphone's signal. Positions are numbers of samples since the
     beginning."""
 
-    def __init__(self, n: int = KEPT_SAMPLES) -> None:
+    def __init__(self, n: int = HISTORY_SAMPLES) -> None:
         """Keep the last `n` samples."""
-        self._ring: Kept = np.zeros(n, np.int16)
+        self._ring: Int16Samples = np.zeros(n, np.int16)
         self.end = 0
         """The sample after the newest."""
         self._lost = 0
@@ -106,7 +107,7 @@ class History:
 
     @property
     def begin(self) -> int:
-        """The oldest sample that is kept."""
+        """The oldest sample that is to_int16."""
         return max(self.end - len(self._ring), 0)
 
     def push(self, samples: Samples, masked: bool) -> None:
@@ -116,7 +117,7 @@ class History:
             self.end += max(silent - len(self._ring), 0)
             self.push(np.zeros(min(silent, len(self._ring)), np.float32), masked=True)
         begin, self.end = self.end, self.end + len(samples)
-        new = kept(cleaned(samples[-len(self._ring) :]))
+        new = to_int16(cleaned(samples[-len(self._ring) :]))
         np.put(self._ring, np.arange(self.end - len(new), self.end), new, mode="wrap")
         if masked:
             if self._masked and self._masked[-1][1] == begin:
@@ -126,20 +127,20 @@ class History:
             self._masked.popleft()
 
     def lose(self, n_samples: int) -> None:
-        """Advance time by lost samples, as `push` of masked silence; but until the next push all is kept that was heard
-        before them."""
+        """Advance time by lost samples, as `push` of masked silence; but until the next push all is to_int16 that was
+        heard before them."""
         self._lost += n_samples
 
     def between(self, begin: int, end: int) -> Samples | None:
         """Return the sound from sample `begin` up to `end`, shape (end - begin,), float32, silent where nothing was
-        heard yet; None if its beginning is no longer kept."""
+        heard yet; None if its beginning is no longer to_int16."""
         if begin < self.begin:
             return None
         sound = self._read(begin, min(end, self.end))
         return np.pad(sound, (0, end - begin - len(sound)))
 
     def around(self, begin: int, middle: int, end: int) -> tuple[Samples, int]:
-        """Return what is kept from sample `begin` up to `end` without the robot's own speech; and the number of its
+        """Return what is to_int16 from sample `begin` up to `end` without the robot's own speech; and the number of its
         samples before `middle`."""
         begin, end = max(begin, self.begin), min(end, self.end)
         heard = np.ones(max(end - begin, 0), np.bool_)
@@ -148,7 +149,7 @@ class History:
         return self._read(begin, end)[heard], int(np.count_nonzero(heard[: max(middle - begin, 0)]))
 
     def _read(self, begin: int, end: int) -> Samples:
-        """The samples from one that is kept up to another one; none if it comes before."""
+        """The samples from one that is to_int16 up to another one; none if it comes before."""
         first, n = begin % len(self._ring), max(end - begin, 0)
         parts = self._ring[first : first + n], self._ring[: max(first + n - len(self._ring), 0)]
-        return np.concatenate(parts).astype(np.float32) / STEPS
+        return np.concatenate(parts).astype(np.float32) / INT16_SCALE

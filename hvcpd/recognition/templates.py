@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import distinct
+from hvcpd.recognition.arrays import unique
 from hvcpd.recognition.frontend import (
     DELTA_REACH,
     ENERGY_FLOOR,
@@ -178,7 +178,7 @@ class TemplateBank:
         template = self._template[rows]
         first, last = self._first_row[template], self._last_row[template]
         wanted = np.stack([np.clip(rows + offset, first, last) for offset in OFFSETS])
-        used = distinct(wanted)
+        used = unique(wanted)
         place = np.empty(self.n_frames, np.int32)
         place[used] = np.arange(len(used))
         c = cepstra_of(self.energies[used] * np.float32(gain) + noise)

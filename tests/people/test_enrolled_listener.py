@@ -144,9 +144,9 @@ def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int)
     to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)
     decoder = Decoder(net, 1, Beam(width=1e6, above_filler=1e6), STEPS)
     for begin in range(0, n, BLOCK_FRAMES):
-        rows = decoder.prepare().row
+        rows = decoder.prune().row
         for frame in range(begin, min(begin + BLOCK_FRAMES, n)):
-            decoder.column(distances[frame, rows] - to_noise[frame], 0.0)
+            decoder.advance(distances[frame, rows] - to_noise[frame], 0.0)
     best = decoder.best(math.inf)
     templates = [range(t.first, t.first + t.length) for t in bank.templates]
     assert best.cost + to_noise.sum() == pytest.approx(brute_force(distances, to_noise, templates), rel=1e-4)

@@ -14,7 +14,7 @@ from hvcpd.people import phones
 from hvcpd.people.bands import N_BANDS, estimated_noise, level_normalised, log_bands
 from hvcpd.people.phones import PHONES, LogBands, PhoneNet, _shifted, _with_context, far_net, mean_normalised, nets
 from hvcpd.ports import Samples
-from hvcpd.recognition.fitted import rest, stored
+from hvcpd.recognition.fitted import mapped_arrays, release_pages
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -48,11 +48,11 @@ def resident_kb(name: str) -> int:
 def test_nets_take_memory_only_while_they_are_used() -> None:
     name = "phones_near.npz"
     path = Path(phones.__file__).with_name(name)
-    arrays = stored(path)
+    arrays = mapped_arrays(path)
     with np.load(path) as file:
         assert all(np.array_equal(arrays[key], file[key]) for key in file.files)
         assert resident_kb(name) > 1_000
-        rest()
+        release_pages()
         assert resident_kb(name) == 0
         assert np.array_equal(arrays["weights0"], file["weights0"])
 

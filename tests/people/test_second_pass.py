@@ -22,10 +22,10 @@ from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_listener import probability
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.back_pointers import TracedWord
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.lattice import Step
 from hvcpd.recognition.second_ears import SecondEars
 from hvcpd.recognition.second_pass import AtOnce, Segment
 from hvcpd.synthesis.speaker import Speaker
@@ -143,7 +143,7 @@ def test_words_of_nobody_stay_garbled(book: Phrasebook, sound: Sound) -> None:
 
 def test_what_is_farther_from_the_takes_is_less_sure() -> None:
     def match(deficit: float, passed_over: float = 0.1, above_noise: float = 2.0, margin: float = 20.0) -> float:
-        path = [Step(k, k * 20, k * 20 + 20, 0.0, margin) for k in range(2)]
+        path = [TracedWord(k, k * 20, k * 20 + 20, 0.0, margin) for k in range(2)]
         return probability(path, [deficit] * 2, passed_over, above_noise)
 
     assert match(0.2) > 0.95 > match(0.9) > match(2.0)

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from hvcpd.recognition.arrays import blank, distinct, quantile
+from hvcpd.recognition.arrays import lazy_zeros, quantile, unique
 
 LOADED = """
 import sys
@@ -41,8 +41,8 @@ def test_as_numpy_has_them(kind: type[np.float32 | np.float64]) -> None:
 
 def test_distinct() -> None:
     numbers = np.random.default_rng(2).integers(0, 50, (5, 40))
-    assert np.array_equal(distinct(numbers), np.unique(numbers))
-    assert len(distinct(numbers[:, :0])) == 0
+    assert np.array_equal(unique(numbers), np.unique(numbers))
+    assert len(unique(numbers[:, :0])) == 0
 
 
 def test_hearing_loads_no_masked_arrays() -> None:
@@ -52,9 +52,9 @@ def test_hearing_loads_no_masked_arrays() -> None:
 
 @pytest.mark.parametrize("shape", [(0,), (5,), (3, 4)])
 def test_they_are_zeros_until_something_is_written(shape: tuple[int, ...]) -> None:
-    array = blank(shape, np.float32)
+    array = lazy_zeros(shape, np.float32)
     assert (array.shape, array.dtype) == (shape, np.float32)
     assert not array.any()
     array[...] = 1.0
     assert array.all()
-    assert not blank(shape, np.float32).any()
+    assert not lazy_zeros(shape, np.float32).any()

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from hvcpd.recognition.back_pointers import TracedWord
 from hvcpd.recognition.decoder_session import Sentence, confidence_features
-from hvcpd.recognition.lattice import Step
 
-STEPS = (Step(0, 0, 30, -24.0, 20.0), Step(1, 30, 70, -30.0, 9.0), Step(2, 70, 110, -36.0, 30.0))
+STEPS = (TracedWord(0, 0, 30, -24.0, 20.0), TracedWord(1, 30, 70, -30.0, 9.0), TracedWord(2, 70, 110, -36.0, 30.0))
 GOOD = Sentence(STEPS, "oak", (0.1, 0.15, 0.1), -90.0, 0.0, (36.0, 48.0, 48.0), (1.0, 1.1, 0.95), False)
 
 
@@ -52,6 +52,11 @@ def test_only_the_doubtful_word_is_doubtful() -> None:
 @pytest.mark.parametrize("cost", [0.0, -1e-3, -1e6, 1e6])
 def test_a_chance_is_a_chance_whatever_it_cost(cost: float) -> None:
     odd = replace(
-        GOOD, cost=cost, steps=(Step(0, 0, 1, cost, -5.0),), deficits=(99.0,), expected_gains=(0.01,), stretches=(9.0,)
+        GOOD,
+        cost=cost,
+        steps=(TracedWord(0, 0, 1, cost, -5.0),),
+        deficits=(99.0,),
+        expected_gains=(0.01,),
+        stretches=(9.0,),
     )
     assert 0.0 <= chance(odd) <= 1.0

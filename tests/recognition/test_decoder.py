@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
+from hvcpd.recognition.back_pointers import CAPACITY
 from hvcpd.recognition.decoder import Decoder, StepCosts
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.lattice import CAPACITY
 from hvcpd.recognition.network import AHEAD, HORIZON_FRAMES, REACH, Beam, Network
 from hvcpd.recognition.templates import TemplateBank
 
@@ -81,12 +81,12 @@ def clean_input(net: Network, seed: int) -> tuple[Input, list[str]]:
 def decode(net: Network, given_input: Input, beam: Beam) -> tuple[float, list[str]] | None:
     """Cost and words of the cheapest path that rests in a final node at the end."""
     decoder = Decoder(net, N_RUNGS, beam)
-    layout = decoder.layout
+    layout = decoder.active
     for frame in range(len(given_input.distances)):
         if frame % HORIZON_FRAMES == 0:
-            layout = decoder.prepare()
+            layout = decoder.prune()
         hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
-        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
+        decoder.advance(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     best = decoder.best(margin=1e12)
     return None if best.node < 0 else (best.cost, [net.word[step.instance] for step in decoder.trace(best.token)])
 
@@ -192,15 +192,15 @@ def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) ->
     decoder = Decoder(net, N_RUNGS, Beam())
     fresh = Decoder(net, N_RUNGS, Beam())
     for frame in range(n_before):
-        layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
+        layout = decoder.prune() if frame % HORIZON_FRAMES == 0 else decoder.active
         hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
-        decoder.column(before.distances[frame, hypothesis, layout.row], float(before.noise_cost[frame]))
+        decoder.advance(before.distances[frame, hypothesis, layout.row], float(before.noise_cost[frame]))
     for d in (decoder, fresh):
         d.reset(8_640_000)
         for frame in range(len(given_input.distances)):
-            layout = d.prepare() if frame % HORIZON_FRAMES == 0 else d.layout
+            layout = d.prune() if frame % HORIZON_FRAMES == 0 else d.active
             hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
-            d.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
+            d.advance(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     ends = [(d.best().cost, d.best().rested_frames, d.trace(d.best().token)) for d in (decoder, fresh)]
     assert ends[0] == ends[1]
     assert ends[0][2][0].start_frame == 8_640_000 + 9
@@ -212,11 +212,11 @@ def test_a_decoder_without_records_left_forgets_all_paths_and_goes_on() -> None:
     given_input, words = clean_input(net, 4)
     decoder = Decoder(net, N_RUNGS, Beam())
     starts, costs = np.full(CAPACITY - 100, -1, np.int32), np.zeros(CAPACITY - 100, np.float32)
-    decoder._lattice.add(0, 0, starts, costs, costs)
+    decoder._back_pointers.add(0, 0, starts, costs, costs)
     for frame in range(len(given_input.distances)):
-        layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
+        layout = decoder.prune() if frame % HORIZON_FRAMES == 0 else decoder.active
         hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
-        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
+        decoder.advance(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     assert [net.word[step.instance] for step in decoder.trace(decoder.best().token)] == words
 
 
@@ -227,9 +227,9 @@ def test_it_follows_only_what_is_promising() -> None:
     decoder = Decoder(net, N_RUNGS, Beam())
     sizes = []
     for frame in range(len(given_input.distances)):
-        layout = decoder.prepare() if frame % HORIZON_FRAMES == 0 else decoder.layout
+        layout = decoder.prune() if frame % HORIZON_FRAMES == 0 else decoder.active
         sizes.append(layout.n_states)
         hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
-        decoder.column(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
+        decoder.advance(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     assert max(sizes) <= everything
     assert np.mean(sizes) < 0.6 * everything

@@ -11,7 +11,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition import second_ears
 from hvcpd.recognition.channel.ears import LEAD, MAX_WAIT
 from hvcpd.recognition.channel.open_segment import MAX_LENGTH
-from hvcpd.recognition.stream import KEPT_SAMPLES, STEPS, History, kept
+from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
 
 KEEP = 100
 Sizes = st.lists(st.integers(0, 150), min_size=1, max_size=30)
@@ -19,7 +19,7 @@ Sizes = st.lists(st.integers(0, 150), min_size=1, max_size=30)
 
 def block(begin: int, end: int) -> Samples:
     """Each sample its own place, in a converter's steps."""
-    return np.arange(begin, end, dtype=np.float32) / STEPS
+    return np.arange(begin, end, dtype=np.float32) / INT16_SCALE
 
 
 def filled(*blocks: tuple[str, int]) -> History:
@@ -69,7 +69,7 @@ def test_around_is_what_others_said_in_order(blocks: list[tuple[str, int]], cuts
     kinds = [kind for kind, size in blocks for _ in range(size)]
     places = [at for at in range(max(begin, history.begin), min(end, history.end)) if kinds[at] == "heard"]
     sound, lead = history.around(begin, middle, end)
-    assert [round(float(each * STEPS)) for each in sound] == places
+    assert [round(float(each * INT16_SCALE)) for each in sound] == places
     assert lead == sum(at < middle for at in places)
 
 
@@ -98,12 +98,12 @@ def test_nothing_was_heard_yet() -> None:
 def test_it_is_long_enough_for_all_who_look_back() -> None:
     people_s = second_ears.LEAD_S + second_ears.LONGEST_S + 2 * second_ears.MOST_WAIT_S
     robots = LEAD + 2 * MAX_LENGTH + 2 * MAX_WAIT
-    assert max(robots, people_s * SAMPLE_RATE_HZ) <= KEPT_SAMPLES
+    assert max(robots, people_s * SAMPLE_RATE_HZ) <= HISTORY_SAMPLES
 
 
 def test_a_converters_steps_are_kept_and_others_to_half_a_step() -> None:
     steps = np.array([-32_768, -1, 0, 1, 32_767], np.int16)
-    assert np.array_equal(kept(steps / STEPS), steps)
-    sound = np.linspace(-1.0, 1.0 - 1.0 / STEPS, 999, dtype=np.float32)
-    assert np.abs(kept(sound) / STEPS - sound).max() <= 0.5 / STEPS
-    assert kept(np.ones(1, np.float32)) == STEPS - 1
+    assert np.array_equal(to_int16(steps / INT16_SCALE), steps)
+    sound = np.linspace(-1.0, 1.0 - 1.0 / INT16_SCALE, 999, dtype=np.float32)
+    assert np.abs(to_int16(sound) / INT16_SCALE - sound).max() <= 0.5 / INT16_SCALE
+    assert to_int16(np.ones(1, np.float32)) == INT16_SCALE - 1

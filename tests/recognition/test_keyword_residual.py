@@ -10,7 +10,7 @@ from hvcpd.recognition.events import Received, Recognised
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.stage import KeywordRescorer
 from hvcpd.recognition.keyword.verification import RESIDUAL_LOG_ODDS
-from hvcpd.recognition.stream import KEPT_SAMPLES, FrameStream, History
+from hvcpd.recognition.stream import HISTORY_SAMPLES, FrameStream, History
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
@@ -100,4 +100,4 @@ def test_from_a_sentence_of_which_nothing_is_known_nothing_follows() -> None:
 def test_a_sentence_that_nobody_knows_or_long_ago_tells_nothing() -> None:
     recent = heard_of(np.zeros(SAMPLE_RATE_HZ, np.float32))
     assert recent.residual(Recognised(("green",), "oak", 0, 9_000, 1.0, 20.0, ()), 100, 8_000) is None
-    assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=KEPT_SAMPLES / SAMPLE_RATE_HZ) is None
+    assert left(mixed(TALK, CALL, 6_000), 6_000, rest_s=HISTORY_SAMPLES / SAMPLE_RATE_HZ) is None

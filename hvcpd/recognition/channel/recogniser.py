@@ -20,7 +20,7 @@ from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import curve, fitted
+from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import TINY
 
 EXPECTED = 60.0
@@ -54,7 +54,7 @@ class Evidence:
         """The probability, 0 to 1, that the sentence is right: logistic regression, fitted by `python -m
         benchmarks.fit --only channel_confidence`."""
         weights = fitted("channel_confidence")["weights"]
-        return curve(weights["bias"], weights["features"], self.features)
+        return logistic_regression(weights["bias"], weights["features"], self.features)
 
 
 def evidence_of(sound: WhitenedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hvcpd.recognition.lattice import CAPACITY, PAUSE, Lattice, token_of_start
-from hvcpd.recognition.network import AHEAD, Layout, Network, common_states, lay_out
+from hvcpd.recognition.back_pointers import CAPACITY, PAUSE, BackPointers, start_token
+from hvcpd.recognition.network import AHEAD, ActiveStates, Network, active_states, shared_states
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
@@ -22,9 +22,9 @@ def one(value: float, kind: type = np.float32) -> np.ndarray:
 
 @pytest.mark.parametrize("frame", [0, 1, 8_640_000])
 def test_a_negative_token_is_the_beginning_of_a_sentence(frame: int) -> None:
-    token = one(token_of_start(frame), np.int32)
-    assert Lattice().frame_of(token)[0] == frame - 1
-    assert Lattice().trace(int(token[0])) == []
+    token = one(start_token(frame), np.int32)
+    assert BackPointers().frame_of(token)[0] == frame - 1
+    assert BackPointers().trace(int(token[0])) == []
 
 
 @settings(max_examples=50, deadline=None)
@@ -33,59 +33,59 @@ def test_a_negative_token_is_the_beginning_of_a_sentence(frame: int) -> None:
     st.lists(st.tuples(st.integers(1, 60), st.booleans(), st.floats(-20, 5)), min_size=1, max_size=9),
 )
 def test_a_path_is_traced_as_it_was_recorded(begin: int, parts: list[tuple[int, bool, float]]) -> None:
-    lattice = Lattice()
-    token, frame, total = one(token_of_start(begin), np.int32), begin - 1, 0.0
+    back_pointers = BackPointers()
+    token, frame, total = one(start_token(begin), np.int32), begin - 1, 0.0
     said = []
     for number, (length, is_pause, cost) in enumerate(parts):
         start, frame, total = frame + 1, frame + length, total + cost
         instance = PAUSE if is_pause else number
-        token = lattice.add(frame, instance, token, one(total), one(total + 2.0))
+        token = back_pointers.add(frame, instance, token, one(total), one(total + 2.0))
         if not is_pause:
             said.append((number, start, frame + 1, cost))
-    steps = lattice.trace(int(token[0]))
+    steps = back_pointers.trace(int(token[0]))
     assert [(s.instance, s.start_frame, s.end_frame) for s in steps] == [s[:3] for s in said]
     assert [s.cost for s in steps] == pytest.approx([s[3] for s in said], abs=1e-3)
     assert [s.margin for s in steps] == pytest.approx([2.0] * len(steps), abs=1e-3)
-    assert lattice.frame_of(token)[0] == frame
+    assert back_pointers.frame_of(token)[0] == frame
 
 
 def test_it_is_full_before_a_record_is_overwritten() -> None:
-    lattice = Lattice()
+    back_pointers = BackPointers()
     n = 1 << 12
     tokens = []
-    while not lattice.is_full:
-        starts = np.full(n, token_of_start(len(tokens)), np.int32)
-        tokens.append(lattice.add(len(tokens), 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32)))
+    while not back_pointers.is_full:
+        starts = np.full(n, start_token(len(tokens)), np.int32)
+        tokens.append(back_pointers.add(len(tokens), 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32)))
     assert 0.85 * CAPACITY < n * len(tokens) < 0.95 * CAPACITY
-    assert all((lattice.frame_of(each) == frame).all() for frame, each in enumerate(tokens))
-    lattice.clear()
-    assert not lattice.is_full
+    assert all((back_pointers.frame_of(each) == frame).all() for frame, each in enumerate(tokens))
+    back_pointers.clear()
+    assert not back_pointers.is_full
 
 
 def test_more_records_at_once_than_are_left_overwrite_the_oldest() -> None:
     """Whether it is full is asked every few frames only; between them it raised ValueError."""
-    lattice = Lattice()
+    back_pointers = BackPointers()
     for n in (CAPACITY - 1, 3):
-        starts = np.full(n, token_of_start(n), np.int32)
-        tokens = lattice.add(n, 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32))
+        starts = np.full(n, start_token(n), np.int32)
+        tokens = back_pointers.add(n, 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32))
     assert tokens.tolist() == [CAPACITY - 1, 0, 1]
-    assert (lattice.frame_of(tokens) == 3).all()
-    assert lattice.is_full
+    assert (back_pointers.frame_of(tokens) == 3).all()
+    assert back_pointers.is_full
 
 
 @st.composite
-def layouts(draw: st.DrawFn) -> Layout:
+def layouts(draw: st.DrawFn) -> ActiveStates:
     """Some stretches of the test network."""
     pairs = sorted(draw(st.sets(st.integers(0, N_RUNGS * NET.n_instances - 1), max_size=12)))
     length = [int(NET.length[p % NET.n_instances]) for p in pairs]
     low = [draw(st.integers(0, n - 1)) for n in length]
     high = [draw(st.integers(at + 1, n)) for at, n in zip(low, length, strict=True)]
-    return lay_out(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
+    return active_states(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
 
 
 @settings(max_examples=80, deadline=None)
 @given(layouts())
-def test_every_state_is_where_it_belongs(layout: Layout) -> None:
+def test_every_state_is_where_it_belongs(layout: ActiveStates) -> None:
     sizes = layout.high - layout.low + AHEAD
     assert layout.n_states == sizes.sum()
     assert (np.diff(layout.key) > 0).all()
@@ -102,7 +102,7 @@ def test_every_state_is_where_it_belongs(layout: Layout) -> None:
 
 @settings(max_examples=80, deadline=None)
 @given(layouts())
-def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: Layout) -> None:
+def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: ActiveStates) -> None:
     opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_instances]
     hypothesis, instance = np.divmod(layout.pair, NET.n_instances)
     assert (layout.entry == layout.begin[opened] + AHEAD - 1).all()
@@ -114,8 +114,8 @@ def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: Layout) -> Non
 
 @settings(max_examples=80, deadline=None)
 @given(layouts(), layouts())
-def test_states_that_two_layouts_share_are_found_and_no_others(old: Layout, new: Layout) -> None:
-    were, are = common_states(old, new)
+def test_states_that_two_layouts_share_are_found_and_no_others(old: ActiveStates, new: ActiveStates) -> None:
+    were, are = shared_states(old, new)
     assert (old.key[were] == new.key[are]).all()
     assert (old.row[were] == new.row[are]).all()
     assert set(new.key[~are]).isdisjoint(old.key)

@@ -1,7 +1,7 @@
-"""Word lattice: the word ends that paths have passed, to which the decoder's tokens point.
+"""Back pointers: the word ends that paths have passed, to which the decoder's tokens point.
 
-A token is the number of a record, or, when negative, the beginning of a sentence: -1 - frame. When nearly all records
-are used, the decoder forgets all paths.
+A token is the number of a record, or, when negative, the start of a sentence: -1 - frame. When nearly all records are
+used, the decoder forgets all paths.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.arrays import blank
+from hvcpd.recognition.arrays import lazy_zeros
 
 CAPACITY = 1 << 17
-"""Records: about ten a frame while somebody speaks, so two minutes; 3 MB, if ever a path lives that long."""
+"""Number of records: about ten a frame while somebody speaks, so two minutes; 3 MB if a path ever lives that long."""
 PAUSE = -1
-"""Stands for the instance in the record of a pause's end."""
+"""The instance in the record of a pause."""
 _RECORD = np.dtype([("frame", "i4"), ("instance", "i4"), ("token", "i4"), ("cost", "f4"), ("rival", "f4")])
 
 Tokens = NDArray[np.int32]
@@ -24,11 +24,9 @@ Costs = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Step:
-    """A word on the traced path: its instance, its first frame, the frame after its last, and its cost.
-
-    `margin`: the extra cost of another word at the same place.
-    """
+class TracedWord:
+    """A word of a traced path: its instance, its first frame, the frame after its last, its cost, and the `margin`, the
+    extra cost of the best other word in the same place."""
 
     instance: int
     start_frame: int
@@ -37,16 +35,16 @@ class Step:
     margin: float
 
 
-def token_of_start(frame: int) -> int:
+def start_token(frame: int) -> int:
     """The token of a sentence that begins at `frame`."""
     return -1 - frame
 
 
-class Lattice:
+class BackPointers:
     """Records of word ends and pauses."""
 
     def __init__(self) -> None:
-        self._records = blank((CAPACITY,), _RECORD)
+        self._records = lazy_zeros((CAPACITY,), _RECORD)
         self._count = 0
 
     def clear(self) -> None:
@@ -72,9 +70,9 @@ class Lattice:
         """Whether few records are left."""
         return self._count > CAPACITY * 7 // 8
 
-    def trace(self, token: int) -> list[Step]:
+    def trace(self, token: int) -> list[TracedWord]:
         """The words of the path that ends in `token`, first to last."""
-        steps: list[Step] = []
+        steps: list[TracedWord] = []
         while token >= 0:
             record = self._records[token]
             before = int(record["token"])
@@ -84,6 +82,6 @@ class Lattice:
                 before_cost = float(self._records["cost"][before]) if before >= 0 else 0.0
                 margin = float(record["rival"]) - cost
                 end_frame = int(record["frame"]) + 1
-                steps.append(Step(int(record["instance"]), start_frame, end_frame, cost - before_cost, margin))
+                steps.append(TracedWord(int(record["instance"]), start_frame, end_frame, cost - before_cost, margin))
             token = before
         return steps[::-1]
