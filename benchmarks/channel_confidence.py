@@ -28,7 +28,7 @@ from benchmarks.hearing.worlds import sounds
 from benchmarks.hearing.worlds.conditions import conditions
 from benchmarks.hearing.worlds.trials import Trial, hear, make_trial
 from benchmarks.keyword.clips import part_of
-from hvcpd.assembly.make import make_ears, make_waveform_books
+from hvcpd.assembly.make import make_speech_recogniser, make_waveform_books
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -38,7 +38,7 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegme
 from hvcpd.recognition.channel.search import ChannelSearch
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
-from hvcpd.recognition.second_pass import AtOnce, SegmentListener
+from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 
 CONDITIONS = (
@@ -66,14 +66,14 @@ class Case:
     """Whether no robot that the listener knows said anything."""
 
 
-class Searched(AtOnce[ChannelSegment, SearchResult]):
+class Searched(SynchronousWorker[ChannelSegment, SearchResult]):
     """A worker that keeps its jobs."""
 
     def __init__(self) -> None:
         super().__init__()
         self.jobs: list[ChannelSegment] = []
 
-    def submit(self, job: ChannelSegment, listener: SegmentListener[ChannelSegment, SearchResult]) -> bool:
+    def submit(self, job: ChannelSegment, listener: SegmentSearcher[ChannelSegment, SearchResult]) -> bool:
         """As `Worker.submit`."""
         self.jobs.append(job)
         return super().submit(job, listener)
@@ -113,10 +113,10 @@ class Bench:
         """The likeliest sentence that a robot's ears search for in each clip, if any, heard one after the other."""
         searched = Searched()
         plan = HearingPlan(channel=searched)
-        ears = make_ears(self.team.book, self.team.names, self.team.sound, plan, books=self.books)
+        recogniser = make_speech_recogniser(self.team.book, self.team.names, self.team.sound, plan, books=self.books)
         for _, clip in clips:
             searched.jobs.clear()
-            hear(ears, clip)
+            hear(recogniser, clip)
             found = []
             for job in searched.jobs:
                 weighted, paths = self.paths(job.sound, job.lead)

@@ -35,7 +35,7 @@ from hvcpd.recognition.decoder_session import ConfidenceFeatures, Sentence, conf
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import logistic_regression
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
@@ -51,18 +51,18 @@ STEPS = 6000
 RATE = 0.5
 
 
-class Watched(Recogniser):
+class Watched(TemplateRecogniser):
     """Keeps every sentence that it judges and that follows silence."""
 
     def __init__(self, *args: object) -> None:
         super().__init__(*args)  # type: ignore[arg-type]
         self.judged: list[tuple[Sentence, tuple[str, ...]]] = []
 
-    def _judge(self, sentence: Sentence) -> Recognised | None:
+    def _accepted(self, sentence: Sentence) -> Recognised | None:
         words = tuple(self._session.word_of(step) for step in sentence.steps)
         if self._session.lead_in(sentence.steps[0].start_frame) < self._settings.max_lead_in:
             self.judged.append((sentence, words))
-        return super()._judge(sentence)
+        return super()._accepted(sentence)
 
 
 def foreign(book: Phrasebook, speakers: Mapping[str, Speaker], n: int, seed: int) -> Samples:

@@ -115,7 +115,7 @@ def shown(driver: webdriver.Chrome, sentences: int) -> None:
                 event = recognised(words)
                 now = round(robot.bench.bench.robot.now * 16_000)
                 began_s = time.time()
-                robot.bench.bench.ears.coming.append(replace(event, start_sample=now, end_sample=now + 8000))
+                robot.bench.bench.recogniser.coming.append(replace(event, start_sample=now, end_sample=now + 8000))
                 times_s.append(until(lambda: driver.execute_script("return window.shownAt[0]")) - began_s)
             tell("shown", times_s, "goal 0.3 s, of which the recogniser's rest takes 0.25 s")
 

@@ -244,8 +244,8 @@ def by_digits(stage: Stage, folder: Path) -> Iterator[Case]:
             by_nobody = nobody.hypotheses(segment)
             for kept in KEPT:
                 everybody, others = enrolled[kept]
-                for kind, ears in (("enrolled", everybody), ("not enrolled", others[who])):
-                    hypotheses = replace(by_nobody, by_takes=ears.hypotheses(segment).by_takes)
+                for kind, recogniser in (("enrolled", everybody), ("not enrolled", others[who])):
+                    hypotheses = replace(by_nobody, by_takes=recogniser.hypotheses(segment).by_takes)
                     name = f"digits, {len(kept)} takes, {kind}, {label}"
                     yield Case(name, (DIGITS[digit],), hypotheses, DIGITS_COUNT)
 

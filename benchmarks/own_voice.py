@@ -22,9 +22,9 @@ import numpy as np
 from scipy.signal import fftconvolve
 
 from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
-from hvcpd.assembly.make import make_overhearing
+from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.overhearing import EARLIER_S, Overhearing
+from hvcpd.recognition.barge_in import EARLIER_S, BargeInDetector
 
 BLOCK = 320
 OWN_DBFS = -15.0
@@ -88,7 +88,7 @@ class Trial:
         rms = float(np.sqrt(np.mean(np.square(active))))
         self.heard[at : at + len(sound)] += sound * self.own_rms * 10.0 ** (louder_db / 20.0) / rms
 
-    def listen(self, ears: Overhearing) -> tuple[list[float], float]:
+    def listen(self, recogniser: BargeInDetector) -> tuple[list[float], float]:
         """When "stop" was reported, s, and the processor time."""
         told, began_s, speaking = [], time.process_time(), False
         sound = np.clip(np.rint(self.heard * 32768.0) / 32768.0, -1.0, 1.0).astype(np.float32)
@@ -96,10 +96,10 @@ class Trial:
             begun = any(at <= begin < at + BLOCK for begin, _ in self.spans)
             over = any(at - BLOCK < end + TAIL_S * SAMPLE_RATE_HZ <= at for _, end in self.spans)
             if begun:
-                ears.begin(at, 0.0)
+                recogniser.begin(at, 0.0)
             speaking = (speaking or begun) and not over
-            ears.play(self.played[at : at + BLOCK])
-            if ears.hear(sound[at : at + BLOCK], speaking):
+            recogniser.play(self.played[at : at + BLOCK])
+            if recogniser.hear(sound[at : at + BLOCK], speaking):
                 told.append((at + BLOCK) / SAMPLE_RATE_HZ)
         return told, time.process_time() - began_s
 
@@ -131,7 +131,7 @@ def overlaps(stage: Stage, kind: str, seeds: range, louder_db: float, rt60_s: fl
         trial = Trial(stage, n, rt60_s, 0.0, seed, speaker)
         at = trial.spans[-1][0] + round(chooser.uniform(*UNHEARD_S) * SAMPLE_RATE_HZ)
         trial.add(other_sound(stage, kind, chooser, speaker), at, louder_db, rt60_s, seed)
-        told, _ = trial.listen(make_overhearing())
+        told, _ = trial.listen(make_barge_in_detector())
         stopped += [seed] if told else []
     print(
         f"{kind} at {louder_db:+.0f} dB, RT60 {rt60_s} s: {len(stopped)} of {len(seeds)} stopped the robot {stopped}",
@@ -164,14 +164,14 @@ def main() -> None:
             for seed in range(o.seed, o.seed + o.calls):
                 trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed)
                 begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
-                told, _ = trial.listen(make_overhearing())
+                told, _ = trial.listen(make_barge_in_detector())
                 in_time = [t - end_s for t in told if begin_s < t <= end_s + IN_TIME_S]
                 lags += in_time[:1]
                 missed += [] if in_time else [seed]
             own_s, false, spent_s, seed = 0.0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
                 trial = Trial(stage, 10, rt60_s, shift_ms, seed)
-                told, cpu_s = trial.listen(make_overhearing())
+                told, cpu_s = trial.listen(make_barge_in_detector())
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
             cost = spent_s / max(own_s, 1e-9)
             print(

@@ -68,7 +68,7 @@ def hear_voice(
 ) -> tuple[int, int, int]:
     """Sentences of one voice: right by ours, by PocketSphinx, and all."""
     sound, said = stream(spoken, SNR_DB, "white", seed)
-    events = listen(stage.ears(people), sound)
+    events = listen(stage.recogniser(people), sound)
     ours = theirs = 0
     for s in said:
         got = found(events, s)
@@ -133,19 +133,19 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
         told(f"digits, {label}, speaker not enrolled", unknown, theirs, total)
 
 
-def _is(ears: SecondPassRecogniser, segment: Segment, digit: int) -> bool:
-    sentence = ears.likeliest(segment)
+def _is(recogniser: SecondPassRecogniser, segment: Segment, digit: int) -> bool:
+    sentence = recogniser.likeliest(segment)
     return sentence is not None and sentence.words == (DIGITS[digit],)
 
 
 def unseen(stage: Stage, folder: Path, seed: int, who: str, snr_db: float | None, most: int) -> strangers.Count:
     """Digits by one speaker, nobody enrolled."""
     takes = {key: sounds for key, sounds in digits(folder).items() if key[0] == who}
-    ears, count = stage.opinion(ONE_DIGIT, ()), strangers.Count()
+    recogniser, count = stage.opinion(ONE_DIGIT, ()), strangers.Count()
     for _, digit, segment in digit_blocks(takes, snr_db, most, seed):
         said = Said((DIGITS[digit],), segment.start, segment.end)
         theirs = stage.theirs(ONE_DIGIT, segment.sound, said)
-        right = _is(ears, segment, digit)
+        right = _is(recogniser, segment, digit)
         count.add(strangers.Count(right, not right, theirs == DIGITS[digit], theirs not in ("", DIGITS[digit]), 1))
     return count
 

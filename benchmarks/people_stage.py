@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.people_material import Said
-from hvcpd.assembly.make import make_ears, make_waveform_books
+from hvcpd.assembly.make import make_speech_recogniser, make_waveform_books
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -22,8 +22,8 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.fusion import Words, same_meaning
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, Event, Recognised, Urgent
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.events import Event, Recognised, SpeechRecogniser, Urgent
+from hvcpd.recognition.second_pass import SynchronousWorker
 
 NAMES = ("Rob", "Bot", "Anna")
 SNR_DB = 20.0
@@ -43,11 +43,11 @@ class Stage:
         self._books = make_waveform_books(self.book, self.names[:2], self.sound)
         self._peers: dict[int, Any] = {}
 
-    def ears(self, people: Sequence[Person] = ()) -> Ears:
+    def recogniser(self, people: Sequence[Person] = ()) -> SpeechRecogniser:
         """As a robot has them that knows the robots' words and has heard nothing."""
         known = {person.name.lower(): person for person in people}
-        hearing = HearingPlan(people=known, channel=AtOnce(), second=AtOnce())
-        return make_ears(self.book, self.names[:2], self.sound, hearing, books=self._books)
+        hearing = HearingPlan(people=known, channel=SynchronousWorker(), second=SynchronousWorker())
+        return make_speech_recogniser(self.book, self.names[:2], self.sound, hearing, books=self._books)
 
     def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
         """Of enrolled people, and of strangers."""
@@ -67,11 +67,11 @@ class Stage:
         return heard(self.peer(graph), sound[max(said.start - pad, 0) : said.end + pad])
 
 
-def listen(ears: Ears, sound: Samples) -> list[Event]:
+def listen(recogniser: SpeechRecogniser, sound: Samples) -> list[Event]:
     """All that the ears tell."""
     quiet = np.tile(sound[:SAMPLE_RATE_HZ], 3)
     sound = np.concatenate([sound, quiet])
-    return [e for at in range(0, len(sound), BLOCK) for e in ears.push(sound[at : at + BLOCK])]
+    return [e for at in range(0, len(sound), BLOCK) for e in recogniser.push(sound[at : at + BLOCK])]
 
 
 def found(events: Sequence[Event], said: Said) -> list[tuple[str, ...]]:

@@ -29,7 +29,7 @@ from benchmarks.people_material import (
 from benchmarks.people_stage import BLOCK, Stage, found, listen, say_the_same
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, KOKORO_TRAINING, Talker, kokoro
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
@@ -39,8 +39,8 @@ from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import spoken
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
-from hvcpd.recognition.second_ears import SecondEars
-from hvcpd.recognition.second_pass import AtOnce, Segment
+from hvcpd.recognition.people_stage import PeopleStage
+from hvcpd.recognition.second_pass import Segment, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -97,7 +97,7 @@ def heard(
     count = Count()
     for at in range(0, len(said), TOGETHER):
         sound, where = stream(said[at : at + TOGETHER], snr_db, colour, seed + at)
-        events = listen(stage.ears(), sound)
+        events = listen(stage.recogniser(), sound)
         for one in where:
             got = found(events, one)
             peer = tuple(stage.theirs(stage.book.people_graph, sound, one).split())
@@ -131,7 +131,7 @@ def stop_rows(stage: Stage, data: Path, most: int, seed: int) -> None:
         rng = np.random.default_rng(seed + number)
         sound += QUIET_RMS * rng.standard_normal(len(sound)).astype(np.float32)
         one = Said(("stop",), at, at + len(call))
-        got = found(listen(stage.ears(), sound), one)
+        got = found(listen(stage.recogniser(), sound), one)
         over.n += 1
         over.right += any(each[-1] == "stop" for each in got)
         over.theirs += "stop" in stage.theirs(stage.book.people_graph, sound, one).split()
@@ -228,7 +228,10 @@ def _endless(stage: Stage, label: str, talk: Sequence[Samples], seed: int) -> No
     sound = sound + QUIET_RMS * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
     opinion = TimedLooks(stage.opinion(stage.book.people_graph, ()))
     begin = time.thread_time()
-    events = listen(SecondEars(make_recogniser(stage.book, stage.names[:2], stage.sound), opinion, AtOnce()), sound)
+    events = listen(
+        PeopleStage(make_template_recogniser(stage.book, stage.names[:2], stage.sound), opinion, SynchronousWorker()),
+        sound,
+    )
     took = time.thread_time() - begin - opinion.loaded_s
     told = [" ".join(e.words) for e in events if isinstance(e, Recognised)]
     garbled = sum(e.end_sample - e.start_sample for e in events if isinstance(e, Garbled)) / SAMPLE_RATE_HZ
@@ -284,11 +287,11 @@ def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
     """The half of people's talk that nothing was fitted to: false alarms in an hour of it."""
     stops = peer = n = 0
     made: list[str] = []
-    ears = stage.ears()
+    recogniser = stage.recogniser()
     for path in (p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"):
         talk = np.asarray(read_wav(path), np.float32)
         for at in range(0, len(talk), BLOCK):
-            for event in ears.push(talk[at : at + BLOCK]):
+            for event in recogniser.push(talk[at : at + BLOCK]):
                 stops += isinstance(event, Urgent) or (isinstance(event, Recognised) and event.words[-1] == "stop")
                 if isinstance(event, Recognised):
                     made.append(f"{' '.join(event.words)} ({event.confidence:.2f})")

@@ -212,9 +212,9 @@ def cases(
 ) -> Iterator[tuple[str, list[tuple[Way, Way, float]]]]:
     """Rooms, and in each `n` ways there and back with the distance."""
     if rooms is not None:
-        ears = in_sight(rooms)
+        recogniser = in_sight(rooms)
         for title, start in (("listening room", "bbc_"), ("office", "unis_")):
-            ways = [measured_way(path) for path in ears if path.name.startswith(start)]
+            ways = [measured_way(path) for path in recogniser if path.name.startswith(start)]
             drawn = rng.integers(0, len(ways), (n, 2))
             yield f"{title}, moved to 10 m", [(ways[i], ways[j], 10.0) for i, j in drawn]
             if behind:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -37,7 +37,7 @@ def main() -> None:
     for names in (team.split(",") for team in o.names.split(";")):
         book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
         for gain_db in (float(g) for g in o.gain_db.split(",")):
-            recogniser = make_ears(book, names, sound)
+            recogniser = make_speech_recogniser(book, names, sound)
             minutes = 0.0
             for path in sorted(o.data.rglob("*.wav")):
                 samples = np.asarray(read_wav(path) * 10.0 ** (gain_db / 20.0), np.float32)

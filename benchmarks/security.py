@@ -26,7 +26,7 @@ from benchmarks.hearing.material import BLOCK, GAP_S, LEAD_S, Spoken
 from benchmarks.hearing.mixing import add_noise
 from hil_fakes.audio_attacks import AudioAttacks
 from hil_fakes.word_attacks import WordAttacks
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -105,10 +105,10 @@ def honest(n: int, seed: int, sound: Sound, encrypts: bool) -> None:
 def _accepted(book: Phrasebook, heard: Samples, sound: Sound) -> int:
     """How many sentences come with a seal that fits, as a robot judges them that is none of the four."""
     sealing = Sealing(Guard("Bot", KeyRing(TeamKey(bytes(KEY_BYTES))), patience=CALM))
-    ears = make_ears(book, NAMES, sound)
+    recogniser = make_speech_recogniser(book, NAMES, sound)
     n = 0
-    events = [event for start in range(0, len(heard), BLOCK) for event in ears.push(heard[start : start + BLOCK])]
-    for event in [*events, *ears.flush()]:
+    events = [event for start in range(0, len(heard), BLOCK) for event in recogniser.push(heard[start : start + BLOCK])]
+    for event in [*events, *recogniser.flush()]:
         if isinstance(event, Recognised):
             _, verdict = sealing.judge(book.parse(event.words), book, event.end_sample / SAMPLE_RATE_HZ)
             n += verdict.trust.proves_speaker

@@ -25,7 +25,7 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.stop import at_level
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -36,7 +36,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.synthesis.voices import VOICES
 
 T = TypeVar("T")
@@ -118,8 +118,10 @@ def sound_of(case: Case, said: m.Utterance, book: Phrasebook, sound: Sound) -> S
 
 def heard_in(sound: Samples, book: Phrasebook, names: Sequence[str], voices: Sound) -> list[Event]:
     """All events of a file, as `hvcpctl hear` has them."""
-    ears = make_ears(book, names, voices, HearingPlan(channel=AtOnce(), second=AtOnce()))
-    return ears.push(sound) + ears.flush()
+    recogniser = make_speech_recogniser(
+        book, names, voices, HearingPlan(channel=SynchronousWorker(), second=SynchronousWorker())
+    )
+    return recogniser.push(sound) + recogniser.flush()
 
 
 def verdict(case: Case) -> tuple[Case, str, str]:

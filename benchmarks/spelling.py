@@ -16,7 +16,7 @@ import numpy as np
 from benchmarks.hearing.listeners import listen
 from benchmarks.hearing.material import LEAD_S, Spoken, Team, make_stream, make_team
 from benchmarks.hearing.mixing import add_noise
-from hvcpd.assembly.make import make_spelled
+from hvcpd.assembly.make import make_spelling_recogniser
 from hvcpd.language import messages as m
 from hvcpd.language.spelling import WORD_OF
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -48,7 +48,7 @@ def spelled_stream(team: Team, n: int, seed: int) -> tuple[Samples, list[Spoken]
 
 def hear(team: Team, stream: Samples) -> tuple[list[Recognised], float]:
     """What is heard, and the processor time as a share of real time."""
-    events, spent_s = listen(make_spelled(team.book, team.sound), stream)
+    events, spent_s = listen(make_spelling_recogniser(team.book, team.sound), stream)
     return [e for _, e in events if isinstance(e, Recognised)], spent_s * SAMPLE_RATE_HZ / len(stream)
 
 

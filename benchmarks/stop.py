@@ -30,7 +30,7 @@ import numpy as np
 from benchmarks.hearing.material import BLOCK, GAP_S
 from benchmarks.stop_callers import Callers, ended, is_held_out
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.names import Accent
@@ -40,8 +40,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, Event, Held, Recognised, Released, Urgent
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.events import Event, Held, Recognised, Released, SpeechRecogniser, Urgent
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
@@ -73,10 +73,10 @@ class Stage:
         self._speakers = {v.name: Speaker(v, self._sound.lexicon, self._sound.cache) for v in voices}
         self.people = [v.name for v in VOICES if v.name not in robots]
 
-    def ears(self) -> Ears:
+    def recogniser(self) -> SpeechRecogniser:
         """As a robot's with `voices: any`, which understands strangers, too."""
-        hearing = HearingPlan(channel=AtOnce(), second=AtOnce())
-        return make_ears(self.book, self.names, self._sound, hearing)
+        hearing = HearingPlan(channel=SynchronousWorker(), second=SynchronousWorker())
+        return make_speech_recogniser(self.book, self.names, self._sound, hearing)
 
     def sentence(self, chooser: random.Random, speaker: str) -> Samples:
         """A random sentence of a robot that does not say "stop"."""
@@ -102,8 +102,8 @@ def room(n: int, seed: int, dbfs: float = NOISE_DBFS) -> Samples:
 class Listener:
     """One robot's ears, and when it halted for what it heard, s: holds, how long those released took, and stops."""
 
-    def __init__(self, ears: Ears | Peer) -> None:
-        self._ears = ears
+    def __init__(self, recogniser: SpeechRecogniser | Peer) -> None:
+        self._ears = recogniser
         self._held: float | None = None
         self.now_s = self.spent_s = 0.0
         self.held_s: list[float] = []
@@ -164,7 +164,7 @@ class Peer:
         self._decoder.start_utt()
 
     def push(self, samples: Samples) -> list[Event]:
-        """As `Ears.push`."""
+        """As `SpeechRecogniser.push`."""
         self._decoder.process_raw((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes(), False, False)
         if self._decoder.hyp() is None:
             return []
@@ -243,7 +243,7 @@ def calls(stage: Stage, callers: Callers, cell: Cell, seeds: range, peer: bool) 
     for seed in seeds:
         sound, at, end = mixture(stage, callers, cell, seed)
         begin_s, end_s = at / SAMPLE_RATE_HZ, end / SAMPLE_RATE_HZ
-        found = Listener(Peer() if peer else stage.ears())
+        found = Listener(Peer() if peer else stage.recogniser())
         found.listen(sound)
         halts = [t - end_s for t in found.halts_s if begin_s < t <= end_s + IN_TIME_S]
         halts += [begin_s - end_s] if found.stood_at(begin_s) else []
@@ -264,7 +264,7 @@ def kitchen(data: Path) -> Samples:
 
 def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool, noise: Samples | None = None) -> None:
     """The robots' own talk; `at_once`: two of them at a time, as when they collide; `noise`: goes on all the time."""
-    chooser, listener, n, overlap_s = random.Random(seed), Listener(stage.ears()), 0, 0.0
+    chooser, listener, n, overlap_s = random.Random(seed), Listener(stage.recogniser()), 0, 0.0
     while listener.now_s < minutes * 60.0:
         first, second = chooser.sample(stage.names, 2)
         talk = at_level(stage.sentence(chooser, first), SPEECH_DBFS)
@@ -290,7 +290,7 @@ def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool, noise: S
 def recordings(stage: Stage, minutes: float, data: Path) -> None:
     """What people say, and sounds, by folder; those that the net has not learned."""
     for folder in ("negatives", "words", "sounds"):
-        listener = Listener(stage.ears())
+        listener = Listener(stage.recogniser())
         for path in sorted((data / folder).rglob("*.wav")):
             if path.parent.name == "stop" or not is_held_out(path):
                 continue

@@ -45,7 +45,7 @@ def through_room(said: Samples, ways: FurnishedRoom, distance_m: float) -> Sampl
 def listen(names: tuple[str, ...], sentences: int, chooser: random.Random) -> tuple[Listener, Counter[str]]:
     """The first robot, after the sentences of the others; and who said those at which it stopped for good."""
     stage, ways = Stage(names), FurnishedRoom()
-    listener, stopped = Listener(stage.ears()), Counter[str]()
+    listener, stopped = Listener(stage.recogniser()), Counter[str]()
     distances_m = {name: chooser.uniform(NEAR_M, FAR_M) for name in names[1:]}
     for k in range(sentences):
         speaker = chooser.choice(names[1:])

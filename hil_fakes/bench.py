@@ -36,7 +36,7 @@ from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import IN_MEMORY
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Switched, Trail
 from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot
@@ -244,7 +244,7 @@ class Bench:
             plan.tasks,
             own_seed(plan.seed, name),
             BodyPlan(start),
-            hearing=HearingPlan(channel=AtOnce()),
+            hearing=HearingPlan(channel=SynchronousWorker()),
             security=SecurityPlan(plan.keys, plan.encrypts),
             timing=plan.timing,
         )

@@ -134,9 +134,9 @@ class WordAttacks:
         return self._speakers[name].marked(utterance, self._book, self._now)
 
     def _believes(self, utterance: m.Utterance) -> bool:
-        ears = self._speakers[LISTENER]
-        opened, verdict = ears.judge(utterance, self._book, self._now)
-        self._counters |= ears.guard.saves()
+        recogniser = self._speakers[LISTENER]
+        opened, verdict = recogniser.judge(utterance, self._book, self._now)
+        self._counters |= recogniser.guard.saves()
         own = utterance.speaker == LISTENER
         return verdict.trust.proves_speaker if own else believes(self._ears.knowledge, opened, verdict.trust)
 

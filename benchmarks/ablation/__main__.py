@@ -29,7 +29,7 @@ from benchmarks.ablation.switches import Switch
 from benchmarks.hearing.material import Team, make_team
 from benchmarks.hearing.worlds import sounds
 from benchmarks.hearing.worlds.conditions import conditions
-from benchmarks.hearing.worlds.run import robots_ears
+from benchmarks.hearing.worlds.run import robot_recogniser
 from benchmarks.hearing.worlds.trials import Tally, Trial, make_trial, ours
 
 CONDITIONS = "small-living,chain,good-vacuum,clock,doppler,measured,measured-5,next-room,chapel,two+6,stop,drawn"
@@ -85,8 +85,8 @@ class Bench:
         tally = Tally()
         with switch():
             for trial in self.trials:
-                tally.add(ours(robots_ears, self.team, trial))
-            return Outcome(tally, sounds.listened(robots_ears, self.team, iter(self.clips)))
+                tally.add(ours(robot_recogniser, self.team, trial))
+            return Outcome(tally, sounds.listened(robot_recogniser, self.team, iter(self.clips)))
 
 
 def line(name: str, lines: int, found: Outcome, whole: Outcome) -> str:

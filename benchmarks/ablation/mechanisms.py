@@ -13,10 +13,10 @@ from benchmarks.ablation.switches import Switch, answering, defaults, instead, t
 
 HEARING = "hvcpd.recognition"
 PEOPLE = "hvcpd.people"
-RECOGNISER = f"{HEARING}.recogniser:Recogniser"
-SETTINGS = f"{HEARING}.recogniser:RecogniserSettings"
+RECOGNISER = f"{HEARING}.template_recogniser:TemplateRecogniser"
+SETTINGS = f"{HEARING}.template_recogniser:RecogniserSettings"
 SESSION = f"{HEARING}.decoder_session"
-ACTIVITY = f"{HEARING}.watch"
+ACTIVITY = f"{HEARING}.shared_front_end"
 SECOND_PASS = f"{PEOPLE}.second_pass"
 
 
@@ -56,7 +56,7 @@ SOURCES = (
     Mechanism(
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
-        answering(f"{RECOGNISER}._judge", None),
+        answering(f"{RECOGNISER}._accepted", None),
         _files("recognition", "decoder_session decoder scorer network back_pointers templates"),
     ),
 )
@@ -65,13 +65,17 @@ RULES = (
         "beginnings",
         "sentences' beginnings are sought without signs of speech",
         answering(f"{HEARING}.channel.recogniser:ChannelRecogniser.onset", None),
-        _files("recognition/channel", "beginnings"),
+        _files("recognition/channel", "onsets"),
     ),
     Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),
     Mechanism("pause", "how much speech a pause may pass over", defaults(SETTINGS, max_pause=inf)),
     Mechanism("gain", "what a sentence must fit better than the filler", defaults(SETTINGS, min_gain=-inf)),
-    Mechanism("unheard", "no sentence right after lost sound", instead(f"{HEARING}.recogniser:UNHEARD_LEAD_FRAMES", 0)),
+    Mechanism(
+        "unheard",
+        "no sentence right after lost sound",
+        instead(f"{HEARING}.template_recogniser:UNHEARD_LEAD_FRAMES", 0),
+    ),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", instead(f"{SESSION}:GOING_ON", inf)),
     Mechanism(
         "late-end",

@@ -128,7 +128,7 @@ def _worlds(o: argparse.Namespace, console: Console) -> None:
         o.jobs,
         o.peer,
     )
-    worlds.run(options, worlds.robots_ears, console, o.wrong)
+    worlds.run(options, worlds.robot_recogniser, console, o.wrong)
 
 
 def main() -> None:
@@ -150,7 +150,7 @@ def main() -> None:
         _worlds(o, console)
     team = make_team(o.names.split(","), natural=o.natural, accent=o.accent)
     if "sounds" in rows:
-        sounds.run(worlds.robots_ears, team, o.data, o.minutes, o.seed, console, o.wrong)
+        sounds.run(worlds.robot_recogniser, team, o.data, o.minutes, o.seed, console, o.wrong)
     if "robot" in rows:
         worlds.cost(team, o.seed, o.data, o.minutes, console)
     rows = [row for row in rows if row not in ROBOTS]

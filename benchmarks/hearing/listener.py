@@ -43,7 +43,7 @@ def _ours(
     who: str, names: list[str], n_words: int, speech: Path, noise: Path, truth: list[tuple[list[str], int, int]]
 ) -> dict[str, object]:
     from benchmarks.hearing.material import BLOCK, more_tasks
-    from hvcpd.assembly.make import make_ears
+    from hvcpd.assembly.make import make_speech_recogniser
     from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
     from hvcpd.config.settings import DEFAULT_TEAMS
     from hvcpd.config.task_file import load_tasks
@@ -53,7 +53,7 @@ def _ours(
 
     began = time.process_time()
     book = make_phrasebook(names, DEFAULT_TEAMS, more_tasks(n_words) or load_tasks(default_tasks_path()))
-    recogniser = make_ears(book, names, make_sound(None, user_cache_folder()))
+    recogniser = make_speech_recogniser(book, names, make_sound(None, user_cache_folder()))
     start_s = time.process_time() - began
     heard: list[Recognised] = []
     spent = []

@@ -17,25 +17,25 @@ from benchmarks.hearing.material import BLOCK, Spoken, Team
 from benchmarks.hearing.scoring import Outcome, Score, judge_events
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, Event
+from hvcpd.recognition.events import Event, SpeechRecogniser
 
 PAD_S = 0.5
 """Of noise before and after a sentence, for PocketSphinx."""
 
 
-def listen(ears: Ears, sound: Samples) -> tuple[list[tuple[int, Event]], float]:
+def listen(recogniser: SpeechRecogniser, sound: Samples) -> tuple[list[tuple[int, Event]], float]:
     """What the ears report, each with the sample at which it was reported; and the processor time, s."""
     began = time.process_time()
     events = []
     for start in range(0, len(sound), BLOCK):
-        events += [(start + BLOCK, event) for event in ears.push(sound[start : start + BLOCK])]
-    events += [(len(sound), event) for event in ears.flush()]
+        events += [(start + BLOCK, event) for event in recogniser.push(sound[start : start + BLOCK])]
+    events += [(len(sound), event) for event in recogniser.flush()]
     return events, time.process_time() - began
 
 
 def ours(team: Team, sound: Samples, spoken: Sequence[Spoken]) -> Score:
     """Our recogniser's tally for a stream."""
-    events, seconds = listen(team.ears(), sound)
+    events, seconds = listen(team.recogniser(), sound)
     score = judge_events(events, spoken)
     score.seconds, score.heard_s = seconds, len(sound) / SAMPLE_RATE_HZ
     return score

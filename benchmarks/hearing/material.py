@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hvcpd.assembly.make import Books, make_ears, make_waveform_books, templates
+from hvcpd.assembly.make import Books, make_speech_recogniser, make_waveform_books, templates
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.names import Accent
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -17,7 +17,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears
+from hvcpd.recognition.events import SpeechRecogniser
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker
@@ -73,9 +73,9 @@ class Team:
             book.prepare(lambda: True)
         return books
 
-    def ears(self) -> Ears:
+    def recogniser(self) -> SpeechRecogniser:
         """Fresh ears, as in every robot, but for people's second pass."""
-        return make_ears(self.book, self.names, self.sound, books=self.books)
+        return make_speech_recogniser(self.book, self.names, self.sound, books=self.books)
 
 
 def make_team(

@@ -71,7 +71,7 @@ def whole(sounds: Sequence[Samples], texts: Sequence[str]) -> str:
     """How often a whole ear is stopped for good by words said alone, and by which most often."""
     stage, stopped = Stage(("Rob", "Bot")), Counter[str]()
     for k, sound in enumerate(sounds):
-        listener = Listener(stage.ears())
+        listener = Listener(stage.recogniser())
         heard = room(EAR_S * SAMPLE_RATE_HZ + len(sound), k)
         heard[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += at_level(sound, SPEECH_DBFS)
         listener.listen(heard)

@@ -24,17 +24,17 @@ from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
-from hvcpd.recognition.channel.ears import ChannelEars
+from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
-from hvcpd.recognition.events import Ears
+from hvcpd.recognition.channel.stage import ChannelStage
+from hvcpd.recognition.events import SpeechRecogniser
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
-from hvcpd.recognition.keyword.stage import KeywordEars, KeywordRescorer
+from hvcpd.recognition.keyword.stage import KeywordRescorer, KeywordStage
 from hvcpd.recognition.network import Beam
-from hvcpd.recognition.overhearing import Overhearing
-from hvcpd.recognition.recogniser import MIN_SPELLED_CONFIDENCE, Recogniser, RecogniserSettings
-from hvcpd.recognition.second_ears import SecondEars
-from hvcpd.recognition.second_pass import AtOnce, Worker
-from hvcpd.recognition.watch import Watch
+from hvcpd.recognition.people_stage import PeopleStage
+from hvcpd.recognition.second_pass import SynchronousWorker, Worker
+from hvcpd.recognition.shared_front_end import SharedFrontEnd
+from hvcpd.recognition.template_recogniser import MIN_SPELLED_CONFIDENCE, RecogniserSettings, TemplateRecogniser
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
@@ -55,15 +55,17 @@ Books = Sequence[WaveformBook]
 """Words that robots say, for all listeners of one robot: each word is read and measured once."""
 
 
-def make_recogniser(phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool = False) -> Recogniser:
+def make_template_recogniser(
+    phrasebook: Phrasebook, names: Sequence[str], sound: Sound, strangers: bool = False
+) -> TemplateRecogniser:
     """A recogniser for the voices of these robots: templates are the very signals that their synthesizers make. With
     `strangers` for names that anybody spells, too, once it is prepared."""
     speakers = {robot_voice(name, sound): name for name in names}
     bank = LazyMapping(speakers, lambda voice: word_bank(phrasebook, sound.speaker_of(speakers[voice])))
     sealed = Kind.SEALED in phrasebook.vocabulary.kinds
     settings = RecogniserSettings(beam=Beam(max_pairs=SEALED_PAIRS)) if sealed else None
-    spelled = partial(make_spelled, phrasebook, sound) if strangers else None
-    return Recogniser(phrasebook.marked_graph, bank, settings, make_spelled=spelled)
+    spelled = partial(make_spelling_recogniser, phrasebook, sound) if strangers else None
+    return TemplateRecogniser(phrasebook.marked_graph, bank, settings, make_spelling_recogniser=spelled)
 
 
 def make_waveform_books(phrasebook: Phrasebook, names: Sequence[str], sound: Sound) -> Books:
@@ -96,35 +98,40 @@ def voices_of(names: Iterable[str], sound: Sound, people: Mapping[str, Person]) 
     return {name.lower(): voices.get(name.lower()) or robot_voice(name, sound) for name in names}
 
 
-def make_ears(
+def make_speech_recogniser(
     phrasebook: Phrasebook,
     names: Sequence[str],
     sound: Sound,
     hearing: HearingPlan | None = None,
     strangers: bool = False,
     books: Books | None = None,
-) -> KeywordEars:
-    """Ears for the voices of these robots, by templates and, if `sound` has a cache, through any channel; by
-    `hearing`, with a worker that finishes at once if none is given, for people; with `strangers` for spelled names, in
-    any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
+) -> KeywordStage:
+    """A recogniser for the voices of these robots, by templates and, if `sound` has a cache, through any channel;
+    by `hearing`, with a worker that finishes at once if none is given, for people; with `strangers` for spelled names,
+    in any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
     those of `make_waveform_books`."""
-    hearing = hearing or HearingPlan(channel=AtOnce())
-    ears: Ears = make_recogniser(phrasebook, names, sound, strangers)
+    hearing = hearing or HearingPlan(channel=SynchronousWorker())
+    recogniser: SpeechRecogniser = make_template_recogniser(phrasebook, names, sound, strangers)
     if hearing.prepared:
-        ears.prepare(lambda: True)
+        recogniser.prepare(lambda: True)
     if hearing.channel is not None and sound.cache is not None:
         books = books or make_waveform_books(phrasebook, names, sound)
-        ears = make_channel_ears(phrasebook, books, ears, sound, hearing.channel, hearing.prepared)
+        recogniser = make_channel_stage(phrasebook, books, recogniser, sound, hearing.channel, hearing.prepared)
     if hearing.second is not None:
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
-        ears = SecondEars(ears, people, hearing.second)
+        recogniser = PeopleStage(recogniser, people, hearing.second)
     weights = Weights.load()
-    return KeywordEars(
-        ears, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), ears.first.history), loss_of_call
+    return KeywordStage(
+        recogniser,
+        KeywordNet(weights),
+        KeywordRescorer(KeywordNet(weights), recogniser.first_pass.history),
+        loss_of_call,
     )
 
 
-def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = None) -> Recogniser:
+def make_spelling_recogniser(
+    phrasebook: Phrasebook, sound: Sound, front_end: SharedFrontEnd | None = None
+) -> TemplateRecogniser:
     """A recogniser of spelled names, in every voice; `watch`: that of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     voices = {voice.name: voice for voice in sound.every_voice()}
@@ -133,12 +140,14 @@ def make_spelled(phrasebook: Phrasebook, sound: Sound, watch: Watch | None = Non
         return Speaker(voices[voice], sound.lexicon, sound.cache).templates(word)
 
     bank = LazyMapping(voices, lambda voice: LazyMapping(graph.words, partial(takes, voice)))
-    return Recogniser(graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), watch=watch)
+    return TemplateRecogniser(
+        graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), front_end=front_end
+    )
 
 
-def make_overhearing() -> Overhearing:
+def make_barge_in_detector() -> BargeInDetector:
     """A listener for the keyword while the robot itself speaks."""
-    return Overhearing(KeywordNet(Weights.load()))
+    return BargeInDetector(KeywordNet(Weights.load()))
 
 
 def templates(phrasebook: Phrasebook, voice: Voice, sound: Sound) -> dict[str, list[Samples]]:
@@ -178,22 +187,22 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         changes=plan.memory.changes,
         places=plan.tasks.places,
     )
-    phrasebook, ears = _book_and_ears(plan, names, sound, plan.team.strangers)
+    phrasebook, recogniser = _phrasebook_and_recogniser(plan, names, sound, plan.team.strangers)
     rate = SLOW if speech.slowly else 1.0
     return Robot(
         coordination,
         phrasebook,
-        ears,
+        recogniser,
         sound.speaker_of(plan.role.name),
         Odometry(body.start, body.drive, body.reading),
         Performer(body.navigator or Navigator(body.drive), body.home or body.start),
         plan.hearing.acoustics,
         sound.speaker_of(plan.role.name, SLOW),
-        make_overhearing(),
+        make_barge_in_detector(),
         make_sealing(plan),
         OwnDelay(),
         voices_of(names, sound, plan.hearing.people),
-        Measures(Ranging(plan.role.name, ears.first.history), lambda name: sound.speaker_of(name, rate)),
+        Measures(Ranging(plan.role.name, recogniser.first_pass.history), lambda name: sound.speaker_of(name, rate)),
     )
 
 
@@ -206,20 +215,20 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
     return Sealing(guard, security.encrypts, plan.roster)
 
 
-def make_channel_ears(
+def make_channel_stage(
     phrasebook: Phrasebook,
     books: Books,
-    ears: Ears,
+    recogniser: SpeechRecogniser,
     sound: Sound,
     worker: Worker[ChannelSegment, SearchResult],
     prepared: bool = True,
-) -> ChannelEars:
-    """Return ears around others that also hear these robots through an unknown channel."""
+) -> ChannelStage:
+    """Return the stage that also hears these robots through an unknown channel."""
     check = partial(loss_of_sentence, sound.lexicon.sounds)
     listener = ChannelRecogniser(phrasebook.robots_graph, books, prepared, check)
     others = set(phrasebook.marked_graph.words) - set(phrasebook.robots_graph.words)
     unmodelled = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
-    return ChannelEars(ears, listener, worker, frozenset(unmodelled))
+    return ChannelStage(recogniser, listener, worker, frozenset(unmodelled))
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
@@ -228,11 +237,15 @@ def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
     return make_phrasebook(names, teams, plan.tasks, plan.security.keys is not None, plan.security.encrypts)
 
 
-def make_phrasebook_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound) -> tuple[Phrasebook, Ears]:
-    """Return a robot's phrasebook and ears once it knows these names. Raises PhraseError when words clash."""
-    return _book_and_ears(plan, names, sound, False)
+def make_phrasebook_and_recogniser(
+    plan: RobotPlan, names: Sequence[str], sound: Sound
+) -> tuple[Phrasebook, SpeechRecogniser]:
+    """Return a robot's phrasebook and recogniser once it knows these names. Raises PhraseError when words clash."""
+    return _phrasebook_and_recogniser(plan, names, sound, False)
 
 
-def _book_and_ears(plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool) -> tuple[Phrasebook, Ears]:
+def _phrasebook_and_recogniser(
+    plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool
+) -> tuple[Phrasebook, SpeechRecogniser]:
     book = phrasebook_of(plan, names)
-    return book, make_ears(book, plan.peers(names), sound, plan.hearing, strangers)
+    return book, make_speech_recogniser(book, plan.peers(names), sound, plan.hearing, strangers)

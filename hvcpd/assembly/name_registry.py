@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from hvcpd.assembly.make import make_phrasebook_and_ears
+from hvcpd.assembly.make import make_phrasebook_and_recogniser
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.sound import Sound
 from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.recognition.events import Ears
+from hvcpd.recognition.events import SpeechRecogniser
 from hvcpd.synthesis.likeness import sounds_alike
 
 
@@ -33,14 +33,14 @@ class NameRegistry:
         """Whether a name is known, whatever its case."""
         return name.lower() in (known.lower() for known in self.names)
 
-    def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
-        """The phrasebook and ears for these tasks, and for the earlier ones, which the robot may be about to mention.
-        Takes seconds. Raises PhraseError for words that clash."""
+    def retask(self, tasks: TaskRepository) -> tuple[Phrasebook, SpeechRecogniser]:
+        """The phrasebook and recogniser for these tasks, and for the earlier ones, which the robot may be about to
+        mention. Takes seconds. Raises PhraseError for words that clash."""
         before = self._plan.tasks
         said = (*tasks.tasks, *(task for task in before.tasks if task not in tasks.tasks))
         skills = (*tasks.skills, *(skill for skill in before.skills if skill not in tasks.skills))
         plan = replace(self._plan, tasks=replace(tasks, tasks=said, skills=skills))
-        ready = make_phrasebook_and_ears(plan, self.names, self._sound)
+        ready = make_phrasebook_and_recogniser(plan, self.names, self._sound)
         self._plan = plan
         return ready
 
@@ -58,8 +58,8 @@ class NameRegistry:
         self._given = tuple(name for name in self._given if name.lower() not in gone)
         self.names = tuple(name for name in self.names if name.lower() not in gone)
 
-    def learn(self, name: str, given: bool = False) -> tuple[Phrasebook, Ears]:
-        """The phrasebook and ears for one more name. Takes seconds. A `given` name is never forgotten. Raises
+    def learn(self, name: str, given: bool = False) -> tuple[Phrasebook, SpeechRecogniser]:
+        """The phrasebook and recogniser for one more name. Takes seconds. A `given` name is never forgotten. Raises
         PhraseError for a name that sounds like a known one, or is a word of the phrasebook."""
         rival = next((known for known in self.names if sounds_alike(name, known, self._sound.lexicon)), None)
         if rival is not None:
@@ -68,7 +68,7 @@ class NameRegistry:
         learned = [known for known in (*self.names, name) if known not in always]
         room = max(MAX_KNOWN_NAMES - len(always), 0 if given else 1)
         names = (*always, *learned[len(learned) - min(room, len(learned)) :])
-        ready = make_phrasebook_and_ears(self._plan, names, self._sound)
+        ready = make_phrasebook_and_recogniser(self._plan, names, self._sound)
         self.names, self._given = names, always
         if given:
             self._guests.add(name.lower())

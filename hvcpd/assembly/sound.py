@@ -1,6 +1,6 @@
-"""A team's words and sounds: its phrasebook, its pronunciations and its voices, without any robot's ears.
+"""A team's words and sounds: its phrasebook, its pronunciations and its voices, without a recogniser.
 
-Commands that only speak or write start quickly with this: the ears' modules take most of the time that a robot's
+Commands that only speak or write start quickly with this: the recogniser's modules take most of the time that a robot's
 start takes.
 """
 

@@ -16,7 +16,7 @@ from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.cache_warm_up import CacheWarmUp
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.recognition.events import Ears
+from hvcpd.recognition.events import SpeechRecogniser
 from hvcpd.robot.records import LearnName, Record
 from hvcpd.robot.robot import Robot
 
@@ -88,12 +88,12 @@ class NameLearning:
             self._tidy_s = self._robot.now + ADOPTED_S
             _log.info("tasks learned", tasks=", ".join(str(task.number) for task in tasks.tasks))
 
-    def _make_tasks_ready(self, tasks: TaskRepository) -> tuple[Phrasebook, Ears]:
+    def _make_tasks_ready(self, tasks: TaskRepository) -> tuple[Phrasebook, SpeechRecogniser]:
         known = frozenset(self._robot.phrasebook.marked_graph.words)
-        book, ears = self._registry.retask(tasks)
+        book, recogniser = self._registry.retask(tasks)
         self._warm_up.say(frozenset(book.marked_graph.words) - known, self._goes_on)
-        ears.prepare(self._goes_on)
-        return book, ears
+        recogniser.prepare(self._goes_on)
+        return book, recogniser
 
     def prepare(self) -> None:
         """Begin to make the robot's own words ready, until when it is silent, and then all else; until it has the other
@@ -161,7 +161,7 @@ class NameLearning:
     def _expect_voices(self) -> None:
         self._robot.expect(voices_of(self._registry.names, self._sound, self._registry.people))
 
-    def _make_ready(self, name: str, given: bool) -> tuple[Phrasebook, Ears]:
+    def _make_ready(self, name: str, given: bool) -> tuple[Phrasebook, SpeechRecogniser]:
         ready = self._registry.learn(name, given)
         self._warm_up.learn(name)
         ready[1].prepare(self._goes_on)

@@ -10,7 +10,7 @@ from typing import Generic
 
 import structlog
 
-from hvcpd.recognition.second_pass import Found, Job, SegmentListener
+from hvcpd.recognition.second_pass import Job, Result, SegmentSearcher
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
@@ -28,50 +28,50 @@ def one_thread(name: str = "second-pass") -> Executor:
     return ThreadPoolExecutor(1, name)
 
 
-class SecondPass(Generic[Job, Found]):
+class SecondPass(Generic[Job, Result]):
     """A `recognition.second_pass.Worker` with a thread of its own."""
 
-    def __init__(self, failed: Found, make_pool: Callable[[], Executor] = one_thread) -> None:
+    def __init__(self, failed: Result, make_pool: Callable[[], Executor] = one_thread) -> None:
         """`failed` is the result of a pass that fails. `make_pool` makes what runs one call after the other; one that
         is broken is replaced."""
         self._failed = failed
         self._make_pool = make_pool
         self._pool = make_pool()
-        self._under_way: set[Future[Found]] = set()
-        self._found: deque[tuple[Job, Found]] = deque()
-        self._sentences: list[tuple[Job, Found]] = []
+        self._under_way: set[Future[Result]] = set()
+        self._found: deque[tuple[Job, Result]] = deque()
+        self._sentences: list[tuple[Job, Result]] = []
 
-    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
+    def submit(self, job: Job, searcher: SegmentSearcher[Job, Result]) -> bool:
         """As `Worker.submit`."""
         if len(self._under_way) >= MOST_WAITING:
             return False
-        future = self._begin(listener, job)
+        future = self._begin(searcher, job)
         if future is None:
             return False
         self._under_way.add(future)
         future.add_done_callback(lambda done: self._found.append((job, self._result(done))))
         return True
 
-    def _begin(self, listener: SegmentListener[Job, Found], job: Job) -> Future[Found] | None:
+    def _begin(self, searcher: SegmentSearcher[Job, Result], job: Job) -> Future[Result] | None:
         """The look, under way; None if even a new pool does not take it."""
         for _ in range(2):
             try:
-                return self._pool.submit(listener.search, job)
+                return self._pool.submit(searcher.search, job)
             except RuntimeError as error:  # the pool is broken, or no thread can be started
                 _log.warning("second pass restarted", reason=f"{type(error).__name__}: {error}")
                 self._pool.shutdown(wait=False, cancel_futures=True)
                 self._pool = self._make_pool()
         return None
 
-    def findings(self) -> Sequence[tuple[Job, Found]]:
-        """As `Worker.findings`."""
+    def results(self) -> Sequence[tuple[Job, Result]]:
+        """As `Worker.results`."""
         self._under_way = {future for future in self._under_way if not future.done()}
         found = [self._found.popleft() for _ in range(len(self._found))]
         self._sentences += [each for each in found if each[1] is not self._failed]
         del self._sentences[:-MOST_WAITING]
         return found
 
-    def take_sentences(self) -> list[tuple[Job, Found]]:
+    def take_sentences(self) -> list[tuple[Job, Result]]:
         """The sentences among the findings, each once; only the newest ones if this was not called for long."""
         sentences, self._sentences = self._sentences, []
         return sentences
@@ -86,7 +86,7 @@ class SecondPass(Generic[Job, Found]):
         self._pool.shutdown(wait=False, cancel_futures=True)
         await self.settled()
 
-    def _result(self, future: Future[Found]) -> Found:
+    def _result(self, future: Future[Result]) -> Result:
         if future.cancelled():
             return self._failed
         error = future.exception()

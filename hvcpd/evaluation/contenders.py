@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.evaluation import listeners, porcupine
@@ -33,7 +33,7 @@ def everybody() -> list[str]:
 
 
 def _ours() -> Listen:
-    recogniser = make_ears(book(), (CALLER,), listeners.sound())
+    recogniser = make_speech_recogniser(book(), (CALLER,), listeners.sound())
     return lambda heard, _said: listeners.sentences(recogniser, heard)
 
 

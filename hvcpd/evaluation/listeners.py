@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -18,7 +18,7 @@ from hvcpd.evaluation.sphinx import WIDE_BEAMS, make_decoder, sphinx_installed
 from hvcpd.evaluation.sphinx import heard as heard_by_sphinx
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, Recognised
+from hvcpd.recognition.events import Recognised, SpeechRecogniser
 
 OURS, PEER = "hvcpd", "PocketSphinx"
 CALLED, CALLER = "Ted", "Mia"
@@ -67,7 +67,7 @@ def spoken(text: str, book: Phrasebook) -> tuple[tuple[str, ...], Samples]:
     return tuple(word for phrase in phrases for word in phrase), sound().speaker_of(CALLER).render(phrases)
 
 
-def sentences(recogniser: Ears, heard: Samples) -> list[Recognised]:
+def sentences(recogniser: SpeechRecogniser, heard: Samples) -> list[Recognised]:
     """Return the sentences that a recogniser finds in a whole sound, shape (n,), float32."""
     events = [e for at in range(0, len(heard), BLOCK) for e in recogniser.push(heard[at : at + BLOCK])]
     return [e for e in (*events, *recogniser.flush()) if isinstance(e, Recognised)]
@@ -76,7 +76,7 @@ def sentences(recogniser: Ears, heard: Samples) -> list[Recognised]:
 def ours(heard: Samples, said: Sequence[Said], book: Phrasebook) -> list[str]:
     """Return the result of a freshly started robot for each sentence in the sound, shape (n,), float32: its words, or
     "" for nothing."""
-    understood = sentences(make_ears(book, (CALLER,), sound()), heard)
+    understood = sentences(make_speech_recogniser(book, (CALLER,), sound()), heard)
     return [
         " + ".join(" ".join(e.words) for e in understood if e.start_sample < s.end and e.end_sample > s.start)
         for s in said

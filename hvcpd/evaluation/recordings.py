@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.names import valid_robot_name
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -89,7 +89,7 @@ def understood(recording: Recording) -> int:
     """Number of calls of a recording that our recogniser understands. Raises AudioFileError."""
     book = _book(recording.listener, recording.speaker)
     call = book.parse_text(f"Hi {recording.listener}, I am {recording.speaker}")
-    understood = sentences(make_ears(book, (recording.speaker,), sound()), read_wav(recording.path))
+    understood = sentences(make_speech_recogniser(book, (recording.speaker,), sound()), read_wav(recording.path))
     calls = sum(e.words == book.render(call) for e in understood)
     return min(calls, recording.said)
 

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache, partial
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
-from hvcpd.people.enrolled_listener import EnrolledListener
+from hvcpd.people.enrolled_recogniser import EnrolledRecogniser
 from hvcpd.people.fusion import FusedHypothesis, Hypotheses, certainty, fuse, same_meaning
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, mean_normalised, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
@@ -53,7 +53,7 @@ class SecondPassRecogniser:
         self._lexicon = lexicon
         self._people = people
         self._strangers = strangers
-        self._enrolled: tuple[tuple[Person, ...], EnrolledListener] | None = None
+        self._enrolled: tuple[tuple[Person, ...], EnrolledRecogniser] | None = None
         """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
         self._layers = lru_cache(LAYERS_KEPT)(partial(adapted_layers, pronounce=lexicon.sounds))
 
@@ -138,7 +138,7 @@ class SecondPassRecogniser:
         talk = word_loop([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
         return CtcSearch(self._graph, self._lexicon.sounds), talk
 
-    def _listener(self) -> EnrolledListener | None:
+    def _listener(self) -> EnrolledRecogniser | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""
         words = set(self._graph.words)
         people = tuple(person for person in tuple(self._people.values()) if person.words & words)
@@ -146,7 +146,7 @@ class SecondPassRecogniser:
             return None
         known = self._enrolled
         if known is None or [*map(id, people)] != [*map(id, known[0])]:
-            known = self._enrolled = people, EnrolledListener(self._graph, people)
+            known = self._enrolled = people, EnrolledRecogniser(self._graph, people)
         return known[1]
 
 

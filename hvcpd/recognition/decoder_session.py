@@ -177,7 +177,7 @@ class DecoderSession:
         return self.awake and self.best.cost < -UNDER_WAY
 
     @property
-    def follows(self) -> bool:
+    def surely_under_way(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
         return self.gain > FOLLOWED_GAIN and self._bests[0] < -FOLLOWED_GAIN
 
@@ -194,7 +194,7 @@ class DecoderSession:
         return self._since if self.best.cost < -2.0 * FOLLOWED_GAIN else None
 
     @property
-    def ending(self) -> str:
+    def ending_word(self) -> str:
         """The last word of the best path, if that may have ended; else ""."""
         return self.word_of(self._decoder.trace(self.best.token)[-1]) if self.best.node >= 0 else ""
 

@@ -1,5 +1,5 @@
-"""The recogniser's events, and the interface of ears to the robot. Positions are numbers of samples since they
-were made."""
+"""The recogniser's events, and the interfaces of its stages. Positions are numbers of samples since the recogniser was
+made."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from hvcpd.recognition.stream import Chunk, History
 
 
 class Source(StrEnum):
-    """The listener that found a sentence: see docs/recognition.md."""
+    """The stage that found a sentence: see docs/recognition.md."""
 
     TEMPLATES = "templates"
-    """Robots' words as spectra, composed with the noise (`decoder_session`)."""
+    """Templates of robots' words, composed with the noise (`decoder_session`)."""
     CHANNEL = "channel"
-    """Robots' words through a channel response that was estimated with them (`channel`)."""
+    """Robots' words through a channel that was estimated with them (`channel`)."""
     PEOPLE = "people"
     """Anybody's words (`hvcpd.people`)."""
     SPELLED = "spelled"
-    """A name that a robot spells, which nobody here knew."""
+    """An unknown name that a robot spells."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +39,13 @@ class WordSpan:
 
 @dataclass(frozen=True, eq=False)
 class Received:
-    """A sound as it arrived, shape (n,), from sample `start` on."""
+    """Sound as received, shape (n,), from sample `start` on."""
 
     start: int
     samples: Samples
 
     def between(self, first: int, n: int) -> Samples:
-        """Its `n` samples from number `first` on, 0 where there are none."""
+        """Its samples `first` up to `first + n`, zero where there are none."""
         out = np.zeros(n, np.float32)
         begin, end = max(self.start, first), min(self.start + len(self.samples), first + n)
         if begin < end:
@@ -59,7 +59,7 @@ class Recognised:
 
     `voice` is the name of the template voice that fitted best, `confidence` the probability that every word is
     right (0 to 1), `snr_db` the mean power of the sentence over that of the tracked noise (NaN where only a second pass
-    knows of it), `source` the listener that found it.
+    knows of it), `source` the stage that found it.
     """
 
     words: tuple[str, ...]
@@ -93,30 +93,30 @@ class Garbled(Span):
 
 
 class Held(Span):
-    """The urgent word seems to have been said while somebody else spoke: stand still until `Released` or `Urgent`."""
+    """The keyword may have been said: stand still until `Released` or `Urgent`."""
 
 
 class Released(Span):
-    """Nobody said it: the suspected word was part of a sentence that has been understood by now."""
+    """It was not: the detection was part of a sentence, or too uncertain."""
 
 
 class Urgent(Span):
-    """The urgent word was heard while somebody else spoke; it ended at `end_sample`."""
+    """The keyword was said; it ended at `end_sample`."""
 
 
 Event = Recognised | Garbled | Held | Released | Urgent
 """The recogniser's events. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""
 
 
-class FirstEars(Protocol):
-    """The streaming recogniser, as the ears around it see it."""
+class FirstPass(Protocol):
+    """The first pass, a streaming recogniser, as the stages around it see it."""
 
     @property
     def speaking(self) -> bool:
         """Whether somebody else is speaking right now, or paused a moment ago."""
 
     @property
-    def signs(self) -> bool:
+    def possible_speech(self) -> bool:
         """Whether the most recent sound may be speech, however faint."""
 
     @property
@@ -128,16 +128,17 @@ class FirstEars(Protocol):
         """What was heard in the last seconds, up to the last push."""
 
     @property
-    def ending(self) -> str:
-        """The last word of a robot's sentence that may have ended just now, and be reported soon; "" if none may."""
+    def ending_word(self) -> str:
+        """The last word of a robot's sentence that may have ended just now, and may be reported soon; "" if there is
+        none."""
 
     @property
-    def since(self) -> int | None:
+    def sentence_since(self) -> int | None:
         """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
         beginning; None if none is."""
 
     @property
-    def gain(self) -> float:
+    def sentence_gain(self) -> float:
         """How much better a robot's sentence explains the last half second than other sound would, in units of the
         templates' distance; 0 if none is in progress."""
 
@@ -145,12 +146,12 @@ class FirstEars(Protocol):
         """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
 
 
-class Ears(Protocol):
-    """The recogniser, as the robot needs it, or with others around it."""
+class SpeechRecogniser(Protocol):
+    """A speech recogniser, as the robot uses it: the first pass, alone or with stages around it."""
 
     @property
-    def first(self) -> FirstEars:
-        """The innermost ears."""
+    def first_pass(self) -> FirstPass:
+        """The innermost stage."""
 
     @property
     def busy(self) -> bool:
@@ -159,33 +160,36 @@ class Ears(Protocol):
     def flush(self) -> list[Event]:
         """The events that the end of a recording completes."""
 
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]: ...
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """The events that the next samples complete, shape (n,), any n; `masked` while the robot itself speaks."""
 
-    def lost(self, n_samples: int) -> list[Event]: ...
+    def lost(self, n_samples: int) -> list[Event]:
+        """The events of advancing time by lost samples, 0 if their number is unknown."""
 
     def adopt(self, others: Self) -> None:
-        """Know, between two sentences, what other ears of the same make know, which have heard nothing."""
+        """Take over, between two sentences, the vocabulary of another recogniser with the same stages, which has heard
+        nothing."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations while `go_on` holds, in any thread."""
 
 
-class EarsAround:
-    """Ears around others: what a stage does not change passes through it."""
+class RecogniserStage:
+    """A stage around another recogniser; what it does not change passes through."""
 
-    def __init__(self, ears: Ears) -> None:
-        self._ears = ears
-        self.first = ears.first
+    def __init__(self, inner: SpeechRecogniser) -> None:
+        self._inner = inner
+        self.first_pass = inner.first_pass
 
     @property
     def busy(self) -> bool:
-        """As `Ears.busy`."""
-        return self._ears.busy
+        """As `SpeechRecogniser.busy`."""
+        return self._inner.busy
 
     def adopt(self, others: Self) -> None:
-        """As `Ears.adopt`."""
-        self._ears.adopt(others._ears)
+        """As `SpeechRecogniser.adopt`."""
+        self._inner.adopt(others._inner)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `Ears.prepare`."""
-        self._ears.prepare(go_on)
+        """As `SpeechRecogniser.prepare`."""
+        self._inner.prepare(go_on)

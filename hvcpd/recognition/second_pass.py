@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, EarsAround, Event, Recognised
+from hvcpd.recognition.events import Event, Recognised, RecogniserStage, SpeechRecogniser
 
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Margins around the noticed speech, for its faint beginning and end; AFTER_S has been heard when the event is
@@ -24,7 +24,7 @@ class Segment:
     """Speech that was not understood, with the sound around it.
 
     `sound`, shape (n,), begins with `lead` samples from before the speech. `start` and `end` are where the speech was
-    noticed and `origin` is where the sound begins, in samples since the ears were made. The robot's own speech is left
+    noticed and `origin` is where the sound begins, in samples of the stream. The robot's own speech is left
     out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may also begin
     at one of the samples `later`.
     """
@@ -55,69 +55,71 @@ class Segment:
 
 
 Job = TypeVar("Job")
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 JobIn = TypeVar("JobIn", contravariant=True)
-FoundOut = TypeVar("FoundOut", covariant=True)
+ResultOut = TypeVar("ResultOut", covariant=True)
 
 
-class SegmentListener(Protocol[JobIn, FoundOut]):
-    """A listener that need not keep up with real time."""
+class SegmentSearcher(Protocol[JobIn, ResultOut]):
+    """A recogniser of segments, which need not keep up with real time."""
 
-    def search(self, job: JobIn, /) -> FoundOut:
+    def search(self, job: JobIn, /) -> ResultOut:
         """Return the recognition result for a segment."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Make the slow first-time preparations while `go_on` holds, in any thread."""
 
 
-class Worker(Protocol[Job, Found]):
+class Worker(Protocol[Job, Result]):
     """Processes segments of sound, one job after the other."""
 
-    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
+    def submit(self, job: Job, searcher: SegmentSearcher[Job, Result]) -> bool:
         """Submit a job; false if the queue is full."""
 
-    def findings(self) -> Sequence[tuple[Job, Found]]:
+    def results(self) -> Sequence[tuple[Job, Result]]:
         """The results since the last call."""
 
 
-class AtOnce(Generic[Job, Found]):
+class SynchronousWorker(Generic[Job, Result]):
     """A worker that finishes each job before `submit` returns: for recordings, and for simulated time."""
 
     def __init__(self) -> None:
-        self._found: list[tuple[Job, Found]] = []
+        self._found: list[tuple[Job, Result]] = []
 
-    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
+    def submit(self, job: Job, searcher: SegmentSearcher[Job, Result]) -> bool:
         """As `Worker.submit`."""
-        self._found.append((job, listener.search(job)))
+        self._found.append((job, searcher.search(job)))
         return True
 
-    def findings(self) -> Sequence[tuple[Job, Found]]:
-        """As `Worker.findings`."""
+    def results(self) -> Sequence[tuple[Job, Result]]:
+        """As `Worker.results`."""
         found, self._found = self._found, []
         return found
 
 
-class LaterEars(EarsAround, ABC, Generic[Job, Found]):
-    """`Ears` around others that submit sound of the last seconds for a second pass."""
+class SecondPassStage(RecogniserStage, ABC, Generic[Job, Result]):
+    """A stage that submits segments of the last seconds to a second pass."""
 
-    def __init__(self, ears: Ears, listener: SegmentListener[Job, Found], worker: Worker[Job, Found]) -> None:
-        super().__init__(ears)
-        self._listener = listener
+    def __init__(
+        self, recogniser: SpeechRecogniser, searcher: SegmentSearcher[Job, Result], worker: Worker[Job, Result]
+    ) -> None:
+        super().__init__(recogniser)
+        self._searcher = searcher
         self._worker = worker
         self._began = self._now = 0
 
     def flush(self) -> list[Event]:
-        """As `Recogniser.flush`."""
-        return self.take(self._ears.flush())
+        """As `TemplateRecogniser.flush`."""
+        return self.take(self._inner.flush())
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `EarsAround.prepare`, and of the listener."""
+        """As `RecogniserStage.prepare`, and of the listener."""
         super().prepare(go_on)
-        self._listener.prepare(go_on)
+        self._searcher.prepare(go_on)
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`; the result of a second pass comes with a later push."""
-        events = self._ears.push(samples, masked)
+        """As `TemplateRecogniser.push`; the result of a second pass comes with a later push."""
+        events = self._inner.push(samples, masked)
         self._began, self._now = self._now, self._now + len(samples)
         if not masked:
             self._follow()
@@ -126,24 +128,24 @@ class LaterEars(EarsAround, ABC, Generic[Job, Found]):
         return self.take(events)
 
     def lost(self, n_samples: int) -> list[Event]:
-        """As `Recogniser.lost`."""
-        events = self._ears.lost(n_samples)
+        """As `TemplateRecogniser.lost`."""
+        events = self._inner.lost(n_samples)
         self._break_off(n_samples)
         self._now += n_samples
         return self.take(events)
 
     def adopt(self, others: Self) -> None:
-        """As `EarsAround.adopt`, and with their listener."""
+        """As `RecogniserStage.adopt`, and with their listener."""
         super().adopt(others)
-        self._listener = others._listener
+        self._searcher = others._searcher
 
     def _with_level(self, found: Recognised) -> Recognised:
         """A sentence of the second pass, with its signal-to-noise ratio."""
-        return replace(found, snr_db=self.first.snr_db(found.start_sample, found.end_sample))
+        return replace(found, snr_db=self.first_pass.snr_db(found.start_sample, found.end_sample))
 
     @abstractmethod
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """The results of the first ears' events, and of finished second passes."""
+        """The events that follow from those of the stage within, and from finished second passes."""
 
     @abstractmethod
     def _follow(self) -> None:

@@ -45,7 +45,7 @@ Int16Samples = NDArray[np.int16]
 """Sound as 16-bit integers, shape (n,): half the memory of float32."""
 INT16_SCALE = np.float32(32_768.0)
 HISTORY_SAMPLES = 29 * SAMPLE_RATE_HZ
-"""Length of the history (0.9 MB). `ChannelEars` look back farthest: to two of the longest sentences (20 s) and 3 s for
+"""Length of the history (0.9 MB). `ChannelStage` look back farthest: to two of the longest sentences (20 s) and 3 s for
 their noise, after searches of 3 s each."""
 
 

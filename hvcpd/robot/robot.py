@@ -19,9 +19,9 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_as
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, WheelReading
 from hvcpd.ranging.own_delay import OwnDelay
-from hvcpd.recognition.events import Ears, Held, Recognised, Released, Urgent
+from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.overhearing import Overhearing
+from hvcpd.recognition.events import Held, Recognised, Released, SpeechRecogniser, Urgent
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer
@@ -49,13 +49,13 @@ class Robot:
         self,
         coordination: Coordination,
         phrasebook: Phrasebook,
-        ears: Ears,
+        recogniser: SpeechRecogniser,
         mouth: Mouth,
         odometry: Odometry,
         performer: Performer,
         acoustics: Acoustics,
         slow_mouth: Mouth,
-        overhearing: Overhearing,
+        overhearing: BargeInDetector,
         sealing: Sealing | None,
         own_delay: OwnDelay,
         voices: Mapping[str, str],
@@ -65,7 +65,7 @@ class Robot:
         self.coordination = coordination
         self.phrasebook = phrasebook
         self.odometry = odometry
-        self._ears = ears
+        self._recogniser = recogniser
         self._mouth = mouth
         self._slow_mouth = slow_mouth
         self.performer = performer
@@ -83,7 +83,7 @@ class Robot:
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
-        self._lesson: tuple[Phrasebook, Ears] | None = None
+        self._lesson: tuple[Phrasebook, SpeechRecogniser] | None = None
         self._on_adopted: list[Callable[[], None]] = []
 
     @property
@@ -116,15 +116,17 @@ class Robot:
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Prepare recognition, while `go_on`. Takes seconds; another thread may do it."""
-        self._ears.prepare(go_on)
+        self._recogniser.prepare(go_on)
 
     def expect(self, voices: Mapping[str, str]) -> None:
         """The recogniser's name for each speaker's voice, by the speaker's name in lower case."""
         self._voices = voices
 
-    def adopt(self, phrasebook: Phrasebook, ears: Ears, then: Callable[[], None] | None = None) -> None:
+    def adopt(
+        self, phrasebook: Phrasebook, recogniser: SpeechRecogniser, then: Callable[[], None] | None = None
+    ) -> None:
         """Understand other words, and then call `then`, as soon as no speaker is in the middle of a sentence."""
-        self._lesson = (phrasebook, ears)
+        self._lesson = (phrasebook, recogniser)
         self._on_adopted += [then] if then is not None else []
 
     def step(self, heard: Samples, reading: WheelReading | None, lost: int | None = None) -> RobotOutput:
@@ -142,11 +144,11 @@ class Robot:
         self._take_lesson()
         masked = self._voice.masks(self.now)
         self._voice.hear(heard)
-        events = [*gap_events, *self._ears.push(heard, masked=masked), *self._overhearing.hear(heard, masked)]
+        events = [*gap_events, *self._recogniser.push(heard, masked=masked), *self._overhearing.hear(heard, masked)]
         self._n_heard += len(heard)
         self._locate(reading)
         self.coordination.mute(self.is_silent)
-        self._set_channel(self._ears.busy or self.is_silent, now := self.now)
+        self._set_channel(self._recogniser.busy or self.is_silent, now := self.now)
         for event in events:
             self._understand(event, now)
         wheels = self._perform(now, reading)
@@ -175,7 +177,7 @@ class Robot:
             self.coordination.garbled(True, now)
         self._set_channel(True, now)
         self._locate(reading)
-        for event in self._ears.lost(lost):
+        for event in self._recogniser.lost(lost):
             self._understand(event, now)
         self._act(now)  # nobody need speak to stop it
         if self.performer.busy:
@@ -193,13 +195,13 @@ class Robot:
         self.disturb()
         self._overhearing.lost()
         self._voice.lose(lost / SAMPLE_RATE_HZ)
-        return self._ears.lost(lost)
+        return self._recogniser.lost(lost)
 
     def _take_lesson(self) -> None:
-        if self._lesson is None or self._ears.busy or self._held_s is not None:
+        if self._lesson is None or self._recogniser.busy or self._held_s is not None:
             return  # only these ears can tell the reason for the halt
-        (self.phrasebook, ears), self._lesson = self._lesson, None
-        self._ears.adopt(ears)
+        (self.phrasebook, recogniser), self._lesson = self._lesson, None
+        self._recogniser.adopt(recogniser)
         while self._on_adopted:
             self._on_adopted.pop(0)()
         for name, event in tuple(self._strangers.items()):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import make_recogniser, make_robot
+from hvcpd.assembly.make import make_robot, make_template_recogniser
 from hvcpd.assembly.plan import RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
@@ -47,11 +47,11 @@ def heard(settings: Settings, sound: Samples, noise: Samples | None = None) -> l
     tasks = load_tasks(settings.tasks)
     book = make_phrasebook(settings.names, settings.teams, tasks)
     team_sound = assign_voices(make_sound(accent=settings.accent), settings, tuple)
-    ears = make_recogniser(book, [n for n in settings.names if n != settings.name], team_sound)
+    recogniser = make_template_recogniser(book, [n for n in settings.names if n != settings.name], team_sound)
     if noise is None:
         noise = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ).astype(np.float32)
     noise[SAMPLE_RATE_HZ : SAMPLE_RATE_HZ + len(sound)] += sound
-    events = [*ears.push(noise), *ears.flush()]
+    events = [*recogniser.push(noise), *recogniser.flush()]
     return [event.words for event in events if isinstance(event, Recognised)]
 
 

@@ -22,10 +22,10 @@ from benchmarks.hearing.worlds.trials import Tally, Trial, Verdict, judged
 from benchmarks.hearing.worlds.world import World, draw_world
 from hil_fakes import reverberation
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition import frontend, recogniser
+from hvcpd.recognition import frontend, template_recogniser
 from hvcpd.recognition.events import Event, Recognised, Source, Urgent, WordSpan
-from hvcpd.recognition.recogniser import RecogniserSettings
-from hvcpd.recognition.watch import Watch
+from hvcpd.recognition.shared_front_end import SharedFrontEnd
+from hvcpd.recognition.template_recogniser import RecogniserSettings
 
 needs_rooms = pytest.mark.skipif(not reverberation.available(), reason="needs pyroomacoustics")
 
@@ -172,17 +172,17 @@ def test_rates_have_the_intervals_of_the_tables() -> None:
 
 def test_what_is_switched_off_is_put_back() -> None:
     assert RecogniserSettings().min_gain == 16.0
-    with defaults("hvcpd.recognition.recogniser:RecogniserSettings", min_gain=3.0)():
+    with defaults("hvcpd.recognition.template_recogniser:RecogniserSettings", min_gain=3.0)():
         assert RecogniserSettings().min_gain == 3.0
         assert RecogniserSettings(min_gain=4.0).min_gain == 4.0
     assert RecogniserSettings().min_gain == 16.0
-    with answering("hvcpd.recognition.recogniser:RecogniserSettings.__repr__", "none")():
+    with answering("hvcpd.recognition.template_recogniser:RecogniserSettings.__repr__", "none")():
         assert repr(RecogniserSettings()) == "none"
     assert repr(RecogniserSettings()) != "none"
     with instead("hvcpd.recognition.network:Beam", None)():
-        assert getattr(recogniser, "Beam", 1) is None, "who imported the name has it too"
+        assert getattr(template_recogniser, "Beam", 1) is None, "who imported the name has it too"
     assert RecogniserSettings().beam is not None
-    no_setting = defaults("hvcpd.recognition.recogniser:RecogniserSettings", x=1)
+    no_setting = defaults("hvcpd.recognition.template_recogniser:RecogniserSettings", x=1)
     for gone in (instead("hvcpd.recognition.nowhere:X", 1), no_setting):
         with pytest.raises(LookupError), gone():
             pass
@@ -209,13 +209,13 @@ def test_a_change_is_as_sure_as_mcnemars_test_has_it() -> None:
 
 def test_the_time_of_each_stage_is_counted_while_it_is_asked_for_and_then_no_more() -> None:
     before = frontend.energies_of
-    ears, sound = Watch(), np.asarray(noise(2 * SAMPLE_RATE_HZ), np.float32)
+    front_end, sound = SharedFrontEnd(), np.asarray(noise(2 * SAMPLE_RATE_HZ), np.float32)
     with stages.timed() as spent:
-        list(ears.push(sound, False, []))
+        list(front_end.push(sound, False, []))
     assert spent["front end"] > 0.0
     assert spent["noise"] > 0.0
     assert spent["channel search"] == spent["people"] == 0.0
     told = dict(spent)
-    list(ears.push(sound, False, []))
+    list(front_end.push(sound, False, []))
     assert spent == told
     assert frontend.energies_of is before

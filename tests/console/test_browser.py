@@ -232,7 +232,7 @@ def test_a_real_robot_is_stopped_lost_and_found_again(driver: browser.webdriver.
         browser.until(lambda: "searching for it again" in text(driver, "#link"))
         with RunningRobot(tmp_path) as robot:
             browser.until(lambda: text(driver, "#link") == "Connected to Rob")
-            robot.bench.bench.ears.coming.append(recognised())
+            robot.bench.bench.recogniser.coming.append(recognised())
             browser.until(lambda: "Hi Rob, I am Bot, water the green rose" in text(driver, "#chat"))
             press(driver, "#stop")
             browser.until(lambda: robot.state is State.STOPPED)

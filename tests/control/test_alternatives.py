@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -41,8 +41,8 @@ def said(*phrases: str) -> Samples:
 
 
 def heard(phrasebook: Phrasebook, sound: Samples) -> list[str]:
-    ears = make_recogniser(phrasebook, NAMES, SOUND)
-    return [" ".join(e.words) for e in ears.push(sound) + ears.flush() if isinstance(e, Recognised)]
+    recogniser = make_template_recogniser(phrasebook, NAMES, SOUND)
+    return [" ".join(e.words) for e in recogniser.push(sound) + recogniser.flush() if isinstance(e, Recognised)]
 
 
 @pytest.mark.parametrize("phrase", ["strawberry", "basket"])

@@ -131,7 +131,7 @@ class ControlBench:
     async def live(self, *events: Event, blocks: int = 1) -> None:
         """Some blocks, after the first of which these events are known."""
         robot, wheels = self.bench.robot, self.body.wheels
-        self.bench.ears.coming += events
+        self.bench.recogniser.coming += events
         for _ in range(blocks):
             heard = np.full(BLOCK, 0.1, np.float32)
             reading = wheels.take_reading() if wheels is not None else None

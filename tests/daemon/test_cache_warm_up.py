@@ -20,7 +20,7 @@ from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Preparation, RenderJob
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 
@@ -43,7 +43,7 @@ class CountingCache(UnitCache):
 
 def planned(directory: Path, cache: UnitCache | None, **more: object) -> tuple[RobotPlan, Sound]:
     wiring = wire_up(replace(Settings(name="Rob", names=("Rob", "Bot", "Zoe"), state_dir=directory), **more))  # type: ignore[arg-type]
-    return wiring.plan(channel=AtOnce(), second=AtOnce()), replace(wiring.sound, cache=cache)
+    return wiring.plan(channel=SynchronousWorker(), second=SynchronousWorker()), replace(wiring.sound, cache=cache)
 
 
 @pytest.mark.slow

@@ -49,12 +49,12 @@ def test_what_was_found_comes_back_from_another_thread() -> None:
     async def live() -> None:
         work, gate, one = SecondPass(None), Gate(), segment()
         assert work.submit(one, gate)
-        assert list(work.findings()) == []
+        assert list(work.results()) == []
         gate.open.set()
         await work.settled()
-        assert list(work.findings()) == [(one, SENTENCE)]
+        assert list(work.results()) == [(one, SENTENCE)]
         assert gate.thread.startswith("second-pass")
-        assert list(work.findings()) == []
+        assert list(work.results()) == []
         await work.close()
 
     asyncio.run(live())
@@ -67,7 +67,7 @@ def test_no_more_wait_than_can_be_told_in_time() -> None:
         assert not work.submit(segment(), gate)
         gate.open.set()
         await work.settled()
-        assert len(work.findings()) == MOST_WAITING
+        assert len(work.results()) == MOST_WAITING
         assert work.submit(segment(), gate)
         await work.close()
 
@@ -79,7 +79,7 @@ def test_a_look_that_fails_finds_nothing() -> None:
         work, one = SecondPass(None), segment()
         assert work.submit(one, Broken())
         await work.settled()
-        assert list(work.findings()) == [(one, None)]
+        assert list(work.results()) == [(one, None)]
         await work.close()
 
     asyncio.run(live())
@@ -97,10 +97,10 @@ def test_a_broken_pool_is_replaced_and_reported() -> None:
         gate.open.set()
         assert work.submit(lost, gate)
         await work.settled()
-        assert list(work.findings()) == [(lost, None)]
+        assert list(work.results()) == [(lost, None)]
         assert work.submit(found, gate), "the pool has broken, and a new one takes it"
         await work.settled()
-        assert list(work.findings()) == [(found, SENTENCE)]
+        assert list(work.results()) == [(found, SENTENCE)]
         await work.close()
 
     with capture_logs() as logs:

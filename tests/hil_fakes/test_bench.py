@@ -12,7 +12,7 @@ import pytest
 from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.bench_plans import relay_plan
 from hil_fakes.room import Air
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, TaskRepository, Tend
@@ -171,7 +171,7 @@ def test_another_seed_is_another_mission() -> None:
 def reheard(recording: Samples) -> Iterator[str]:
     """The sentences in a recording, heard without knowing when the robot itself spoke."""
     book = make_phrasebook(NAMES, DEFAULT_TEAMS, TWO)
-    recogniser = make_recogniser(book, NAMES, sound())
+    recogniser = make_template_recogniser(book, NAMES, sound())
     for event in recogniser.push(recording) + recogniser.flush():
         if isinstance(event, Recognised):
             yield book.write(book.parse(event.words))

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_recogniser, make_waveform_books
+from hvcpd.assembly.make import make_template_recogniser, make_waveform_books
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -19,15 +19,15 @@ from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import STRANGER, Person
-from hvcpd.people.enrolled_listener import probability
+from hvcpd.people.enrolled_recogniser import probability
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.back_pointers import TracedWord
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.second_ears import SecondEars
-from hvcpd.recognition.second_pass import AtOnce, Segment
+from hvcpd.recognition.people_stage import PeopleStage
+from hvcpd.recognition.second_pass import Segment, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
@@ -70,8 +70,8 @@ def phrases(text: str) -> list[list[str]]:
 def heard(book: Phrasebook, sound: Sound, people: Sequence[Person], strangers: bool, room: Samples) -> list[Event]:
     known = {person.name: person for person in people}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
-    ears = SecondEars(make_recogniser(book, ("Rob", "Bot"), sound), opinion, AtOnce())
-    return [e for at in range(0, len(room), 1600) for e in ears.push(room[at : at + 1600])]
+    recogniser = PeopleStage(make_template_recogniser(book, ("Rob", "Bot"), sound), opinion, SynchronousWorker())
+    return [e for at in range(0, len(room), 1600) for e in recogniser.push(room[at : at + 1600])]
 
 
 @pytest.mark.slow

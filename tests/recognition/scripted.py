@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Generic
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.ears import ChannelEars
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import AtOnce, Found, Job, SegmentListener, Worker
+from hvcpd.recognition.second_pass import Job, Result, SegmentSearcher, SynchronousWorker, Worker
 from hvcpd.recognition.stream import Chunk, History
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
@@ -29,10 +29,10 @@ class Script:
 
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
-        self.now, self.first = 0, self
-        self.signs = self.speaking = self.busy = self.prepared = False
-        self.since: int | None = None
-        self.ending, self.gain = "", 0.0
+        self.now, self.first_pass = 0, self
+        self.possible_speech = self.speaking = self.busy = self.prepared = False
+        self.sentence_since: int | None = None
+        self.ending_word, self.sentence_gain = "", 0.0
         self.learned: object = None
         self.chunks: Sequence[Chunk] = ()
         self.history = History()
@@ -40,7 +40,9 @@ class Script:
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         before, self.now = self.now, self.now + len(samples)
         self.history.push(samples, masked)
-        self.signs = self.speaking = self.busy = any(begin < self.now and before < end for begin, end in self.speech)
+        self.possible_speech = self.speaking = self.busy = any(
+            begin < self.now and before < end for begin, end in self.speech
+        )
         return [event for at, event in self.events if before < at <= self.now]
 
     def lost(self, n_samples: int) -> list[Event]:
@@ -61,15 +63,15 @@ class Script:
         self.prepared = go_on()
 
 
-class Slow(Generic[Job, Found]):
+class Slow(Generic[Job, Result]):
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Job, SegmentListener[Job, Found]]] = []
+        self.waiting: list[tuple[Job, SegmentSearcher[Job, Result]]] = []
         self.room = room
-        self.done: list[tuple[Job, Found]] = []
+        self.done: list[tuple[Job, Result]] = []
 
-    def submit(self, job: Job, listener: SegmentListener[Job, Found]) -> bool:
+    def submit(self, job: Job, listener: SegmentSearcher[Job, Result]) -> bool:
         if len(self.waiting) >= self.room:
             return False
         self.waiting.append((job, listener))
@@ -79,17 +81,22 @@ class Slow(Generic[Job, Found]):
         self.done += [(job, listener.search(job)) for job, listener in self.waiting]
         self.waiting.clear()
 
-    def findings(self) -> Sequence[tuple[Job, Found]]:
+    def results(self) -> Sequence[tuple[Job, Result]]:
         done, self.done = self.done, []
         return done
 
 
-def ears(script: Script, worker: Worker[ChannelSegment, SearchResult] | None = None) -> ChannelEars:
-    return ChannelEars(script, LISTENER, worker or AtOnce())
+def recogniser(script: Script, worker: Worker[ChannelSegment, SearchResult] | None = None) -> ChannelStage:
+    return ChannelStage(script, LISTENER, worker or SynchronousWorker())
 
 
 def run(
-    to: ChannelEars, first: int = 0, last: int = len(SOUND), sound: Samples = SOUND, own: Times = (), block: int = BLOCK
+    to: ChannelStage,
+    first: int = 0,
+    last: int = len(SOUND),
+    sound: Samples = SOUND,
+    own: Times = (),
+    block: int = BLOCK,
 ) -> list[Event]:
     """Samples `first` up to `last`, the own voice's masked."""
     told: list[Event] = []

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hvcpd.errors import AudioFileError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
 
@@ -26,8 +26,8 @@ SAID = ("hi", "bot", "water", "rose")
 NOISE_DBFS = -50.0
 
 
-def recogniser() -> Recogniser:
-    return Recogniser(graph(), templates())
+def recogniser() -> TemplateRecogniser:
+    return TemplateRecogniser(graph(), templates())
 
 
 def quiet(seconds: float, seed: int) -> np.ndarray:
@@ -164,6 +164,6 @@ def test_words_shorter_than_the_decoder_looks_ahead_are_heard(
     assert max(frames) <= 17
     said = [word(name, 125.0, length_s if name in short else None) for name in SAID]
     said.insert(2, np.zeros(round(0.15 * RATE), np.float32))
-    r = Recogniser(graph(), voices)
+    r = TemplateRecogniser(graph(), voices)
     sound = in_noise(np.concatenate(said), noise_dbfs=noise_dbfs)
     assert recognised(r.push(sound) + r.flush()) == [SAID]

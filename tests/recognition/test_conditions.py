@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -46,8 +46,8 @@ def heard(speech: Samples, sound: Sound, snr_db: float, seed: int) -> list[str]:
     )
     noise = PinkNoise(SPEECH_RMS * 10.0 ** (-snr_db / 20.0), seed).take(len(stream))
     stream = np.asarray(stream + noise, np.float32)
-    ears = make_ears(BOOK, NAMES, sound, strangers=False)
-    events = [e for at in range(0, len(stream), 400) for e in ears.push(stream[at : at + 400])]
+    recogniser = make_speech_recogniser(BOOK, NAMES, sound, strangers=False)
+    events = [e for at in range(0, len(stream), 400) for e in recogniser.push(stream[at : at + 400])]
     return [" ".join(e.words) for e in events if isinstance(e, Recognised)]
 
 
@@ -117,11 +117,13 @@ def test_the_floor_is_not_free_between_a_faint_voice_and_its_sentence(seed: int,
     """In noise a voice seems to end before the sentence is understood; who waits for it must know that it comes."""
     speech = np.concatenate([np.zeros(32000, np.float32), said(SENTENCES[1], sound), np.zeros(32000, np.float32)])
     noise = PinkNoise(SPEECH_RMS * 10.0 ** (5.0 / 20.0), seed).take(len(speech))
-    ears = make_ears(BOOK, NAMES, sound, strangers=False)
+    recogniser = make_speech_recogniser(BOOK, NAMES, sound, strangers=False)
     free_blocks = 0
     for at in range(0, len(speech), 400):
-        if any(isinstance(event, Recognised) for event in ears.push(speech[at : at + 400] + noise[at : at + 400])):
+        if any(
+            isinstance(event, Recognised) for event in recogniser.push(speech[at : at + 400] + noise[at : at + 400])
+        ):
             break
-        free_blocks = 0 if ears.busy else free_blocks + 1
+        free_blocks = 0 if recogniser.busy else free_blocks + 1
     assert at < len(speech) - 400, "it was understood"
     assert free_blocks <= 4, "0.1 s"

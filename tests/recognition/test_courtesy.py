@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from hil_fakes.room import PinkNoise
-from hvcpd.assembly.make import make_recogniser
+from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.assembly.sound import make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
@@ -16,7 +16,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language import messages as m
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
@@ -28,8 +28,8 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
-def ears(units: Path) -> Recogniser:
-    return make_recogniser(BOOK, NAMES, make_sound(None, units))
+def recogniser(units: Path) -> TemplateRecogniser:
+    return make_template_recogniser(BOOK, NAMES, make_sound(None, units))
 
 
 def said(phrases: tuple[str, ...], units: Path, speech_dbfs: float = -35.0, noise_dbfs: float = -55.0) -> Samples:
@@ -67,8 +67,10 @@ def said(phrases: tuple[str, ...], units: Path, speech_dbfs: float = -35.0, nois
         ),
     ],
 )
-def test_it_is_heard(phrases: tuple[str, ...], meaning: m.Utterance, ears: Recogniser, units: Path) -> None:
+def test_it_is_heard(
+    phrases: tuple[str, ...], meaning: m.Utterance, recogniser: TemplateRecogniser, units: Path
+) -> None:
     sound = said(phrases, units)
     blocks = (sound[start : start + BLOCK] for start in range(0, len(sound) - BLOCK + 1, BLOCK))
-    events = [event for block in blocks for event in ears.push(block)]
+    events = [event for block in blocks for event in recogniser.push(block)]
     assert [BOOK.parse(e.words) for e in events if isinstance(e, Recognised)] == [meaning]

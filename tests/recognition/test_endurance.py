@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, FrameStream
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
 pytestmark = pytest.mark.slow
@@ -19,8 +19,8 @@ DAY = 24 * 3600 * RATE
 """Samples; 8.64 million frames."""
 
 
-def recogniser() -> Recogniser:
-    return Recogniser(graph(), templates())
+def recogniser() -> TemplateRecogniser:
+    return TemplateRecogniser(graph(), templates())
 
 
 def texts(events: list[Event]) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_ears, make_robot
+from hvcpd.assembly.make import make_robot, make_speech_recogniser
 from hvcpd.assembly.name_registry import NameRegistry
 from hvcpd.assembly.plan import HearingPlan, RobotPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
@@ -19,7 +19,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
-from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
+from hvcpd.recognition.events import Event, Garbled, Recognised, SpeechRecogniser
 from hvcpd.robot.records import HeardRecord, LearnName
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.speaker import Speaker
@@ -50,29 +50,32 @@ def _noisy(samples: Samples, seed: int = 1) -> Samples:
     return (samples + NOISE * noise).astype(np.float32)
 
 
-def _hear(ears: Ears, samples: Samples) -> list[Event]:
-    return [event for at in range(0, len(samples), 400) for event in ears.push(samples[at : at + 400])]
+def _hear(recogniser: SpeechRecogniser, samples: Samples) -> list[Event]:
+    return [event for at in range(0, len(samples), 400) for event in recogniser.push(samples[at : at + 400])]
 
 
 @pytest.mark.slow
 def test_a_name_is_heard_in_every_voice_and_once(sound: Sound) -> None:
-    ears = make_ears(BOOK, ("Rob",), sound, strangers=True)
+    recogniser = make_speech_recogniser(BOOK, ("Rob",), sound, strangers=True)
     for number, voice in enumerate(VOICES):
-        events = _hear(ears, _noisy(_said(ZORG, voice, BOOK, sound), number))
+        events = _hear(recogniser, _noisy(_said(ZORG, voice, BOOK, sound), number))
         assert [BOOK.parse(e.words) for e in events if isinstance(e, Recognised)] == [ZORG], voice.name
         assert not [e for e in events if isinstance(e, Garbled)], voice.name
 
 
 def test_ears_that_learn_keep_no_other_ears(sound: Sound) -> None:
     hearing = HearingPlan(prepared=False)
-    ears, others = make_ears(BOOK, ("Rob",), sound, hearing, strangers=True), make_ears(BOOK, ("Rob",), sound, hearing)
-    ears.adopt(others)
-    kept = weakref.ref(others._ears)
+    recogniser, others = (
+        make_speech_recogniser(BOOK, ("Rob",), sound, hearing, strangers=True),
+        make_speech_recogniser(BOOK, ("Rob",), sound, hearing),
+    )
+    recogniser.adopt(others)
+    kept = weakref.ref(others._inner)
     del others
     gc.collect()
     assert kept() is None
-    ears.prepare(lambda: True)
-    assert ears._ears._spelled is not None  # type: ignore[attr-defined]
+    recogniser.prepare(lambda: True)
+    assert recogniser._inner._spelled is not None  # type: ignore[attr-defined]
 
 
 def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:
@@ -134,6 +137,6 @@ def test_sentences_are_heard_as_if_nobody_listened_for_names(sound: Sound) -> No
     said = [_said(BOOK.sample(random.Random(seed)), VOICES[seed], BOOK, sound) for seed in range(2)]
     stream = _noisy(np.concatenate(said))
     alone, beside = (
-        _hear(make_ears(BOOK, ("Rob",), sound, strangers=strangers), stream) for strangers in (False, True)
+        _hear(make_speech_recogniser(BOOK, ("Rob",), sound, strangers=strangers), stream) for strangers in (False, True)
     )
     assert [e for e in alone if isinstance(e, Recognised)] == [e for e in beside if isinstance(e, Recognised)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_ears import LongTalk, Stretch
+from hvcpd.recognition.people_stage import LongTalk, Stretch
 from hvcpd.recognition.stream import FrameStream
 
 LONGEST = 3 * SAMPLE_RATE_HZ
@@ -27,12 +27,12 @@ def heard(sound: Samples, block: int, busy_from_s: float = 1.0) -> list[Stretch]
 
 
 def fed(
-    ears: LongTalk, frames: FrameStream, sound: Samples, block: int = 400, busy_from_s: float = 1.0
+    recogniser: LongTalk, frames: FrameStream, sound: Samples, block: int = 400, busy_from_s: float = 1.0
 ) -> list[Stretch]:
     found = []
     for at in range(0, len(sound), block):
         chunks = list(frames.push(sound[at : at + block], False))
-        found += ears.push(chunks, at >= busy_from_s * SAMPLE_RATE_HZ)
+        found += recogniser.push(chunks, at >= busy_from_s * SAMPLE_RATE_HZ)
     return found
 
 
@@ -53,9 +53,9 @@ def test_what_is_short_is_left_to_those_who_look_at_all_of_it() -> None:
 
 
 def test_talk_that_has_ended_begins_anew() -> None:
-    ears, frames = LongTalk(LONGEST), FrameStream()
-    assert fed(ears, frames, SOUND)
-    assert fed(ears, frames, talk((1.0, FAINT), (1.0, LOUD), (0.4, FAINT))) == []
+    recogniser, frames = LongTalk(LONGEST), FrameStream()
+    assert fed(recogniser, frames, SOUND)
+    assert fed(recogniser, frames, talk((1.0, FAINT), (1.0, LOUD), (0.4, FAINT))) == []
 
 
 def test_noise_that_does_not_change_has_no_pauses() -> None:
@@ -63,7 +63,7 @@ def test_noise_that_does_not_change_has_no_pauses() -> None:
 
 
 def test_lost_sound_ends_what_was_followed() -> None:
-    ears, frames, half = LongTalk(LONGEST), FrameStream(), round(4.0 * SAMPLE_RATE_HZ)
-    assert fed(ears, frames, SOUND[:half], busy_from_s=0.0) == []
+    recogniser, frames, half = LongTalk(LONGEST), FrameStream(), round(4.0 * SAMPLE_RATE_HZ)
+    assert fed(recogniser, frames, SOUND[:half], busy_from_s=0.0) == []
     list(frames.lose(5000))
-    assert fed(ears, frames, SOUND[half:], busy_from_s=0.0) == []
+    assert fed(recogniser, frames, SOUND[half:], busy_from_s=0.0) == []

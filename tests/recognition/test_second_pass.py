@@ -10,8 +10,8 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.second_ears import SecondEars
-from hvcpd.recognition.second_pass import AtOnce, Segment
+from hvcpd.recognition.people_stage import PeopleStage
+from hvcpd.recognition.second_pass import Segment, SynchronousWorker
 from hvcpd.recognition.stream import Chunk, FrameStream, History
 from tests.recognition.scripted import Slow
 
@@ -22,7 +22,7 @@ SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
 class Script:
     """First ears that tell what they are told to tell at a block, counted from 0."""
 
-    busy = speaking = signs = False
+    busy = speaking = possible_speech = False
 
     def __init__(self, events: dict[int, list[Event]]) -> None:
         self.events = events
@@ -30,7 +30,7 @@ class Script:
         self.chunks: list[Chunk] = []
         self._frames = FrameStream()
         self.history = History()
-        self.first = self
+        self.first_pass = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.blocks += 1
@@ -74,7 +74,7 @@ class Looker:
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
     looker = Looker(None)
-    SecondEars(Script({}), looker, AtOnce()).prepare(lambda: True)
+    PeopleStage(Script({}), looker, SynchronousWorker()).prepare(lambda: True)
     assert looker.prepared == 1
 
 
@@ -87,14 +87,14 @@ def numbers(sound: Samples) -> set[int]:
     return {round(1024 * float(x)) for x in sound}
 
 
-def run(ears: SecondEars, n: int, first: int = 0) -> list[Event]:
-    return [event for k in range(first, first + n) for event in ears.push(block(k))]
+def run(recogniser: PeopleStage, n: int, first: int = 0) -> list[Event]:
+    return [event for k in range(first, first + n) for event in recogniser.push(block(k))]
 
 
 def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
     looker = Looker(SENTENCE)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
-    assert run(ears, 40) == [SENTENCE]
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
+    assert run(recogniser, 40) == [SENTENCE]
     [segment] = looker.segments
     assert (segment.start, segment.end) == (32000, 40000)
     # The sound tells its own place: each block holds its number.
@@ -104,60 +104,62 @@ def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
 
 
 def test_what_nobody_understands_stays_garbled() -> None:
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(None), AtOnce())
-    assert run(ears, 40) == [Garbled(32000, 40000)]
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(None), SynchronousWorker())
+    assert run(recogniser, 40) == [Garbled(32000, 40000)]
 
 
 def test_a_sentence_that_was_understood_is_not_looked_at() -> None:
     looker = Looker(None)
-    ears = SecondEars(Script({29: [SENTENCE]}), looker, AtOnce())
-    assert run(ears, 40) == [SENTENCE]
+    recogniser = PeopleStage(Script({29: [SENTENCE]}), looker, SynchronousWorker())
+    assert run(recogniser, 40) == [SENTENCE]
     assert looker.segments == []
 
 
 def test_the_robot_waits_for_a_slow_look_and_then_hears_it() -> None:
     worker = Slow()
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
-    assert run(ears, 35) == []
-    assert ears.busy
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    assert run(recogniser, 35) == []
+    assert recogniser.busy
     worker.end()
-    assert ears.push(block(35)) == [SENTENCE]
-    assert not ears.busy
+    assert recogniser.push(block(35)) == [SENTENCE]
+    assert not recogniser.busy
 
 
 def test_who_waits_too_long_calls_it_garbled_and_hears_no_more_of_it() -> None:
     worker = Slow()
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
-    assert run(ears, 60) == [Garbled(32000, 40000)]
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    assert run(recogniser, 60) == [Garbled(32000, 40000)]
     worker.end()
-    assert run(ears, 5) == []
+    assert run(recogniser, 5) == []
 
 
 def test_too_much_to_do_is_garbled_at_once() -> None:
     worker = Slow(room=1)
     events: dict[int, list[Event]] = {29: [Garbled(32000, 40000)], 32: [Garbled(44000, 50000)]}
-    ears = SecondEars(Script(events), Looker(None), worker)
-    assert run(ears, 33) == [Garbled(44000, 50000)]
+    recogniser = PeopleStage(Script(events), Looker(None), worker)
+    assert run(recogniser, 33) == [Garbled(44000, 50000)]
 
 
 def test_what_may_go_on_is_told_when_nobody_goes_on() -> None:
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), AtOnce())
-    assert run(ears, 34) == []
-    assert ears.busy  # nobody answers half a sentence
-    assert run(ears, 1, 34) == [SENTENCE]
-    assert not ears.busy
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), SynchronousWorker())
+    assert run(recogniser, 34) == []
+    assert recogniser.busy  # nobody answers half a sentence
+    assert run(recogniser, 1, 34) == [SENTENCE]
+    assert not recogniser.busy
 
 
 @pytest.mark.parametrize("half", [None, replace(SENTENCE, words=("hi", "rob"))])
 def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | None) -> None:
     looker = Looker(half, goes_on=True)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, AtOnce())
-    assert run(ears, 30) == []
-    ears.first.speaking = True  # type: ignore[misc]
-    assert run(ears, 10, 30) == []
-    ears.first.speaking = False  # type: ignore[misc]
+    recogniser = PeopleStage(
+        Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, SynchronousWorker()
+    )
+    assert run(recogniser, 30) == []
+    recogniser.first_pass.speaking = True  # type: ignore[misc]
+    assert run(recogniser, 10, 30) == []
+    recogniser.first_pass.speaking = False  # type: ignore[misc]
     looker.found, looker.goes_on = SENTENCE, False
-    assert run(ears, 10, 40) == [SENTENCE]
+    assert run(recogniser, 10, 40) == [SENTENCE]
     [_, whole] = looker.segments
     assert (whole.start, whole.end, whole.later) == (32000, 64000, (52000,))
 
@@ -165,55 +167,59 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
 def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late() -> None:
     """The channel search may hold the second half for two seconds."""
     looker = Looker(replace(SENTENCE, words=("hi", "rob")), goes_on=True)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, AtOnce())
-    assert run(ears, 30) == []
-    ears.first.speaking = True  # type: ignore[misc]
-    assert run(ears, 10, 30) == []
-    ears.first.speaking = False  # type: ignore[misc]
-    assert run(ears, 20, 40) == [Garbled(32000, 40000)]
+    recogniser = PeopleStage(
+        Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, SynchronousWorker()
+    )
+    assert run(recogniser, 30) == []
+    recogniser.first_pass.speaking = True  # type: ignore[misc]
+    assert run(recogniser, 10, 30) == []
+    recogniser.first_pass.speaking = False  # type: ignore[misc]
+    assert run(recogniser, 20, 40) == [Garbled(32000, 40000)]
     looker.found, looker.goes_on = SENTENCE, False
-    assert run(ears, 10, 60) == [SENTENCE]
+    assert run(recogniser, 10, 60) == [SENTENCE]
 
 
 def test_a_sentence_is_told_although_another_search_of_it_goes_on() -> None:
     """The channel search may still hold its last sound: that is nobody who goes on."""
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), AtOnce())
-    assert run(ears, 30) == []
-    ears._ears.busy = True  # type: ignore[misc]
-    assert run(ears, 10, 30) == [SENTENCE]
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), SynchronousWorker())
+    assert run(recogniser, 30) == []
+    recogniser._inner.busy = True  # type: ignore[misc]
+    assert run(recogniser, 10, 30) == [SENTENCE]
 
 
 def test_what_is_said_long_after_is_looked_at_alone() -> None:
     looker = Looker(None)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 44: [Garbled(57000, 64000)]}), looker, AtOnce())
-    assert run(ears, 60) == [Garbled(32000, 40000), Garbled(57000, 64000)]
+    recogniser = PeopleStage(
+        Script({29: [Garbled(32000, 40000)], 44: [Garbled(57000, 64000)]}), looker, SynchronousWorker()
+    )
+    assert run(recogniser, 60) == [Garbled(32000, 40000), Garbled(57000, 64000)]
     assert [segment.start for segment in looker.segments] == [32000, 57000]
 
 
 def test_endless_talk_is_not_looked_at() -> None:
     looker = Looker(SENTENCE)
     long = Garbled(32000, 32000 + 13 * SAMPLE_RATE_HZ)
-    ears = SecondEars(Script({155: [long]}), looker, AtOnce())
-    assert run(ears, 157) == [long]
+    recogniser = PeopleStage(Script({155: [long]}), looker, SynchronousWorker())
+    assert run(recogniser, 157) == [long]
     assert looker.segments == []
 
 
-def talk_without_an_end(looker: Looker, worker: AtOnce, understood: dict[int, list[Event]]) -> list[Event]:
+def talk_without_an_end(looker: Looker, worker: SynchronousWorker, understood: dict[int, list[Event]]) -> list[Event]:
     """Half seconds of speech and pauses of 0.3 s, for 20 s, in which somebody is heard all the time."""
     first = Script(understood)
-    ears = SecondEars(first, looker, worker)
+    recogniser = PeopleStage(first, looker, worker)
     rng = np.random.default_rng(3)
     events = []
     for k in range(200):
         first.speaking = k >= 10
         rms = 0.1 if k >= 10 and k % 8 < 5 else 0.002
-        events += ears.push((rms * rng.standard_normal(BLOCK)).astype(np.float32))
+        events += recogniser.push((rms * rng.standard_normal(BLOCK)).astype(np.float32))
     return events
 
 
 def test_endless_talk_is_looked_at_from_pause_to_pause_while_it_goes_on() -> None:
     looker = Looker(None)
-    assert talk_without_an_end(looker, AtOnce(), {}) == []  # what is found to be none is not even garbled
+    assert talk_without_an_end(looker, SynchronousWorker(), {}) == []  # what is found to be none is not even garbled
     ends = [segment.end / SAMPLE_RATE_HZ for segment in looker.segments]
     assert ends[0] < 14.0
     assert ends[-1] > 19.0
@@ -229,13 +235,13 @@ def test_endless_talk_is_looked_at_from_pause_to_pause_while_it_goes_on() -> Non
 
 
 def test_a_sentence_within_endless_talk_is_told() -> None:
-    assert SENTENCE in talk_without_an_end(Looker(SENTENCE), AtOnce(), {})
+    assert SENTENCE in talk_without_an_end(Looker(SENTENCE), SynchronousWorker(), {})
 
 
 def test_what_a_robot_said_within_talk_is_not_looked_at_again() -> None:
     looker = Looker(None)
     robots = replace(SENTENCE, start_sample=13 * SAMPLE_RATE_HZ, end_sample=17 * SAMPLE_RATE_HZ)
-    talk_without_an_end(looker, AtOnce(), {171: [robots]})
+    talk_without_an_end(looker, SynchronousWorker(), {171: [robots]})
     late = [segment for segment in looker.segments if segment.end > robots.end_sample + 0.3 * SAMPLE_RATE_HZ]
     assert late
     assert all(segment.start >= robots.end_sample for segment in late)
@@ -243,36 +249,36 @@ def test_what_a_robot_said_within_talk_is_not_looked_at_again() -> None:
 
 def test_the_own_voice_is_not_in_the_sound() -> None:
     looker = Looker(None)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
     for k in range(30):
-        ears.push(block(k), masked=10 <= k < 18)
+        recogniser.push(block(k), masked=10 <= k < 18)
     assert not set(range(10, 18)) & numbers(looker.segments[0].sound)
 
 
 def test_what_is_no_sound_is_not_looked_at() -> None:
     looker = Looker(None)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
     for k in range(30):
-        ears.push(np.full(BLOCK, (np.nan, np.inf, -1e20)[k % 3], np.float32))
+        recogniser.push(np.full(BLOCK, (np.nan, np.inf, -1e20)[k % 3], np.float32))
     assert np.abs(looker.segments[0].sound).max() <= 1.0
 
 
 def test_what_was_asked_before_something_was_learned_is_still_told() -> None:
     worker, first, second = Slow(), Looker(SENTENCE), Looker(None)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)], 49: [Garbled(72000, 80000)]}), first, worker)
-    run(ears, 30)
-    ears.adopt(SecondEars(Script({}), second, Slow()))
-    assert ears.busy
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)], 49: [Garbled(72000, 80000)]}), first, worker)
+    run(recogniser, 30)
+    recogniser.adopt(PeopleStage(Script({}), second, Slow()))
+    assert recogniser.busy
     worker.end()
-    assert run(ears, 20, 30) == [SENTENCE]
+    assert run(recogniser, 20, 30) == [SENTENCE]
     worker.end()
     assert [len(first.segments), len(second.segments)] == [1, 1]
 
 
 def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
     looker = Looker(SENTENCE)
-    ears = SecondEars(Script({9: [Garbled(0, 8000)]}), looker, AtOnce())
-    assert run(ears, 12) == [SENTENCE]
+    recogniser = PeopleStage(Script({9: [Garbled(0, 8000)]}), looker, SynchronousWorker())
+    assert run(recogniser, 12) == [SENTENCE]
     assert [segment.lead for segment in looker.segments] == [0]
 
 
@@ -289,22 +295,22 @@ def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
 )
 def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, after: int, seen: bool) -> None:
     looker, script = Looker(SENTENCE), Script({})
-    ears = SecondEars(script, looker, AtOnce())
+    recogniser = PeopleStage(script, looker, SynchronousWorker())
     script.speaking = True
-    run(ears, 10)
+    run(recogniser, 10)
     script.speaking = False
-    run(ears, quiet_blocks, 10)
-    ears.lost(lost)
+    run(recogniser, quiet_blocks, 10)
+    recogniser.lost(lost)
     start = (10 + quiet_blocks) * BLOCK + lost + after
     script.events[29] = [Garbled(start, start + 8000)]
-    run(ears, 30 - 10 - quiet_blocks, 10 + quiet_blocks)
+    run(recogniser, 30 - 10 - quiet_blocks, 10 + quiet_blocks)
     assert bool(looker.segments) == seen
 
 
 def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
     looker = Looker(SENTENCE)
-    ears = SecondEars(Script({29: [Garbled(32000, 40000)]}), looker, AtOnce())
-    run(ears, 21)
-    ears.lost(BLOCK)
-    run(ears, 9, 21)
+    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
+    run(recogniser, 21)
+    recogniser.lost(BLOCK)
+    run(recogniser, 9, 21)
     assert not looker.segments

@@ -111,7 +111,7 @@ class Bench:
     ) -> None:
         task = TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions)
         tasks = TaskRepository((task,), places=places, skills=skills)
-        self.ears, self.overheard, self.records = ScriptedEars(), Overheard(), list[Record]()
+        self.recogniser, self.overheard, self.records = ScriptedEars(), Overheard(), list[Record]()
         self.coordination = Coordination(
             Role("Rob", "plant", roster=roster, volunteer=True), tasks.tasks, random.Random(1), places=tasks.places
         )
@@ -119,7 +119,7 @@ class Bench:
         self.robot = Robot(
             self.coordination,
             make_phrasebook(("Rob", "Bot"), ("plant",), tasks),
-            self.ears,
+            self.recogniser,
             mouth,
             Odometry(here, BURGER),
             Performer(Navigator(), here),
@@ -142,7 +142,7 @@ class Bench:
         """One block, at whose end these events are known."""
         self.angles[0] += self.wheels.left_rad_s * BLOCK_S
         self.angles[1] += self.wheels.right_rad_s * BLOCK_S
-        self.ears.coming = list(events)
+        self.recogniser.coming = list(events)
         left_rad, right_rad = self.angles
         reading = WheelReading(left_rad, right_rad, self.wheels.left_rad_s, self.wheels.right_rad_s)
         output = self.output = self.robot.step(np.zeros(BLOCK, np.float32), reading)

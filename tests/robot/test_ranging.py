@@ -15,7 +15,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.peers import PeerDistance
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.robot.records import RangeRecord, Record
 from hvcpd.robot.robot import Robot
 
@@ -35,7 +35,7 @@ class Pair:
                     TeamPlan(NAMES),
                     tasks,
                     seed + k,
-                    hearing=HearingPlan(channel=AtOnce()),
+                    hearing=HearingPlan(channel=SynchronousWorker()),
                 ),
                 sound,
             )

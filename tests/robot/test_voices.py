@@ -30,7 +30,7 @@ BLOCK = np.zeros(400, np.float32)
 
 
 class Told:
-    """Ears that tell one sentence in one voice."""
+    """A recogniser that reports one sentence in one voice."""
 
     busy = False
 
@@ -76,7 +76,7 @@ def plan(tasks: TaskRepository) -> RobotPlan:
 def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, other: bool) -> None:
     tasks = load_tasks(default_tasks_path())
     robot = make_robot(plan(tasks), sound)
-    robot._ears = Told(words, voice)  # type: ignore[assignment]
+    robot._recogniser = Told(words, voice)  # type: ignore[assignment]
     records = robot.step(BLOCK, None).records
     assert any(isinstance(r, HeardRecord) for r in records)
     noted = [r for r in records if isinstance(r, VoiceRecord)]
@@ -88,7 +88,7 @@ def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, 
 
 
 class Repeated(Told):
-    """Ears that tell it every two seconds, as just said."""
+    """A recogniser that reports it every two seconds, as just said."""
 
     n = 0
 
@@ -104,7 +104,7 @@ class Repeated(Told):
 def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -> None:
     tasks = load_tasks(default_tasks_path())
     robot = make_robot(plan(tasks), sound)
-    robot._ears = Repeated("hi bot i am rob i am free", "stranger")  # type: ignore[assignment]
+    robot._recogniser = Repeated("hi bot i am rob i am free", "stranger")  # type: ignore[assignment]
 
     def lives(disturbed: bool) -> tuple[int, int, int]:
         heard = others = taken = 0
@@ -124,7 +124,7 @@ def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -
 def test_a_sentence_with_a_gap_in_it_tells_nothing_of_a_voice(sound: Sound) -> None:
     tasks = load_tasks(default_tasks_path())
     robot = make_robot(plan(tasks), sound)
-    robot._ears = Repeated("hi rob i am bot i am free", "stranger")  # type: ignore[assignment]
+    robot._recogniser = Repeated("hi rob i am bot i am free", "stranger")  # type: ignore[assignment]
     for _ in range(79):
         robot.step(BLOCK, None)
     records = robot.step(BLOCK, None, lost=0).records
@@ -133,7 +133,7 @@ def test_a_sentence_with_a_gap_in_it_tells_nothing_of_a_voice(sound: Sound) -> N
 
 
 class Once(Told):
-    """Ears that tell it once."""
+    """A recogniser that reports it once."""
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         told, self.event = self.event, None  # type: ignore[assignment]
@@ -151,10 +151,10 @@ def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
     role, names = Role("Rob", "plant"), ("Rob", "Bot", "Anna")
     plan = RobotPlan(role, TeamPlan(names, names[:2]), load_tasks(default_tasks_path()), 1, security=SecurityPlan(keys))
     robot = make_robot(plan, sound)
-    robot._ears = Once("bot stop", voice)  # type: ignore[assignment]
+    robot._recogniser = Once("bot stop", voice)  # type: ignore[assignment]
     while robot.coordination.state is not State.READY:
         robot.step(BLOCK, None)
-    robot._ears = Once("rob move forward one metre", voice)  # type: ignore[assignment]
+    robot._recogniser = Once("rob move forward one metre", voice)  # type: ignore[assignment]
     outputs, states = [], set()
     for _ in range(240):
         outputs.append(robot.step(BLOCK, None))
@@ -164,6 +164,6 @@ def test_where_the_team_has_a_key_no_voice_alone_sets_wheels_in_motion(
     assert (State.MOVING in states) == trusted
     assert trusted or all(out.wheels == STANDSTILL for out in outputs)
     assert ("Hi all, I am Rob, I do not trust that" in said) != trusted
-    robot._ears = Once("rob stop", voice)  # type: ignore[assignment]
+    robot._recogniser = Once("rob stop", voice)  # type: ignore[assignment]
     robot.step(BLOCK, None)
     assert robot.coordination.state is State.STOPPED

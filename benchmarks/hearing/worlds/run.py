@@ -15,14 +15,14 @@ from benchmarks.hearing.material import Team, make_team
 from benchmarks.hearing.noises import steady
 from benchmarks.hearing.worlds import stages
 from benchmarks.hearing.worlds.conditions import Condition, conditions
-from benchmarks.hearing.worlds.trials import MakeEars, Tally, hear, make_trial, ours, theirs
+from benchmarks.hearing.worlds.trials import MakeRecogniser, Tally, hear, make_trial, ours, theirs
 from hil_fakes import reverberation
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Ears
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.events import SpeechRecogniser
+from hvcpd.recognition.second_pass import SynchronousWorker
 
 MODES = ("first", "acquainted")
 NOISE_DBFS = -50.0
@@ -56,18 +56,18 @@ class Row:
     peer: Tally | None
 
 
-def robots_ears(team: Team) -> Ears:
+def robot_recogniser(team: Team) -> SpeechRecogniser:
     """A robot's ears with recognition of strangers. They have heard nothing, and know all words."""
-    hearing = HearingPlan(channel=AtOnce(), second=AtOnce())
-    return make_ears(team.book, team.names, team.sound, hearing, books=team.books)
+    hearing = HearingPlan(channel=SynchronousWorker(), second=SynchronousWorker())
+    return make_speech_recogniser(team.book, team.names, team.sound, hearing, books=team.books)
 
 
 class Bench:
     """Runs trials; in other processes where more than one job is asked for."""
 
-    def __init__(self, options: Options, make_ears: MakeEars) -> None:
+    def __init__(self, options: Options, make_speech_recogniser: MakeRecogniser) -> None:
         self.options = options
-        self.make_ears = make_ears
+        self.make_speech_recogniser = make_speech_recogniser
         self.team = make_team(options.names)
         self.peer: Peer | None = make_peer(self.team) if options.peer else None
         found = conditions(options.seed, options.data)
@@ -82,7 +82,7 @@ class Bench:
         index, mode, number = job
         o = self.options
         trial = make_trial(self.team, self.conditions[index], number, o.seed, mode == "acquainted", o.data)
-        return ours(self.make_ears, self.team, trial), theirs(self.peer, trial) if self.peer else None
+        return ours(self.make_speech_recogniser, self.team, trial), theirs(self.peer, trial) if self.peer else None
 
     def rows(self) -> Iterator[Row]:
         """Condition by condition, mode by mode."""
@@ -155,10 +155,10 @@ def cost(team: Team, seed: int, data: Path | None, minutes: float, console: Cons
     rms = 10.0 ** (NOISE_DBFS / 20.0)
     alone = np.asarray(rms * steady("pink", round(60.0 * minutes * SAMPLE_RATE_HZ), seed), np.float32)
     for label, sounds in (("pink noise alone", [alone]), (condition.label, talk)):
-        ears = robots_ears(team)
-        hear(ears, sounds[0][: 3 * SAMPLE_RATE_HZ])  # what is made once, before anybody speaks
+        recogniser = robot_recogniser(team)
+        hear(recogniser, sounds[0][: 3 * SAMPLE_RATE_HZ])  # what is made once, before anybody speaks
         with stages.timed() as spent:
-            seconds = sum(hear(ears, sound)[1] for sound in sounds)
+            seconds = sum(hear(recogniser, sound)[1] for sound in sounds)
         heard_s = sum(map(len, sounds)) / SAMPLE_RATE_HZ
         console.print(f"{label}: {seconds / heard_s:.4f} of real time ({heard_s:.0f} s)", markup=False)
         spent["all else"] = seconds - sum(spent.values())
@@ -171,9 +171,11 @@ def _interval(count: int, n: int) -> str:
     return f"{100 * low:.0f}-{100 * high:.0f} %"
 
 
-def run(options: Options, make_ears: MakeEars, console: Console, tell_wrong: bool = False) -> list[Row]:
+def run(
+    options: Options, make_speech_recogniser: MakeRecogniser, console: Console, tell_wrong: bool = False
+) -> list[Row]:
     """Print the table line by line; returns its rows."""
-    bench = Bench(options, make_ears)
+    bench = Bench(options, make_speech_recogniser)
     if not reverberation.available():
         skipped = [c.name for c in bench.conditions if c.simulated]
         bench.conditions = [c for c in bench.conditions if not c.simulated]

@@ -15,7 +15,7 @@ from scipy.stats import chi2
 from benchmarks.hearing.material import Team
 from benchmarks.hearing.mixing import digitized
 from benchmarks.hearing.worlds import ordinary, rooms
-from benchmarks.hearing.worlds.trials import MakeEars, hear
+from benchmarks.hearing.worlds.trials import MakeRecogniser, hear
 from hil_fakes import reverberation
 from hil_fakes.robot_noise import unit
 from hil_fakes.room import PinkNoise
@@ -63,11 +63,11 @@ def made(minutes: float, seed: int) -> Iterator[tuple[str, Samples]]:
         yield f"{recipe.name} {k}", digitized(sound + noise)
 
 
-def listened(make_ears: MakeEars, team: Team, clips: Iterator[tuple[str, Samples]]) -> Heard:
+def listened(make_speech_recogniser: MakeRecogniser, team: Team, clips: Iterator[tuple[str, Samples]]) -> Heard:
     """The reports of one pair of ears for all of them, one after the other."""
-    ears, heard = make_ears(team), Heard()
+    recogniser, heard = make_speech_recogniser(team), Heard()
     for name, sound in clips:
-        events, seconds = hear(ears, sound)
+        events, seconds = hear(recogniser, sound)
         heard.seconds += seconds
         heard.hours += len(sound) / SAMPLE_RATE_HZ / 3600.0
         for event in events:
@@ -91,7 +91,13 @@ def per_hour(count: int, hours: float) -> str:
 
 
 def run(
-    make_ears: MakeEars, team: Team, data: Path | None, minutes: float, seed: int, console: Console, tell: bool
+    make_speech_recogniser: MakeRecogniser,
+    team: Team,
+    data: Path | None,
+    minutes: float,
+    seed: int,
+    console: Console,
+    tell: bool,
 ) -> list[Heard]:
     """Print the reports for recorded and synthetic sounds."""
     sets = [("made", made(minutes, seed))]
@@ -99,7 +105,7 @@ def run(
         sets.insert(0, ("recorded", recorded(data)))
     found = []
     for label, clips in sets:
-        heard = listened(make_ears, team, clips)
+        heard = listened(make_speech_recogniser, team, clips)
         if not heard.hours:
             console.print(f"sounds, {label}: skipped, there are none in {data}")
             continue

@@ -16,7 +16,7 @@ STAGES = {
     "noise": ("noise:NoiseTracker.push", "noise:NoiseTracker.follow_step"),
     "templates": ("decoder_session:DecoderSession.feed", "decoder_session:DecoderSession.wake"),
     "beginnings": ("channel.recogniser:ChannelRecogniser.onset",),
-    "keyword": ("keyword.stage:KeywordEars._detect",),
+    "keyword": ("keyword.stage:KeywordStage._detect",),
     "channel search": ("channel.recogniser:ChannelRecogniser.search",),
 }
 """None of them calls another one."""

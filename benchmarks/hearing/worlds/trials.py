@@ -36,7 +36,7 @@ class HearsSentences(Protocol):
     def push(self, samples: Samples, masked: bool = False) -> list[Event]: ...
 
 
-class MakeEars(Protocol):
+class MakeRecogniser(Protocol):
     """Makes ears that have heard nothing."""
 
     def __call__(self, team: Team) -> HearsSentences: ...
@@ -151,16 +151,16 @@ def _stream(
     return np.concatenate(pieces), spoken
 
 
-def hear(ears: HearsSentences, sound: Samples) -> tuple[list[Event], float]:
+def hear(recogniser: HearsSentences, sound: Samples) -> tuple[list[Event], float]:
     """Their reports, and the processor's time, s."""
     began = time.process_time()
-    events = [event for at in range(0, len(sound), BLOCK) for event in ears.push(sound[at : at + BLOCK])]
+    events = [event for at in range(0, len(sound), BLOCK) for event in recogniser.push(sound[at : at + BLOCK])]
     return events, time.process_time() - began
 
 
-def ours(make_ears: MakeEars, team: Team, trial: Trial) -> Tally:
+def ours(make_speech_recogniser: MakeRecogniser, team: Team, trial: Trial) -> Tally:
     """The result of fresh ears in a trial. Only their processing while they listen is timed."""
-    events, seconds = hear(make_ears(team), trial.sound)
+    events, seconds = hear(make_speech_recogniser(team), trial.sound)
     return Tally(judged(events, trial), seconds, len(trial.sound) / SAMPLE_RATE_HZ)
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_pass import AtOnce, SegmentListener
+from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
 
 if TYPE_CHECKING:
     from hvcpd.daemon.wiring import Wiring
@@ -54,14 +54,14 @@ def _wiring(folder: Path) -> Wiring:
     return wire_up(replace(settings, wheels=replace(settings.wheels, driver="none")))
 
 
-class Apart(AtOnce[Any, Any]):
+class Apart(SynchronousWorker[Any, Any]):
     """Runs the second pass, for which the daemon has threads, in this thread and counts its time."""
 
     def __init__(self) -> None:
         super().__init__()
         self.spent_s = 0.0
 
-    def submit(self, job: Any, listener: SegmentListener[Any, Any]) -> bool:
+    def submit(self, job: Any, listener: SegmentSearcher[Any, Any]) -> bool:
         """As `Worker.submit`."""
         began_s = time.process_time()
         taken = super().submit(job, listener)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import hvcpd
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import find_memory, nearest_there
@@ -104,7 +104,9 @@ def _look_at_processor(team: Team, machine: Machine) -> Diagnosis:
     noise = NOISE_RMS * np.random.default_rng(1).standard_normal(len(sound) + SAMPLE_RATE_HZ)
     stream = noise.astype(np.float32)
     stream[SAMPLE_RATE_HZ:] += sound
-    recogniser = make_ears(team.phrasebook, [name for name in team.names if name != listener] or [peer], team.sound)
+    recogniser = make_speech_recogniser(
+        team.phrasebook, [name for name in team.names if name != listener] or [peer], team.sound
+    )
     began_s = machine.cpu_s()
     heard = recogniser.push(stream)
     load = (machine.cpu_s() - began_s) / (len(stream) / SAMPLE_RATE_HZ)

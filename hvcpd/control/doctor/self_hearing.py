@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.simulate.team import Team
 from hvcpd.hardware.acoustics import Echo, Response, clipped_share, find_echo, find_response, level_dbfs
@@ -61,7 +61,7 @@ def hear_oneself(team: Team, make_stream: MakeStream) -> SelfHearing:
     utterance = Utterance(name, statement=Free())
     words = team.phrasebook.render(utterance)
     sound = team.sound.speaker_of(name).render(team.phrasebook.phrases(utterance))
-    recogniser = make_ears(team.phrasebook, (name,), team.sound)
+    recogniser = make_speech_recogniser(team.phrasebook, (name,), team.sound)
     heard, lost = asyncio.run(exchange(make_stream(team.settings.audio), sound))
     quiet = heard[: round(QUIET_S * SAMPLE_RATE_HZ)]
     events = [event for event in recogniser.push(heard) if isinstance(event, Recognised)]

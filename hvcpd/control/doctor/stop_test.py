@@ -13,7 +13,7 @@ from functools import partial
 
 import numpy as np
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.control.doctor.self_hearing import QUIET_S, exchange
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
@@ -118,11 +118,11 @@ def voice_in(heard: Samples) -> tuple[float, float] | None:
 
 def judged(team: Team, how: str, heard: Samples, ended_s: float, over_noise_db: float) -> Call:
     """The reaction of a robot of the team to this sound, shape (n,), with a call that ends then."""
-    ears = make_ears(team.phrasebook, team.names, team.sound)
+    recogniser = make_speech_recogniser(team.phrasebook, team.names, team.sound)
     halts, stops = [], []
     for start in range(0, len(heard), BLOCK):
         after_s = (start + BLOCK) / SAMPLE_RATE_HZ - ended_s
-        for event in ears.push(heard[start : start + BLOCK]):
+        for event in recogniser.push(heard[start : start + BLOCK]):
             halts += [after_s] if isinstance(event, Held) or _is_stop(event) else []
             stops += [after_s] if _is_stop(event) else []
     halted, stopped = ([after_s for after_s in each if after_s > -SOONEST_S] for each in (halts, stops))

@@ -24,7 +24,7 @@ from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import DeviceError
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.synthesis.unit_cache import SUFFIX, UnitCache, key_of
 
 LOOK_S = 0.5
@@ -56,7 +56,7 @@ def is_rendered(wiring: Wiring) -> bool:
     """Whether the cache has all that this robot says, at both rates. With that of all robots in the room, they have
     their templates of each other, too."""
     inventory = _Inventory(wiring.settings.state_dir / "units")
-    warm_up = CacheWarmUp(wiring.plan(second=AtOnce()), replace(wiring.sound, cache=inventory))
+    warm_up = CacheWarmUp(wiring.plan(second=SynchronousWorker()), replace(wiring.sound, cache=inventory))
     try:
         warm_up.before_speaking()
         warm_up.at_the_other_rate()
@@ -105,7 +105,7 @@ class Rendering:
 def _render(settings: Settings, can_talk: Event, niceness: int) -> None:
     """Render what the daemon of these settings would, in a robot that is discarded afterwards."""
     wiring = wire_up(settings)
-    plan = wiring.plan(second=AtOnce())
+    plan = wiring.plan(second=SynchronousWorker())
     warm_up = CacheWarmUp(plan, wiring.sound, Preparation(logged_every_s=math.inf))
     warm_up.before_listening()
     warm_up.before_speaking()

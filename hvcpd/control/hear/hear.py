@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.control.simulate.team import Team
@@ -21,7 +21,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.second_pass import AtOnce, Segment
+from hvcpd.recognition.second_pass import Segment, SynchronousWorker
 
 SILENT_DB = -80.0
 """A recording whose loudest sample is below that is silent: rooms and microphones alone are louder."""
@@ -107,9 +107,9 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     sentences and garbled speech."""
     robots = tuple(name for name in team.names if name.lower() not in team.people)
     voices = team.settings.voices
-    people = AtOnce[Segment, Recognised | None]() if voices != "robots" else None
-    hearing = HearingPlan(people=team.people, channel=AtOnce(), second=people, any_voice=voices == "any")
-    ears = make_ears(team.phrasebook, robots or team.names, team.sound, hearing)
+    people = SynchronousWorker[Segment, Recognised | None]() if voices != "robots" else None
+    hearing = HearingPlan(people=team.people, channel=SynchronousWorker(), second=people, any_voice=voices == "any")
+    recogniser = make_speech_recogniser(team.phrasebook, robots or team.names, team.sound, hearing)
     for start in range(0, len(samples), BLOCK):
-        yield from ears.push(samples[start : start + BLOCK])
-    yield from ears.flush()
+        yield from recogniser.push(samples[start : start + BLOCK])
+    yield from recogniser.flush()

@@ -17,8 +17,8 @@ from hvcpd.people.fusion import Words, confidence_features, probability, same_me
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent
-from hvcpd.recognition.recogniser import RecogniserSettings
 from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.template_recogniser import RecogniserSettings
 
 
 @dataclass(frozen=True)

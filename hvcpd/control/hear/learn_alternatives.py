@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from hvcpd.assembly.make import make_recogniser, templates
+from hvcpd.assembly.make import make_template_recogniser, templates
 from hvcpd.assembly.sound import Sound
 from hvcpd.assembly.vocabulary import check
 from hvcpd.config.names import MAX_ALTERNATIVE_WORDS
@@ -26,7 +26,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.network import Beam
-from hvcpd.recognition.recogniser import Recogniser, RecogniserSettings
+from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker, UnitPosition
 from hvcpd.synthesis.voices import Voice
@@ -79,14 +79,14 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _hear(recogniser: Recogniser, samples: Samples) -> list[Event]:
+def _hear(recogniser: TemplateRecogniser, samples: Samples) -> list[Event]:
     return recogniser.push(samples) + recogniser.flush()
 
 
 def missed(samples: Samples, team: Team, said: tuple[str, ...] | None) -> list[Event]:
     """Return the garbled stretches of a recording, shape (n,), float32 at 16 kHz; where it is known what was `said`,
     also those that were taken for something else."""
-    events = _hear(make_recogniser(team.phrasebook, team.names, team.sound), samples)
+    events = _hear(make_template_recogniser(team.phrasebook, team.names, team.sound), samples)
     return [e for e in events if isinstance(e, Garbled) or (said and isinstance(e, Recognised) and e.words != said)]
 
 
@@ -112,7 +112,7 @@ def learn(samples: Samples, miss: Event, team: Team, said: tuple[str, ...] | Non
 def closest(piece: Samples, graph: WordGraph, bank: Bank) -> Recognised | None:
     """The likeliest sentence of the graph in a piece of a recording, shape (n,), float32 at 16 kHz, in a robot's
     voice, however badly it fits."""
-    return _longest(_hear(Recogniser(graph, bank, ANYTHING), piece))
+    return _longest(_hear(TemplateRecogniser(graph, bank, ANYTHING), piece))
 
 
 def around(samples: Samples, stretch: Event) -> tuple[int, Samples]:
@@ -189,7 +189,7 @@ def _heard_freely(
     graph = replace(chain, n_nodes=chain.n_nodes + n_words - 1, arcs=tuple(arcs))
     ends = (UnitPosition.MEDIAL,) if within else tuple(UnitPosition)  # who goes on makes no pause after the word
     bank = {word: speaker.templates(word, ends) for word in free} | {word: known[word] for word in near.words}
-    return _longest(_hear(Recogniser(graph, {near.voice: bank}, FREELY), piece))
+    return _longest(_hear(TemplateRecogniser(graph, {near.voice: bank}, FREELY), piece))
 
 
 def free_words(sound: Sound) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import replace
 
-from hvcpd.assembly.make import make_ears
+from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.config.settings import AudioSettings
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.errors import EX_OK
@@ -22,7 +22,7 @@ def run(options: argparse.Namespace, capture: Capture = capture) -> int:
     team, sealing = listening_team(options)
     settings = team.settings.audio
     with capture(replace(settings, input_device=options.device or settings.input_device)) as blocks:
-        recogniser = make_ears(team.phrasebook, team.names, team.sound)
+        recogniser = make_speech_recogniser(team.phrasebook, team.names, team.sound)
         sys.stderr.write(f"hvcpctl: listening for {', '.join(team.names)}; end with Ctrl-C\n")
         teller = Teller(team, sealing, options)
         for sound, lost in blocks:

@@ -25,7 +25,7 @@ from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable, writing
 from hvcpd.hardware.files import make_writable
-from hvcpd.recognition.second_pass import AtOnce
+from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.synthesis.unit_cache import UnitCache
 
 SERVICE_USER = "hvcpd"
@@ -72,7 +72,7 @@ def _prepare(settings: Settings, folder: Path, for_service: bool) -> None:
     sound = replace(wiring.sound, cache=cache)
     if for_service:
         find_confusable(replace(wiring, sound=sound))
-    plan = wiring.plan(channel=AtOnce(), second=AtOnce())
+    plan = wiring.plan(channel=SynchronousWorker(), second=SynchronousWorker())
 
     def is_kept() -> bool:
         return cache.fault is None

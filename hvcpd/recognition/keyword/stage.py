@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, EarsAround, Event, Garbled, Recognised
+from hvcpd.recognition.events import Event, Garbled, Recognised, RecogniserStage, SpeechRecogniser
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.net import (
@@ -53,7 +53,7 @@ CHECKED_FLOOR = 0.71
 calls in vain."""
 
 USUAL_GAIN = 25.0
-"""Gain of a robot's sentence (`FirstEars.gain`) up to which a call over it is likely; sentences alone have 25 to 45."""
+"""Gain of a robot's sentence (`FirstPass.gain`) up to which a call over it is likely; sentences alone have 25 to 45."""
 NATS_PER_GAIN = 0.04
 """Nats by which each unit beyond that lowers the log odds of a detection (docs/decisions/keyword.md)."""
 
@@ -168,11 +168,13 @@ def _highest_smoothed(probabilities: Sequence[float]) -> float | None:
     return max(map(second_highest, windows), default=None)
 
 
-class KeywordEars(EarsAround):
+class KeywordStage(RecogniserStage):
     """Recogniser around another one that also detects the keyword, in any voice and over any other sound."""
 
-    def __init__(self, ears: Ears, net: KeywordNet, rescorer: KeywordRescorer, check: CallCheck) -> None:
-        super().__init__(ears)
+    def __init__(
+        self, recogniser: SpeechRecogniser, net: KeywordNet, rescorer: KeywordRescorer, check: CallCheck
+    ) -> None:
+        super().__init__(recogniser)
         self._check = check
         self._spotter = KeywordSpotter(net)
         self._rescorer = rescorer
@@ -186,24 +188,24 @@ class KeywordEars(EarsAround):
         """The first and the last sample of the recent detections."""
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `Recogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
+        """As `TemplateRecogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
         parts = [samples[at : at + CHUNK_SAMPLES] for at in range(0, max(len(samples), 1), CHUNK_SAMPLES)]
-        events = [event for part in parts for event in self._followed_up(self._ears.push(part, masked))]
+        events = [event for part in parts for event in self._followed_up(self._inner.push(part, masked))]
         return events + self._not_recognised() if masked else events
 
     def lost(self, n_samples: int) -> list[Event]:
-        """As `Recogniser.lost`."""
-        return self._followed_up(self._ears.lost(n_samples)) + self._not_recognised()
+        """As `TemplateRecogniser.lost`."""
+        return self._followed_up(self._inner.lost(n_samples)) + self._not_recognised()
 
     def flush(self) -> list[Event]:
-        """As `Recogniser.flush`."""
-        return self._followed_up(self._ears.flush()) + self._not_recognised()
+        """As `TemplateRecogniser.flush`."""
+        return self._followed_up(self._inner.flush()) + self._not_recognised()
 
     def _followed_up(self, events: list[Event]) -> list[Event]:
         """The events of the recogniser within, and what follows from them and from the newest frames."""
         events = [self._checked(event) for event in events]
         following = [each for event in events for each in self._after(event)]
-        for chunk in self.first.chunks:
+        for chunk in self.first_pass.chunks:
             following += self._detect(chunk)
         return events + following
 
@@ -214,7 +216,11 @@ class KeywordEars(EarsAround):
         found = self._spotter.push(chunk)
         if found is not None:
             if self._detection is None or found.start_frame != self._detection.start_frame:
-                self._excess_gain = max(self.first.gain - USUAL_GAIN, 0.0) if self.first.ending != KEYWORD else 0.0
+                self._excess_gain = (
+                    max(self.first_pass.sentence_gain - USUAL_GAIN, 0.0)
+                    if self.first_pass.ending_word != KEYWORD
+                    else 0.0
+                )
             self._detection = found
             self._span = (found.start_frame * HOP_SAMPLES, found.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
@@ -222,7 +228,7 @@ class KeywordEars(EarsAround):
         if self._detection is not None and now >= self._span[1] + CALL_DELAY:
             events += self._reconsider(self._detection.call, now)
             self._detection = None
-        return events + self._as_events(self._verifier.advance(now, self.first.since))
+        return events + self._as_events(self._verifier.advance(now, self.first_pass.sentence_since))
 
     def _reconsider(self, call: float, now: int) -> list[Event]:
         """Apply the net again, with noise, if the detection is still uncertain now that all of it has been heard."""
@@ -236,7 +242,7 @@ class KeywordEars(EarsAround):
             nats = self._check(sound) if sound is not None else 0.0
             checked = logistic(logit(call) - nats)
             call = max(checked, CHECKED_FLOOR) if checked < ACCEPT_PROBABILITY <= call else checked
-        awaited = bool(self.first.ending) or may_open_sentence(self.first.since, self._span[0])
+        awaited = bool(self.first_pass.ending_word) or may_open_sentence(self.first_pass.sentence_since, self._span[0])
         return self._as_events(self._verifier.detected(*self._span, call, now, awaited, self._is_explained()))
 
     def _is_explained(self) -> bool:

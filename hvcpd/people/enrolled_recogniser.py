@@ -45,7 +45,7 @@ LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
 
 
-class EnrolledListener:
+class EnrolledRecogniser:
     """Matches sound with the sentences that the enrolled people's takes of words can form."""
 
     def __init__(self, graph: WordGraph, people: Iterable[Person]) -> None:

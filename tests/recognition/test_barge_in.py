@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hvcpd.assembly.make import make_overhearing
+from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.barge_in import BLOCK, BargeInDetector, EchoCanceller
 from hvcpd.recognition.events import Urgent
-from hvcpd.recognition.overhearing import BLOCK, EchoCanceller, Overhearing
 
 RT60_S = 0.45
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
@@ -73,16 +73,16 @@ def test_blocks_of_any_size_give_the_same() -> None:
     np.testing.assert_array_equal(cut, whole[: len(cut)])
 
 
-def listen(heard: Samples, ears: Overhearing) -> list[Urgent]:
+def listen(heard: Samples, recogniser: BargeInDetector) -> list[Urgent]:
     """To both sentences; the sound is played one block before it is heard."""
     told: list[Urgent] = []
     played = own_voice()
     for at in range(0, len(heard), BLOCK):
         if at in (0, len(heard) // 2 // BLOCK * BLOCK):
-            ears.begin(at, 0.0)
-        ears.play(played[at : at + BLOCK])
-        told += ears.hear(heard[at : at + BLOCK], True)
-    return told + ears.hear(heard[:BLOCK], False)
+            recogniser.begin(at, 0.0)
+        recogniser.play(played[at : at + BLOCK])
+        told += recogniser.hear(heard[at : at + BLOCK], True)
+    return told + recogniser.hear(heard[:BLOCK], False)
 
 
 def call(voice: str, level: float) -> Samples:
@@ -91,7 +91,7 @@ def call(voice: str, level: float) -> Samples:
 
 
 def test_the_own_talk_is_not_taken_for_stop() -> None:
-    assert listen(through_room(own_voice(), 20.0, 3), make_overhearing()) == []
+    assert listen(through_room(own_voice(), 20.0, 3), make_barge_in_detector()) == []
 
 
 @pytest.mark.parametrize("late_ms", [0.3, 20.0, 40.0])
@@ -101,14 +101,14 @@ def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: f
     stop = call("Max", own * 10.0 ** (-10.0 / 20.0))
     at = len(heard) // 2 + SAMPLE_RATE_HZ
     heard[at : at + len(stop)] += stop
-    told = listen(heard, make_overhearing())
+    told = listen(heard, make_barge_in_detector())
     assert len(told) == 1
     assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
 
 
 def test_after_the_own_sentence_it_does_not_listen() -> None:
-    ears = make_overhearing()
-    ears.begin(0, 0.0)
-    ears.hear(np.zeros(BLOCK, np.float32), False)
+    recogniser = make_barge_in_detector()
+    recogniser.begin(0, 0.0)
+    recogniser.hear(np.zeros(BLOCK, np.float32), False)
     stop = call("Max", 0.1)
-    assert not any(ears.hear(stop[i : i + BLOCK], True) for i in range(0, len(stop), BLOCK))
+    assert not any(recogniser.hear(stop[i : i + BLOCK], True) for i in range(0, len(stop), BLOCK))

@@ -16,9 +16,9 @@ from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confiden
 from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.network import Beam, Network
+from hvcpd.recognition.shared_front_end import LONGER_WAIT_FRAMES, RECENT_FRAMES, Segmenter, SharedFrontEnd
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
-from hvcpd.recognition.watch import LONGER_WAIT_FRAMES, RECENT_FRAMES, SegmentTracker, Watch
 
 UNHEARD_LEAD_FRAMES = 28
 """Time (0.28 s) after lost sound within which a sentence that begins may be the end of a longer one."""
@@ -51,10 +51,10 @@ class RecogniserSettings:
     beam: Beam = field(default_factory=Beam)
 
 
-class Recogniser:
-    """Listens to one microphone for the sentences of one word graph in several voices, and for spelled names.
+class TemplateRecogniser:
+    """Recognises the sentences of one word graph in several voices, by templates, and spelled names.
 
-    A robot that spells its name is unknown, and so is its voice: a second recogniser listens for it in all voices.
+    A robot that spells its name is unknown, and so is its voice: a second recogniser for all voices does that.
     """
 
     def __init__(
@@ -62,50 +62,50 @@ class Recogniser:
         graph: WordGraph,
         templates: Mapping[str, Mapping[str, Sequence[Take]]],
         settings: RecogniserSettings | None = None,
-        watch: Watch | None = None,
-        make_spelled: Callable[[Watch], Recogniser] | None = None,
+        front_end: SharedFrontEnd | None = None,
+        make_spelling_recogniser: Callable[[SharedFrontEnd], TemplateRecogniser] | None = None,
     ) -> None:
         """`templates[voice][word]`: one or a few takes of the word. `watch`: shared with another recogniser on the same
-        microphone. `make_spelled` makes the one for spelled names, in `prepare`.
+        microphone. `make_spelling_recogniser` makes the one for spelled names, in `prepare`.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
         bank = TemplateBank(templates)
         self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
-        self.watch = watch or Watch()
-        self.history = self.watch.history
-        self._make_spelled = make_spelled
-        self._spelled: Recogniser | None = None
-        self._segments = SegmentTracker()
+        self.front_end = front_end or SharedFrontEnd()
+        self.history = self.front_end.history
+        self._make_spelling = make_spelling_recogniser
+        self._spelling: TemplateRecogniser | None = None
+        self._segments = Segmenter()
         self._alert_age = 0
         self._calm_frames = 0
         self._heard_until = 0
-        """Everything until this frame was heard."""
-        self._dealt_with = 0
-        """Everything until this frame was reported."""
+        """The frame after the last one."""
+        self._reported_until = 0
+        """The frame up to which everything has been reported."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
-        """Sound until this frame was lost, or came too early for the decoder, which slept."""
+        """The frame up to which sound was lost, or came while the decoder slept."""
 
     @property
-    def first(self) -> Recogniser:
-        """As `Ears.first`."""
+    def first_pass(self) -> TemplateRecogniser:
+        """As `SpeechRecogniser.first_pass`."""
         return self
 
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still being decoded."""
-        return self.watch.activity.busy or self.under_way
+        return self.front_end.activity.busy or self.under_way
 
     @property
     def speaking(self) -> bool:
         """Whether somebody else is speaking right now, or paused a moment ago."""
-        return self.watch.activity.busy
+        return self.front_end.activity.busy
 
     @property
-    def signs(self) -> bool:
+    def possible_speech(self) -> bool:
         """Whether the most recent sound may be speech, however faint."""
-        return self.busy or self.watch.activity.alert
+        return self.busy or self.front_end.activity.possible_speech
 
     @property
     def under_way(self) -> bool:
@@ -115,36 +115,36 @@ class Recogniser:
     @property
     def chunks(self) -> Sequence[Chunk]:
         """The frames of the last push."""
-        return self.watch.chunks
+        return self.front_end.chunks
 
     @property
-    def ending(self) -> str:
-        """As `Ears.ending`."""
-        return self._session.ending
+    def ending_word(self) -> str:
+        """As `SpeechRecogniser.ending_word`."""
+        return self._session.ending_word
 
     @property
-    def follows(self) -> bool:
+    def surely_under_way(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self._session.follows
+        return self._session.surely_under_way
 
     @property
-    def since(self) -> int | None:
-        """As `Ears.since`."""
+    def sentence_since(self) -> int | None:
+        """As `FirstPass.sentence_since`."""
         since = self._session.since
         return since * HOP_SAMPLES if since is not None else None
 
     @property
-    def gain(self) -> float:
-        """As `Ears.gain`."""
+    def sentence_gain(self) -> float:
+        """As `FirstPass.sentence_gain`."""
         return self._session.gain
 
     @property
-    def _all(self) -> list[Recogniser]:
-        return [self] if self._spelled is None else [self, self._spelled]
+    def _all(self) -> list[TemplateRecogniser]:
+        return [self] if self._spelling is None else [self, self._spelling]
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
-        return _merged(self.watch.push(samples, masked, self._all))
+        return _merged(self.front_end.push(samples, masked, self._all))
 
     def lost(self, n_samples: int) -> list[Event]:
         """Advance time by `n_samples` that were lost before they arrived, 0 if the number is unknown.
@@ -152,29 +152,29 @@ class Recogniser:
         Speech in progress is reported as garbled. So is a sentence that seems to begin right after the gap: it may be
         the end of a longer one. Raises ValueError for a negative number.
         """
-        found = _merged(self.watch.lose(n_samples, self._all))
+        found = _merged(self.front_end.lose(n_samples, self._all))
         for recogniser in self._all:
             recogniser.begin_late()
         return found
 
     def begin_late(self) -> None:
         """Note that speech that begins now may be the end of something longer that was lost."""
-        self._unheard_until = max(self._unheard_until, self.watch.stream.next_frame + CHUNK_FRAMES)
+        self._unheard_until = max(self._unheard_until, self.front_end.stream.next_frame + CHUNK_FRAMES)
 
-    def adopt(self, others: Recogniser) -> None:
-        """As `Ears.adopt`."""
+    def adopt(self, others: TemplateRecogniser) -> None:
+        """As `SpeechRecogniser.adopt`."""
         self._session = others._session
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Prepare what takes long, while `go_on` holds; from then on spelled names are recognised, too."""
-        if self._spelled is None and self._make_spelled is not None and go_on():
-            spelled = self._make_spelled(self.watch)
+        if self._spelling is None and self._make_spelling is not None and go_on():
+            spelled = self._make_spelling(self.front_end)
             spelled.begin_late()
-            self._spelled = spelled
+            self._spelling = spelled
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
-        return _merged(self.watch.flush([self], LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8))
+        return _merged(self.front_end.flush([self], LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8))
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
@@ -183,11 +183,11 @@ class Recogniser:
         self._alert_age = 0
         return [speech] if speech else []
 
-    def hear(self, chunk: Chunk) -> list[Event]:
+    def consume(self, chunk: Chunk) -> list[Event]:
         """Process the newest frames of the watch."""
-        energies, noise = chunk.energies, self.watch.noise.estimate
+        energies, noise = chunk.energies, self.front_end.noise.estimate
         end_frame = self._heard_until = chunk.first_frame + len(energies)
-        recent = self.watch.recent[-(end_frame - self._dealt_with) :]
+        recent = self.front_end.recent[-(end_frame - self._reported_until) :]
         if self._session.awake:
             self._session.feed(energies, recent, noise)
         elif self._should_wake(len(energies)):
@@ -195,14 +195,14 @@ class Recogniser:
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
             self._session.wake(recent, end_frame - len(recent), noise)
-        self._segments.push(chunk.first_frame, energies, self.watch.activity.busy)
-        events = self._conclude(end_frame)
-        self._doze(len(energies))
+        self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
+        events = self._report(end_frame)
+        self._sleep_when_quiet(len(energies))
         return events
 
     def _should_wake(self, n_frames: int) -> bool:
         """Whether the first sign of speech was long enough ago."""
-        if self._alert_age == 0 and not self.watch.activity.alert:
+        if self._alert_age == 0 and not self.front_end.activity.possible_speech:
             return False
         self._alert_age += n_frames
         if self._alert_age < WAKE_FRAMES:
@@ -210,40 +210,40 @@ class Recogniser:
         self._alert_age = 0
         return True
 
-    def _doze(self, n_frames: int) -> None:
-        self._calm_frames = 0 if self.watch.activity.alert else self._calm_frames + n_frames
+    def _sleep_when_quiet(self, n_frames: int) -> None:
+        self._calm_frames = 0 if self.front_end.activity.possible_speech else self._calm_frames + n_frames
         if self._session.awake and self._calm_frames >= SLEEP_FRAMES and not self.under_way:
             self._session.sleep()
 
-    def _conclude(self, end_frame: int) -> list[Event]:
+    def _report(self, end_frame: int) -> list[Event]:
         """Report a sentence that has ended, or speech that has ended without one."""
         sentence = self._session.ended()
         if sentence is not None:
-            recognised = self._judge(sentence)
+            recognised = self._accepted(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
-                self._listen_on(sentence.steps[-1].end_frame)
+                self._continue_after(sentence.steps[-1].end_frame)
                 return [recognised]
             if not sentence.unfinished:
                 self._session.forget()
-        return self._conclude_garbled(end_frame)
+        return self._report_garbled(end_frame)
 
-    def _conclude_garbled(self, end_frame: int) -> list[Event]:
+    def _report_garbled(self, end_frame: int) -> list[Event]:
         speech = self._segments.ended(end_frame, self._session.under_way)
         if speech is None:
             return []
         self._segments.close(end_frame)
-        self._listen_on(speech.end_sample // HOP_SAMPLES)
+        self._continue_after(speech.end_sample // HOP_SAMPLES)
         return [speech]
 
-    def _listen_on(self, frame: int) -> None:
+    def _continue_after(self, frame: int) -> None:
         """Mark speech until `frame` as handled; the next speaker may be much fainter."""
         self._session.sleep()
         self._alert_age = 0
-        self._dealt_with = frame
-        self.watch.activity.account_for(self._heard_until - frame)
+        self._reported_until = frame
+        self.front_end.activity.account_for(self._heard_until - frame)
 
-    def _judge(self, sentence: Sentence) -> Recognised | None:
+    def _accepted(self, sentence: Sentence) -> Recognised | None:
         s = self._settings
         if sentence.steps[0].start_frame < self._unheard_until + UNHEARD_LEAD_FRAMES:
             return None
@@ -272,13 +272,13 @@ class Recogniser:
         )
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
-        """As `FirstEars.snr_db`."""
-        return snr_db(*self.watch.powers(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES))
+        """As `FirstPass.snr_db`."""
+        return snr_db(*self.front_end.powers(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES))
 
 
 def _merged(reported: Iterable[Sequence[Sequence[Event]]]) -> list[Event]:
-    """The events of one recogniser, or of the two, after each chunk. Names come first: what else was made of the same
-    sound is left to the ears around."""
+    """The events of one recogniser, or of both, after each chunk. Spelled names come first: the stages around drop what
+    else was made of the same sound."""
     merged: list[Event] = []
     for sentences, *spelled in reported:
         merged += [replace(e, source=Source.SPELLED) for events in spelled for e in events if isinstance(e, Recognised)]

@@ -1,4 +1,4 @@
-"""Listening while the robot itself speaks: echo cancellation, and the keyword in what is left.
+"""Barge-in: the keyword while the robot itself speaks, by echo cancellation and a keyword spotter on the residual.
 
 A Kalman filter in the frequency domain estimates the echo path from the loudspeaker through the room to the microphone.
 It tracks each band's uncertainty together with the path itself. So another speaker at the same time slows the
@@ -110,7 +110,7 @@ RECENT_FRAMES = 400
 """The own level is that of the last 4 s of it."""
 
 
-class Overhearing:
+class BargeInDetector:
     """Spots the keyword while the robot speaks, from `begin` until its own voice is gone.
 
     Push the played and the recorded sound, block by block.

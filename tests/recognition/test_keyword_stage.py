@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Ears, Event, Garbled, Held, Recognised, Released, Source, Urgent
+from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released, Source, SpeechRecogniser, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, KeywordNet, Posteriors, Weights
-from hvcpd.recognition.keyword.stage import USUAL_GAIN, KeywordEars, KeywordRescorer
+from hvcpd.recognition.keyword.stage import USUAL_GAIN, KeywordRescorer, KeywordStage
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME, SENTENCE_WAIT
-from hvcpd.recognition.recogniser import Recogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
@@ -28,9 +28,9 @@ def agreed(_sound: Samples) -> float:
     return 0.0
 
 
-def ears() -> KeywordEars:
-    weights, first = Weights.load(), Recogniser(graph(), templates())
-    return KeywordEars(first, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), first.history), agreed)
+def recogniser() -> KeywordStage:
+    weights, first = Weights.load(), TemplateRecogniser(graph(), templates())
+    return KeywordStage(first, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), first.history), agreed)
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -39,7 +39,7 @@ def said(text: str, voice: str, dbfs: float) -> Samples:
     return np.asarray(sound * (10.0 ** (dbfs / 20.0) / np.sqrt(np.mean(loud**2))), np.float32)
 
 
-def hear(recogniser: Ears, sound: Samples, block: int = 400) -> list[tuple[float, Event]]:
+def hear(recogniser: SpeechRecogniser, sound: Samples, block: int = 400) -> list[tuple[float, Event]]:
     return [
         ((start + block) / SAMPLE_RATE_HZ, event)
         for start in range(0, len(sound), block)
@@ -56,31 +56,33 @@ def test_stop_is_heard_over_talk_within_half_a_second(at_s: float, over_db: floa
     mixed = talk.copy()
     mixed[at : at + len(call)] += call
     end_s = 1.0 + at_s + len(call) / SAMPLE_RATE_HZ
-    told = [at for at, event in hear(ears(), in_noise(mixed)) if isinstance(event, Held | Urgent)]
+    told = [at for at, event in hear(recogniser(), in_noise(mixed)) if isinstance(event, Held | Urgent)]
     assert told
     assert end_s - 0.2 < told[0] < end_s + 0.5
-    assert not any(isinstance(event, Held | Urgent) for _, event in hear(ears(), in_noise(talk)))
+    assert not any(isinstance(event, Held | Urgent) for _, event in hear(recogniser(), in_noise(talk)))
 
 
 def test_the_word_alone_is_told_in_a_voice_of_which_no_sentence_is_understood_whatever_the_blocks() -> None:
     sound = in_noise(np.pad(said("stop", "wren", -30.0), (0, 8000)))
-    per_block = [[event for _, event in hear(ears(), sound, block)] for block in (400, 1111)]
+    per_block = [[event for _, event in hear(recogniser(), sound, block)] for block in (400, 1111)]
     assert sum(isinstance(event, Urgent) for event in per_block[0]) == 1
     assert not any(isinstance(event, Recognised | Released) for event in per_block[0])
     assert per_block[0] == per_block[1]
-    assert not any(isinstance(event, Held | Urgent) for _, event in hear(Recogniser(graph(), templates()), sound))
+    assert not any(
+        isinstance(event, Held | Urgent) for _, event in hear(TemplateRecogniser(graph(), templates()), sound)
+    )
 
 
 def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
-    events = [event for _, event in hear(ears(), in_noise(sentence("hi rob, water green")))]
+    events = [event for _, event in hear(recogniser(), in_noise(sentence("hi rob, water green")))]
     assert [event.words for event in events if isinstance(event, Recognised)] == [("hi", "rob", "water", "green")]
     assert not any(isinstance(event, Held | Urgent) for event in events)
 
 
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
-    inner = channel_ears.ears(channel_ears.Script(speech=()))
-    around = KeywordEars(inner, Scripted(), KeywordRescorer(Scripted(), inner.first.history), agreed)
+    inner = channel_ears.recogniser(channel_ears.Script(speech=()))
+    around = KeywordStage(inner, Scripted(), KeywordRescorer(Scripted(), inner.first_pass.history), agreed)
     events = [event for _, event in hear(around, channel_ears.SOUND, block)]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
@@ -99,18 +101,18 @@ class Scripted:
 
 
 class Silent:
-    """Ears that understand nothing and pass chunks on."""
+    """A recogniser that understands nothing and passes chunks on."""
 
-    busy = speaking = signs = False
-    since: int | None = None
-    ending = ""
-    gain = 0.0
+    busy = speaking = possible_speech = False
+    sentence_since: int | None = None
+    ending_word = ""
+    sentence_gain = 0.0
 
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []
         self.history = History()
         self.events: list[Event] = []
-        self.first = self
+        self.first_pass = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.history.push(samples, masked)
@@ -138,16 +140,16 @@ class Bench:
     def __init__(self) -> None:
         self.net, self.in_noise = Scripted(), Scripted()
         self.nats = 0.0
-        self.ears = Silent()
-        recent = KeywordRescorer(self.in_noise, self.ears.history)
-        self.listener = KeywordEars(self.ears, self.net, recent, lambda _sound: self.nats)
+        self.recogniser = Silent()
+        recent = KeywordRescorer(self.in_noise, self.recogniser.history)
+        self.listener = KeywordStage(self.recogniser, self.net, recent, lambda _sound: self.nats)
         self._frame = 0
 
     def live(self, *probabilities: float, ending: str = "") -> list[type]:
         told: list[Event] = []
         for self.net.probability in probabilities:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
-            self.ears.chunks, self.ears.ending = [Chunk(self._frame, energies, False)], ending
+            self.recogniser.chunks, self.recogniser.ending_word = [Chunk(self._frame, energies, False)], ending
             told += self.listener.push(np.zeros(CHUNK_SAMPLES, np.float32))
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
@@ -157,10 +159,10 @@ def test_a_certain_word_with_which_a_sentence_may_have_begun_waits_for_it() -> N
     alone, within = Bench(), Bench()
     for bench, goes_on in ((alone, False), (within, True)):
         bench.live(*[0.0] * 20)
-        bench.ears.since = 20 * CHUNK_SAMPLES if goes_on else None
+        bench.recogniser.sentence_since = 20 * CHUNK_SAMPLES if goes_on else None
         told = bench.live(*[ACCEPT_PROBABILITY] * 12)
         assert told == [Held if goes_on else Urgent]
-    within.ears.since = None
+    within.recogniser.sentence_since = None
     assert within.live(*[0.0] * 40) == [Urgent]
 
 
@@ -185,7 +187,7 @@ def test_a_word_that_a_robots_sentence_explains_must_be_more_likely(
 ) -> None:
     """In a furnished room, three in five halts in the talk of robots were at words that the templates followed well."""
     bench = Bench()
-    bench.ears.gain = USUAL_GAIN + 15.0
+    bench.recogniser.sentence_gain = USUAL_GAIN + 15.0
     assert bench.live(*[0.0] * 50, probability, probability, *[0.0] * DOUBT_CHUNKS, ending=ending) == then
 
 
@@ -229,7 +231,7 @@ def test_a_word_that_was_decided_is_not_heard_again() -> None:
     bench.in_noise.probability = 1.0
     sentence = Recognised(("hi", "rob", "water", "green"), "oak", 10_000, 34_000, 0.9, 10.0, ())
     assert bench.live(*[0.0] * 50, 0.7, 0.7) == [Held]
-    bench.ears.events = [sentence]
+    bench.recogniser.events = [sentence]
     assert bench.live(*[0.0] * DOUBT_CHUNKS) == [Recognised, Released]
 
 
@@ -260,12 +262,12 @@ def test_a_call_that_a_search_found_needs_the_net(source: Source) -> None:
     call = Recognised(("stop",), "oak", 30_000, 37_000, 0.96, 10.0, (), source)
     bench = Bench()
     bench.live(*[0.0] * 60)
-    bench.ears.events = [call]
+    bench.recogniser.events = [call]
     assert bench.live(0.0) == [Garbled]
 
 
 def test_a_call_that_others_and_the_net_found_stands() -> None:
     bench = Bench()
     bench.live(*[0.0] * 50, HOLD_PROBABILITY, HOLD_PROBABILITY)
-    bench.ears.events = [Recognised(("hi", "rob", "stop"), "oak", 10_000, 31_000, 0.9, 10.0, ())]
+    bench.recogniser.events = [Recognised(("hi", "rob", "stop"), "oak", 10_000, 31_000, 0.9, 10.0, ())]
     assert Recognised in bench.live(0.0)

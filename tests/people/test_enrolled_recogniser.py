@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_listener import BLOCK_FRAMES, STEPS, EnrolledListener
+from hvcpd.people.enrolled_recogniser import BLOCK_FRAMES, STEPS, EnrolledRecogniser
 from hvcpd.recognition.decoder import Decoder
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies
@@ -70,7 +70,7 @@ ANNA = Person("Anna", {word: [one] for word, one in WORDS.items()})
 
 
 def nearest(sound: Energies, *people: Person) -> Recognised | None:
-    return EnrolledListener(GRAPH, people or (ANNA,)).match(sound, NOISE)
+    return EnrolledRecogniser(GRAPH, people or (ANNA,)).match(sound, NOISE)
 
 
 @pytest.mark.parametrize("words", SENTENCES)
@@ -107,7 +107,7 @@ def test_a_sentence_is_one_persons_who_has_all_of_its_words() -> None:
 
 def test_without_takes_nothing_can_be_known() -> None:
     with pytest.raises(ValueError, match="no templates"):
-        EnrolledListener(GRAPH, [Person("Anna")])
+        EnrolledRecogniser(GRAPH, [Person("Anna")])
 
 
 def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence[range]) -> float:

@@ -1,8 +1,8 @@
-"""The shared front stage of all recognisers on one microphone: frames, noise, and whether somebody speaks.
+"""The front end that all recognisers on one microphone share: frames, history, noise estimate and voice activity.
 
-While only noise is heard this is all that runs; the networks sleep. Activity is sound well above the tracked noise, in
-any part of the spectrum: the logarithm of each band's energy over the noise, averaged over a short window and over
-groups of bands; the loudest group decides. Averaging logarithms makes the same thresholds hold in any noise at any
+While only noise is heard this is all that runs; the decoders sleep. Voice activity is energy above the noise estimate,
+in any part of the spectrum: the log ratio of each band's energy to the noise, averaged over a short window and over
+groups of bands; the highest group counts. Since logarithms are averaged, the same thresholds hold in any noise at any
 level.
 """
 
@@ -64,8 +64,8 @@ def _window_matrix() -> NDArray[np.float32]:
     return windows
 
 
-class ActivityDetector:
-    """Tracks energies and noise, chunk by chunk; `busy` and `alert` describe the most recent frames."""
+class VoiceActivityDetector:
+    """Voice activity detection, chunk by chunk; `busy` and `possible_speech` describe the most recent frames."""
 
     def __init__(self) -> None:
         self._groups = _group_matrix()
@@ -75,7 +75,7 @@ class ActivityDetector:
         """Number of quiet frames since speech ended."""
         self.busy = False
         """Somebody else is speaking."""
-        self.alert = False
+        self.possible_speech = False
         """Something may be speech; more easily true than `busy`."""
 
     def push(self, energies: Energies, noise: NDArray[np.float32]) -> None:
@@ -86,7 +86,7 @@ class ActivityDetector:
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
         fast, slow, long = np.maximum.reduce(self._windows @ self._history, axis=1).tolist()
-        self.alert = slow > ALERT or fast > ONSET or long > LONG_ALERT
+        self.possible_speech = slow > ALERT or fast > ONSET or long > LONG_ALERT
         if fast > ONSET:
             self.busy = True
         self.quiet_frames = 0 if fast > RELEASE else self.quiet_frames + n
@@ -101,11 +101,11 @@ class ActivityDetector:
         """Start again in silence, for example after the robot's own words."""
         self._history.fill(0.0)
         self.busy = False
-        self.alert = False
+        self.possible_speech = False
 
 
-class SegmentTracker:
-    """Finds stretches of speech by `busy` and loudness; they are garbled where no sentence accounts for them."""
+class Segmenter:
+    """Segments speech by voice activity and the modulation of its level; segments without a sentence are garbled."""
 
     def __init__(self) -> None:
         self._start: int | None = None
@@ -148,74 +148,74 @@ RECENT_FRAMES = 160
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 
-Found = tuple[list[Event], ...]
-"""The results of each watcher."""
+ConsumerEvents = tuple[list[Event], ...]
+"""The events of each consumer."""
 
 
-class Watcher(Protocol):
-    """Receives the frames of the watch. All watchers receive the same chunks."""
+class FrameConsumer(Protocol):
+    """Receives the chunks of the front end, each the same ones."""
 
     @property
     def under_way(self) -> bool:
         """Whether a sentence may be in progress, so that the sound is not noise."""
 
     @property
-    def follows(self) -> bool:
+    def surely_under_way(self) -> bool:
         """Whether a sentence surely is in progress, so that a rise in level is not noise."""
 
-    def hear(self, chunk: Chunk) -> list[Event]:
+    def consume(self, chunk: Chunk) -> list[Event]:
         """The next frames, once the noise is known."""
 
     def break_off(self, frame: int) -> list[Event]:
         """Note that speech before `frame` will not be understood."""
 
 
-class Watch:
-    """Monitors one microphone for its watchers."""
+class SharedFrontEnd:
+    """Passes the chunks of one microphone to its consumers."""
 
     def __init__(self) -> None:
         self.stream = FrameStream()
         self.history = History()
         self.noise = NoiseTracker()
-        self.activity = ActivityDetector()
+        self.activity = VoiceActivityDetector()
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
         self.chunks: list[Chunk] = []
         """What was passed on in the last push."""
-        self._early: list[Chunk] = []
-        """The sound from before the noise was known."""
+        self._before_noise_estimate: list[Chunk] = []
+        """The chunks from before the first noise estimate."""
         self._power_weights = power_weights()
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
 
-    def push(self, samples: Samples, masked: bool, watchers: Sequence[Watcher]) -> Iterator[Found]:
+    def push(self, samples: Samples, masked: bool, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
         """Pass the next samples, shape (n,), to the watchers. Iterate to the end, or samples are lost."""
         self.chunks = []
         samples = np.asarray(samples).reshape(-1)
         self.history.push(samples, masked)
         for chunk in self.stream.push(samples, masked):
-            yield from self._take(chunk, watchers)
+            yield from self._take(chunk, consumers)
 
-    def lose(self, n_samples: int, watchers: Sequence[Watcher]) -> Iterator[Found]:
+    def lose(self, n_samples: int, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
         """Advance time by lost samples; iterate likewise. Raises ValueError for a negative number."""
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
         self.chunks = []
         self.history.lose(n_samples)
-        yield self._break_off(self.stream.next_frame, watchers)
+        yield self._break_off(self.stream.next_frame, consumers)
         for chunk in self.stream.lose(n_samples):
-            yield from self._take(chunk, watchers)
+            yield from self._take(chunk, consumers)
 
-    def flush(self, watchers: Sequence[Watcher], silent_chunks: int) -> Iterator[Found]:
+    def flush(self, consumers: Sequence[FrameConsumer], silent_chunks: int) -> Iterator[ConsumerEvents]:
         """Pass on the frames that fill no chunk yet, and this number of chunks of the room's noise after them."""
         self.chunks = []
         rest = self.stream.rest()
         if len(rest.energies):
-            yield from self._take(rest, watchers)
+            yield from self._take(rest, consumers)
         frame = rest.first_frame + len(rest.energies)
         silence = np.tile(self.noise.estimate * np.exp(STEADY_NOISE.mean_log), (CHUNK_FRAMES, 1))
         for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
-            yield from self._hear(Chunk(at, silence, False), watchers)
+            yield from self._distribute(Chunk(at, silence, False), consumers)
 
     def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
         """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
@@ -225,32 +225,32 @@ class Watch:
         noise = float(self._noise_power[slots].mean())
         return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
 
-    def _take(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Iterator[Found]:
+    def _take(self, chunk: Chunk, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
         if chunk.masked:  # the robot's own voice covers everything
-            yield self._break_off(chunk.first_frame, watchers)
+            yield self._break_off(chunk.first_frame, consumers)
             return
-        self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in watchers))
-        if not any(w.follows for w in watchers) and self.noise.follow_step():
+        self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in consumers))
+        if not any(w.surely_under_way for w in consumers) and self.noise.follow_step():
             # The noise stepped up: activity since then was noise, and speech before it is lost.
-            yield self._break_off(chunk.first_frame - STEP_FRAMES, watchers)
-        yield from self._hear(chunk, watchers)
+            yield self._break_off(chunk.first_frame - STEP_FRAMES, consumers)
+        yield from self._distribute(chunk, consumers)
 
-    def _break_off(self, frame: int, watchers: Sequence[Watcher]) -> Found:
-        found = tuple(w.break_off(frame) for w in watchers)
+    def _break_off(self, frame: int, consumers: Sequence[FrameConsumer]) -> ConsumerEvents:
+        found = tuple(w.break_off(frame) for w in consumers)
         self.activity.reset()
         self.recent = self.recent[:0]
         return found
 
-    def _hear(self, chunk: Chunk, watchers: Sequence[Watcher]) -> Iterator[Found]:
+    def _distribute(self, chunk: Chunk, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
         self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
-        self._early.append(chunk)
+        self._before_noise_estimate.append(chunk)
         if not self.noise.ready:
             return
-        for each in self._early:
+        for each in self._before_noise_estimate:
             self.activity.push(each.energies, self.noise.estimate)
             slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
             self._speech_power[slots] = each.energies @ self._power_weights
             self._noise_power[slots] = self.noise.estimate @ self._power_weights
             self.chunks.append(each)
-            yield tuple(w.hear(each) for w in watchers)
-        self._early = []
+            yield tuple(w.consume(each) for w in consumers)
+        self._before_noise_estimate = []

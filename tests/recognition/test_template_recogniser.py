@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.recognition.keyword.stage import USUAL_GAIN
-from hvcpd.recognition.recogniser import Recogniser
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from tests.recognition.signals import graph, in_noise, sentence, templates, word
 
 RATE = 16_000
 SENTENCES = ["hi rob", "hi bot", "hi rob, water green", "hi bot, water rose", "hi bot, stop", "stop"]
 
 
-def recogniser() -> Recogniser:
-    return Recogniser(graph(), templates())
+def recogniser() -> TemplateRecogniser:
+    return TemplateRecogniser(graph(), templates())
 
 
 def heard(sound: np.ndarray) -> list[str]:
@@ -78,7 +78,7 @@ def test_the_noise_of_an_answer_is_that_from_before_the_own_words() -> None:
     [event] = r.push(sound[first:])
     assert isinstance(event, Recognised)
     assert event.snr_db == pytest.approx(19.0, abs=2.0)
-    level_db = r.first.snr_db(event.start_sample, event.end_sample)
+    level_db = r.first_pass.snr_db(event.start_sample, event.end_sample)
     assert level_db == pytest.approx(event.snr_db, abs=0.5)
 
 
@@ -195,8 +195,8 @@ def test_how_well_a_sentence_in_progress_fits_and_its_last_word_are_known_while_
         r = recogniser()
         for block in np.split(sound, range(640, len(sound), 640)):
             r.push(block)
-            gain.append(r.gain)
-            ending.append(r.ending)
+            gain.append(r.sentence_gain)
+            ending.append(r.ending_word)
     assert max(gains[0]) > USUAL_GAIN > max(gains[1])
     assert gains[0][-1] == 0.0
     assert [word for word, _ in groupby(endings[0])] == ["", "rob", "", "stop", ""]
@@ -213,7 +213,7 @@ def test_missing_template_is_our_own_mistake() -> None:
     voices = templates()
     del voices["oak"]["rose"]
     with pytest.raises(ValueError, match="rose"):
-        Recogniser(graph(), voices)
+        TemplateRecogniser(graph(), voices)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -24,8 +24,8 @@ from hvcpd.recognition.channel.open_segment import (
     OpenSegment,
 )
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
-from hvcpd.recognition.events import Ears, Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import LaterEars, Worker
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source, SpeechRecogniser
+from hvcpd.recognition.second_pass import SecondPassStage, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a segment, for its noise."""
@@ -42,20 +42,20 @@ MEMORY_TIME = 20 * SAMPLE_RATE_HZ
 than the pauses of a conversation."""
 
 
-class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
+class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
     """Recogniser with a second pass for robots through any channel."""
 
-    _listener: ChannelRecogniser
+    _searcher: ChannelRecogniser
 
     def __init__(
         self,
-        ears: Ears,
-        listener: ChannelRecogniser,
+        recogniser: SpeechRecogniser,
+        searcher: ChannelRecogniser,
         worker: Worker[ChannelSegment, SearchResult],
         unmodelled: frozenset[str] = frozenset(),
     ) -> None:
         """`unmodelled`: words that are also said, or followed by others, in ways that the channel search lacks."""
-        super().__init__(ears, listener, worker)
+        super().__init__(recogniser, searcher, worker)
         self._unmodelled = unmodelled
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
@@ -73,27 +73,27 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         """When the last segment was submitted; None once its data are dropped."""
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `LaterEars.prepare`; robots' words come first."""
-        self._listener.prepare(go_on)
-        self._ears.prepare(go_on)
+        """As `SecondPassStage.prepare`; robots' words come first."""
+        self._searcher.prepare(go_on)
+        self._inner.prepare(go_on)
 
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         greeted = self._open is not None and self._open.greeted
-        return self._ears.busy or greeted or any(each.result is None for each in self._closed)
+        return self._inner.busy or greeted or any(each.result is None for each in self._closed)
 
     def adopt(self, others: Self) -> None:
-        """As `LaterEars.adopt`."""
+        """As `SecondPassStage.adopt`."""
         super().adopt(others)
         self._unmodelled = others._unmodelled
 
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """The results of the first ears' events, and of finished second passes."""
+        """As `SecondPassStage.take`."""
         out: list[Event] = []
         for event in events:
             out += self._take_event(event)
-        for job, result in self._worker.findings():
+        for job, result in self._worker.results():
             for each in self._closed:
                 if each.job is job:
                     each.result = result
@@ -124,8 +124,8 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         return [each for event in freed for each in self._to_report(event, result)]
 
     def flush(self) -> list[Event]:
-        """As `Recogniser.flush`, with what open segments hold."""
-        reported = self.take(self._ears.flush())
+        """As `TemplateRecogniser.flush`, with what open segments hold."""
+        reported = self.take(self._inner.flush())
         self._close()
         reported += self.take([])
         return reported + [event for segment in self._closed for event in self._release(segment)]
@@ -143,7 +143,7 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
 
     def _follow(self) -> None:
         """Track onsets and signs of speech."""
-        if self.first.signs:
+        if self.first_pass.possible_speech:
             self._since = self._began if self._since is None else self._since
             self._last_sign = self._now
             self._note_sign()
@@ -169,10 +169,10 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         if first < self._searched_until or first < self._whole_from:
             return
         self._searched_until = first + STEP
-        sound, lead = self.first.history.around(first - LEAD, first, self._now)
+        sound, lead = self.first_pass.history.around(first - LEAD, first, self._now)
         if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
-        found = self._listener.onset(sound[lead : lead + SIZE], sound[:lead])
+        found = self._searcher.onset(sound[lead : lead + SIZE], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
@@ -202,7 +202,7 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         """Free memory once nobody has spoken for a while."""
         if self._searched_at is not None and self._now - self._searched_at >= MEMORY_TIME:
             self._searched_at = None
-            self._listener.free_memory()
+            self._searcher.free_memory()
 
     def _close(self, cut: bool = False) -> None:
         """Close the open segment, or `cut` it: submit it, unless all of it has been reported."""
@@ -225,11 +225,11 @@ class ChannelEars(LaterEars[ChannelSegment, SearchResult]):
         if self._is_accounted_for(segment):
             segment.result = SearchResult()
             return
-        sound, lead = self.first.history.around(segment.begin - LEAD, segment.begin, self._now)
+        sound, lead = self.first_pass.history.around(segment.begin - LEAD, segment.begin, self._now)
         origin = segment.begin - lead
         segment.job = ChannelSegment(sound, origin, lead, cut, segment.earlier)
         self._searched_at = self._now
-        if not self._worker.submit(segment.job, self._listener):
+        if not self._worker.submit(segment.job, self._searcher):
             segment.result = SearchResult()
 
     def _open_after(self, segment: OpenSegment) -> None:

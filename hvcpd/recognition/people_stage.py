@@ -1,4 +1,4 @@
-"""Speech that the robots' recogniser rejects goes to a listener that knows people.
+"""The people stage of the recogniser: a second pass over speech that no robot's voice explains.
 
 Until its result comes, and for MOST_WAIT_S at most, the speech counts as still going on. A sentence that cannot go on
 is reported at once. What may be the first part of one is kept until nobody has spoken for PATIENCE_S; if somebody goes
@@ -16,11 +16,11 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Ears, Event, Garbled, Recognised
+from hvcpd.recognition.events import Event, Garbled, Recognised, SpeechRecogniser
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.second_pass import AFTER_S, PAUSES_S, LaterEars, Segment, SegmentListener, Worker
+from hvcpd.recognition.second_pass import AFTER_S, PAUSES_S, SecondPassStage, Segment, SegmentSearcher, Worker
+from hvcpd.recognition.shared_front_end import WAIT_FRAMES
 from hvcpd.recognition.stream import Chunk
-from hvcpd.recognition.watch import WAIT_FRAMES
 
 LEAD_S = 3.0
 """Sound before the speech, for its noise: the noise tracker's memory."""
@@ -52,20 +52,22 @@ MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""
 
 
-class PeopleListener(SegmentListener[Segment, Recognised | None], Protocol):
+class PeopleSearcher(SegmentSearcher[Segment, Recognised | None], Protocol):
     """A listener for sentences of people."""
 
     def may_go_on(self, words: Sequence[str]) -> bool:
         """Whether more words would make another sentence of these."""
 
 
-class SecondEars(LaterEars[Segment, Recognised | None]):
-    """Ears with a second pass for people's speech."""
+class PeopleStage(SecondPassStage[Segment, Recognised | None]):
+    """Recogniser with a second pass for people's speech."""
 
-    _listener: PeopleListener
+    _searcher: PeopleSearcher
 
-    def __init__(self, ears: Ears, listener: PeopleListener, worker: Worker[Segment, Recognised | None]) -> None:
-        super().__init__(ears, listener, worker)
+    def __init__(
+        self, recogniser: SpeechRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Recognised | None]
+    ) -> None:
+        super().__init__(recogniser, searcher, worker)
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
@@ -85,16 +87,16 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
-        return self._ears.busy or bool(self._waiting or self._kept)
+        return self._inner.busy or bool(self._waiting or self._kept)
 
     def _follow(self) -> None:
-        speaking = self.first.speaking
+        speaking = self.first_pass.speaking
         if speaking:
             self._spoke_until = self._now
             if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
                 self._kept = [Garbled(self._last.start, self._last.end)]
                 self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
-        self._stretches += self._talk.push(self.first.chunks, speaking)
+        self._stretches += self._talk.push(self.first_pass.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
         quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
@@ -103,7 +105,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         self._torn_until = max(self._torn_until, until)
 
     def take(self, events: Sequence[Event]) -> list[Event]:
-        """The results of the first ears' events, and of finished second passes."""
+        """As `SecondPassStage.take`."""
         out: list[Event] = []
         for event in events:
             if not (isinstance(event, Garbled) and not event.robot and self._submitted(event)):
@@ -112,7 +114,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         self._understood_until = max([self._understood_until, *ends])
         while self._stretches:
             self._look_within(self._stretches.pop(0))
-        for segment, found in self._worker.findings():
+        for segment, found in self._worker.results():
             if segment in self._waiting:
                 self._waiting.remove(segment)
                 out += self._taken(segment, found)
@@ -121,7 +123,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         return out + self._given_up()
 
     def flush(self) -> list[Event]:
-        """As `LaterEars.flush`: what was kept, too."""
+        """As `SecondPassStage.flush`: what was kept, too."""
         return super().flush() + self._let_go()
 
     def _submitted(self, event: Garbled) -> bool:
@@ -130,7 +132,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         if segment is None:
             return False
         joined = self._joined(segment)
-        if not self._worker.submit(joined or segment, self._listener):
+        if not self._worker.submit(joined or segment, self._searcher):
             return False
         if joined is not None:
             self._kept.clear()
@@ -152,7 +154,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         if segment.within_talk:
             return [found] if found is not None else []
         events = self._let_go()
-        if found is not None and not self._listener.may_go_on(found.words):
+        if found is not None and not self._searcher.may_go_on(found.words):
             self._last = None
             return [*events, found]
         self._last = segment
@@ -178,12 +180,12 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
         if not starts:
             return
         begin, end = starts[0] - round(LEAD_S * SAMPLE_RATE_HZ), stretch.end + round(PAUSES_S * SAMPLE_RATE_HZ)
-        sound, lead = self.first.history.around(begin, starts[0], end)
+        sound, lead = self.first_pass.history.around(begin, starts[0], end)
         if len(sound) - lead < stretch.end - starts[0]:
             return
         later = tuple(starts[1:])
         segment = Segment(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
-        if self._worker.submit(segment, self._listener):
+        if self._worker.submit(segment, self._searcher):
             self._waiting.append(segment)
 
     def _segment(self, event: Garbled) -> Segment | None:
@@ -194,7 +196,7 @@ class SecondEars(LaterEars[Segment, Recognised | None]):
             return None
         begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)
         end = event.end_sample + round(AFTER_S * SAMPLE_RATE_HZ)
-        sound, lead = self.first.history.around(begin, event.start_sample, end)
+        sound, lead = self.first_pass.history.around(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
         return Segment(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)

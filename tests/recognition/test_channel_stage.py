@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.ears import MAX_WAIT, MEMORY_TIME, ChannelEars
 from hvcpd.recognition.channel.estimation import _blocks_of
 from hvcpd.recognition.channel.open_segment import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
 from hvcpd.recognition.channel.recogniser import GOES_ON, ChannelRecogniser, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.stage import MAX_WAIT, MEMORY_TIME, ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_pass import AtOnce, SegmentListener
+from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
 from tests.recognition.hisses import GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,
@@ -27,8 +27,8 @@ from tests.recognition.scripted import (
     SOUND,
     Script,
     Slow,
-    ears,
     guess,
+    recogniser,
     run,
     the_sentence,
 )
@@ -36,7 +36,7 @@ from tests.recognition.scripted import (
 
 def test_a_sentence_that_templates_found_is_held_until_the_look_and_replaced() -> None:
     worker = Slow()
-    listening = ears(Script([(END + 2000, guess())]), worker)
+    listening = recogniser(Script([(END + 2000, guess())]), worker)
     assert run(listening, 0, END + 10_000) == []
     assert listening.busy
     worker.end()
@@ -55,21 +55,21 @@ def test_a_sentence_that_templates_found_is_held_until_the_look_and_replaced() -
     ],
 )
 def test_the_sentence_found_is_told_once_whatever_the_first_ears_make_of_it_and_when(event: Event, after: int) -> None:
-    the_sentence(run(ears(Script([(END + after, event)]))))
+    the_sentence(run(recogniser(Script([(END + after, event)]))))
 
 
 def test_what_the_first_ears_miss_is_found() -> None:
-    the_sentence(run(ears(Script())))
+    the_sentence(run(recogniser(Script())))
 
 
 @pytest.mark.parametrize("source", [Source.SPELLED])
 def test_sentences_from_others_than_templates_pass_and_are_told_once(source: Source) -> None:
     sentence = guess("hi rob water rose", source=source)
-    assert run(ears(Script([(END, sentence), (END + 3000, sentence), (END + 5000, GARBLED)]))) == [sentence]
+    assert run(recogniser(Script([(END, sentence), (END + 3000, sentence), (END + 5000, GARBLED)]))) == [sentence]
 
 
 def test_a_sentence_without_any_sign_of_speech_is_found_and_somebody_speaks_meanwhile() -> None:
-    listening = ears(Script(speech=()))
+    listening = recogniser(Script(speech=()))
     assert run(listening, 0, AT) == []
     assert not listening.busy
     assert run(listening, AT, END) == []
@@ -79,12 +79,12 @@ def test_a_sentence_without_any_sign_of_speech_is_found_and_somebody_speaks_mean
 
 
 def test_a_sentence_whose_signs_end_early_is_told_whole() -> None:
-    the_sentence(run(ears(Script(speech=((AT, AT + 3000),)))))
+    the_sentence(run(recogniser(Script(speech=((AT, AT + 3000),)))))
 
 
 def test_other_events_pass() -> None:
     held = Held(AT, AT + 100)
-    assert run(ears(Script([(AT + 1600, held)]), Slow()), 0, AT + 1600) == [held]
+    assert run(recogniser(Script([(AT + 1600, held)]), Slow()), 0, AT + 1600) == [held]
 
 
 def test_a_robot_that_was_cut_off_is_garbled_and_marked() -> None:
@@ -92,19 +92,19 @@ def test_a_robot_that_was_cut_off_is_garbled_and_marked() -> None:
     end = AT + len(whole) // 2
     event = Garbled(AT, end)
     script = Script([(end + 3000, event)], [(AT, end)])
-    assert run(ears(script), sound=scene(160_000, (AT, whole[: len(whole) // 2]))) == [Garbled(AT, end, True)]
+    assert run(recogniser(script), sound=scene(160_000, (AT, whole[: len(whole) // 2]))) == [Garbled(AT, end, True)]
 
 
 @pytest.mark.parametrize("event", [GARBLED, guess("stop", 0.9)])
 def test_what_no_robot_is_known_to_have_said_stands(event: Event) -> None:
     stranger = through_a_room(spoken("hi rob, water rose", book=Book("elm")), 1)
-    assert run(ears(Script([(END + 3000, event)])), sound=scene(160_000, (AT, stranger))) == [event]
+    assert run(recogniser(Script([(END + 3000, event)])), sound=scene(160_000, (AT, stranger))) == [event]
 
 
 @pytest.mark.parametrize("event", [GARBLED, guess()])
 @pytest.mark.parametrize("after", [-5000, 20_000])
 def test_a_worker_that_is_full_loses_nothing(event: Event, after: int) -> None:
-    listening = ears(Script([(END + after, event)]), Slow(room=0))
+    listening = recogniser(Script([(END + after, event)]), Slow(room=0))
     assert run(listening, 0, END + 24_000) == [event]
     assert run(listening, END + 24_000) == []
     assert not listening.busy
@@ -113,7 +113,7 @@ def test_a_worker_that_is_full_loses_nothing(event: Event, after: int) -> None:
 @pytest.mark.parametrize("event", [GARBLED, guess()])
 def test_a_worker_that_is_slow_loses_nothing_and_is_not_waited_for(event: Event) -> None:
     worker = Slow()
-    listening = ears(Script([(END + 3000, event)]), worker)
+    listening = recogniser(Script([(END + 3000, event)]), worker)
     assert run(listening, 0, END + MAX_WAIT) == []
     assert listening.busy
     assert run(listening, END + MAX_WAIT, END + MAX_WAIT + SAMPLE_RATE_HZ) == [event]
@@ -126,18 +126,18 @@ def test_a_sentence_that_seemed_to_go_on_and_did_not_is_garbled_in_time() -> Non
     whole = through_a_room(spoken("all, who is here"), 1)
     end = AT + len(whole) // 2
     sound = scene(160_000, (AT, whole[: len(whole) // 2]))
-    told = run(ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)])), 0, end + MAX_WAIT + 10_000, sound)
+    told = run(recogniser(Script([(end + 800, Garbled(AT, end))], [(AT, end)])), 0, end + MAX_WAIT + 10_000, sound)
     assert told == [Garbled(AT, end, True)]
 
 
-class Told(AtOnce[ChannelSegment, SearchResult]):
+class Told(SynchronousWorker[ChannelSegment, SearchResult]):
     """A worker that finds the same in every stretch."""
 
     def __init__(self, result: SearchResult) -> None:
         super().__init__()
         self.result = result
 
-    def submit(self, job: ChannelSegment, listener: SegmentListener[ChannelSegment, SearchResult]) -> bool:
+    def submit(self, job: ChannelSegment, listener: SegmentSearcher[ChannelSegment, SearchResult]) -> bool:
         self._found.append((job, self.result))
         return True
 
@@ -149,7 +149,7 @@ def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: 
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
     going_on = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
     assert going_on
-    listening = ears(Script([(END + 800, GARBLED)]), Told(SearchResult(robot=robot, in_progress=going_on)))
+    listening = recogniser(Script([(END + 800, GARBLED)]), Told(SearchResult(robot=robot, in_progress=going_on)))
     assert run(listening, 0, END + 10_000) == ([] if robot else [GARBLED])
 
 
@@ -157,7 +157,7 @@ def test_where_a_recording_ends_nothing_is_held_any_more() -> None:
     whole = through_a_room(spoken("all, who is here"), 1)
     end = AT + len(whole) // 2
     sound = scene(160_000, (AT, whole[: len(whole) // 2]))
-    listening = ears(Script([(end + 800, Garbled(AT, end))], [(AT, end)]))
+    listening = recogniser(Script([(end + 800, Garbled(AT, end))], [(AT, end)]))
     assert run(listening, 0, end + 10_000, sound) == []
     assert listening.flush() == [Garbled(AT, end, True)]
     assert listening.flush() == []
@@ -170,13 +170,13 @@ def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_to
     sound, event = scene(160_000, (AT, whole[: len(whole) // 2])), guess(end=end)
     for unmodelled, soon, late in (("lily", [event], []), ("rose", [], [Garbled(AT, end, True)])):
         script = Script([(end + 800, event)], [(AT, end)])
-        listening = ChannelEars(script, LISTENER, AtOnce(), frozenset((unmodelled,)))
+        listening = ChannelStage(script, LISTENER, SynchronousWorker(), frozenset((unmodelled,)))
         assert (run(listening, 0, end + 10_000, sound), listening.flush()) == (soon, late)
 
 
 def test_a_sentence_whose_signs_paused_is_looked_at_whole() -> None:
     script = Script([(AT + 13_000, Garbled(AT, AT + 8000))], [(AT, AT + 4000), (AT + 14_000, END)])
-    the_sentence(run(ears(script)))
+    the_sentence(run(recogniser(script)))
 
 
 def test_the_own_voice_ends_a_stretch_and_is_not_looked_at() -> None:
@@ -184,27 +184,27 @@ def test_the_own_voice_ends_a_stretch_and_is_not_looked_at() -> None:
     sound = SOUND.copy()
     own = (END // BLOCK + 2) * BLOCK
     sound[own:] = 0.9
-    run(ears(Script(), worker), 0, own + BLOCK, sound, [(own, len(sound))])
+    run(recogniser(Script(), worker), 0, own + BLOCK, sound, [(own, len(sound))])
     [(job, _)] = worker.waiting
     assert np.abs(job.sound).max() < 0.9
 
 
 def test_who_answers_the_own_voice_soon_is_heard_at_its_place() -> None:
     own = (AT - 4_000 - 16_000, AT - 4_000)
-    the_sentence(run(ears(Script([(END + 3000, GARBLED)])), own=[own], block=200))
+    the_sentence(run(recogniser(Script([(END + 3000, GARBLED)])), own=[own], block=200))
 
 
 @pytest.mark.parametrize("gap", [0, 400])
 def test_what_may_be_the_end_of_a_sentence_under_the_own_voice_is_garbled(gap: int) -> None:
     """The end of a sentence that the robot's own voice had covered was taken for "hi all, i am bot, resume"."""
     own = (AT - gap - 16_000, AT - gap)
-    told = run(ears(Script([(END + 3000, GARBLED)])), own=[own], block=200)
+    told = run(recogniser(Script([(END + 3000, GARBLED)])), own=[own], block=200)
     assert [type(event) for event in told] == [Garbled]
 
 
 def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
     worker = Slow()
-    listening = ears(Script(speech=((8000, 20_000), (AT, END))), worker)
+    listening = recogniser(Script(speech=((8000, 20_000), (AT, END))), worker)
     run(listening, 0, 16_000)
     assert worker.waiting == []
     listening.lost(AT - 4_000 - 16_000)
@@ -215,31 +215,31 @@ def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
 
 
 def test_what_is_learned_in_the_middle_of_a_sentence_counts_for_it() -> None:
-    listening = ChannelEars(Script([(END + 2000, GARBLED)]), ChannelRecogniser(GRAPH, ()), AtOnce())
+    listening = ChannelStage(Script([(END + 2000, GARBLED)]), ChannelRecogniser(GRAPH, ()), SynchronousWorker())
     run(listening, 0, AT + 8000)
     others = Script()
-    listening.adopt(ears(others))
-    assert listening._ears.learned is others  # type: ignore[attr-defined]
+    listening.adopt(recogniser(others))
+    assert listening._inner.learned is others  # type: ignore[attr-defined]
     the_sentence(run(listening, AT + 8000))
 
 
 @pytest.mark.parametrize(("block", "event"), [(67, GARBLED), (400, guess()), (1000, GARBLED), (8000, guess())])
 def test_blocks_may_have_any_size(block: int, event: Event) -> None:
-    the_sentence(run(ears(Script([(END + 2000, event)])), block=block))
+    the_sentence(run(recogniser(Script([(END + 2000, event)])), block=block))
 
 
 def test_what_is_no_sound_does_not_matter() -> None:
     sound = SOUND.copy()
     sound[AT - 20_000 : AT - 12_000] = np.nan
     sound[END + 10_000 :] = np.inf
-    the_sentence(run(ears(Script([(END + 2000, GARBLED)])), sound=sound))
-    assert run(ears(Script()), sound=np.full(len(SOUND), np.nan, np.float32)) == []
-    assert ears(Script()).push(np.zeros(0, np.float32)) == []
+    the_sentence(run(recogniser(Script([(END + 2000, GARBLED)])), sound=sound))
+    assert run(recogniser(Script()), sound=np.full(len(SOUND), np.nan, np.float32)) == []
+    assert recogniser(Script()).push(np.zeros(0, np.float32)) == []
 
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
     script, book = Script(), Book("oak")
-    ChannelEars(script, ChannelRecogniser(GRAPH, (book,)), AtOnce()).prepare(lambda: True)
+    ChannelStage(script, ChannelRecogniser(GRAPH, (book,)), SynchronousWorker()).prepare(lambda: True)
     assert script.prepared
     assert book.prepared
 
@@ -247,7 +247,7 @@ def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
 @pytest.mark.parametrize("at", [88_000, 100_000, 112_000])
 def test_in_clatter_that_never_ends_a_sentence_is_told_whole_and_soon(at: int) -> None:
     sound = scene(200_000, (at, HEARD))
-    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AFTER + GOES_ON, sound)
+    told = run(recogniser(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AFTER + GOES_ON, sound)
     assert [(event.words, event.source) for event in told if isinstance(event, Recognised)] == [(RIGHT, Source.CHANNEL)]
 
 
@@ -255,7 +255,7 @@ def test_in_clatter_that_never_ends_a_sentence_is_told_whole_and_soon(at: int) -
 def test_in_clatter_a_sentence_is_told_a_second_after_its_end_or_at_the_next_cut(at: int) -> None:
     """It was told at the next cut after that second, up to 2.25 s after its end."""
     sound = scene(CLATTER + 3 * CUT_AFTER, (at, HEARD))
-    told = run(ears(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AGAIN_AFTER + BLOCK, sound)
+    told = run(recogniser(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AGAIN_AFTER + BLOCK, sound)
     assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
 
 
@@ -263,16 +263,16 @@ def test_wherever_clatter_is_cut_a_sentence_is_told_whole() -> None:
     at = 100_000
     sound = scene(200_000, (at, HEARD))
     for late in range(0, CUT_AFTER, CUT_AFTER // 4):
-        told = run(ears(Script(speech=((late, len(sound)),))), 0, len(sound), sound)
+        told = run(recogniser(Script(speech=((late, len(sound)),))), 0, len(sound), sound)
         assert [event.words for event in told if isinstance(event, Recognised)] == [RIGHT]
 
 
 def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> None:
-    the_sentence(run(ears(Script([(END + 2000, Garbled(END - 4000, END))]))))
+    the_sentence(run(recogniser(Script([(END + 2000, Garbled(END - 4000, END))]))))
 
 
 def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() -> None:
-    listening = ears(Script([(END + 2000, guess())]))
+    listening = recogniser(Script([(END + 2000, guess())]))
     run(listening)
     assert _blocks_of.cache_info().currsize > 0
     quiet = np.zeros(MEMORY_TIME + SAMPLE_RATE_HZ, np.float32)
@@ -283,7 +283,7 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
 def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
     events = [(at, Garbled(at - 8000, at)) for at in range(2 * CLATTER, 6 * CLATTER, SAMPLE_RATE_HZ)]
     sound = scene(6 * CLATTER)
-    listening = ears(Script(events, ((0, len(sound)),)), Slow(room=99))
+    listening = recogniser(Script(events, ((0, len(sound)),)), Slow(room=99))
     listening._worker.waiting = deque(maxlen=1)  # type: ignore[attr-defined]
     run(listening, 0, len(sound), sound)
     gc.collect()
