@@ -132,7 +132,7 @@ def make_speech_recogniser(
 def make_spelling_recogniser(
     phrasebook: Phrasebook, sound: Sound, front_end: SharedFrontEnd | None = None
 ) -> TemplateRecogniser:
-    """A recogniser of spelled names, in every voice; `watch`: that of another recogniser on the same microphone."""
+    """A recogniser of spelled names, in every voice; `front_end`: that of another recogniser on the same microphone."""
     graph = phrasebook.spelling_graph
     voices = {voice.name: voice for voice in sound.every_voice()}
 

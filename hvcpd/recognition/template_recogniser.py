@@ -1,6 +1,6 @@
 """The first pass, a streaming recogniser: samples in, sentences of the template decoder out.
 
-While only noise is heard, the decoder sleeps, and the front end alone runs (`watch`). When the decoder wakes, the last
+While only noise is heard, the decoder sleeps, and the front end alone runs (`shared_front_end`). When the decoder wakes, the last
 frames are replayed into it, so that no word is lost. All decisions are made at chunks of four frames counted from the
 first sample, so the size of the pushed blocks changes no result.
 """
@@ -65,7 +65,7 @@ class TemplateRecogniser:
         front_end: SharedFrontEnd | None = None,
         make_spelling_recogniser: Callable[[SharedFrontEnd], TemplateRecogniser] | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few takes of the word. `watch`: shared with another recogniser on the same
+        """`templates[voice][word]`: one or a few takes of the word. `front_end`: shared with another recogniser on the same
         microphone. `make_spelling_recogniser` makes the one for spelled names, in `prepare`.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
