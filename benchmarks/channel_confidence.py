@@ -48,7 +48,7 @@ CONDITIONS = (
 TALK_DB = (30.0, 10.0, 0.0)
 """People's talk over white noise."""
 TALK_DBFS = -26.0
-BEFORE, AFTER = 3 * SAMPLE_RATE_HZ, SAMPLE_RATE_HZ // 2
+LEAST_PRECEDING, AFTER = 3 * SAMPLE_RATE_HZ, SAMPLE_RATE_HZ // 2
 LEAST = (0.95, 0.7, 0.5)
 """Confidences that are told."""
 RIDGE = 0.001
@@ -97,7 +97,7 @@ class Bench:
     def cases(self, trial: Trial) -> Iterator[Case]:
         """One or two of the first sentence of a trial; none if nothing was found."""
         said = trial.said[0]
-        begin = max(said.start - BEFORE, 0)
+        begin = max(said.start - LEAST_PRECEDING, 0)
         sound = trial.sound[begin : said.end + AFTER]
         weighted, paths = self.paths(sound, said.start - begin)
         found = self.listener.evidence(weighted, paths)
@@ -131,9 +131,9 @@ class Bench:
         rms = float(np.sqrt(np.mean(np.square(talk, dtype=np.float64)))) + 1e-9
         level = power_ratio(TALK_DBFS) ** 0.5
         rng = np.random.default_rng(seed)
-        noise = rng.standard_normal(BEFORE + len(talk)) * level * power_ratio(-snr_db) ** 0.5
-        sound = np.asarray(np.pad(talk * (level / rms), (BEFORE, 0)) + noise, np.float32)
-        weighted, paths = self.paths(sound, BEFORE)
+        noise = rng.standard_normal(LEAST_PRECEDING + len(talk)) * level * power_ratio(-snr_db) ** 0.5
+        sound = np.asarray(np.pad(talk * (level / rms), (LEAST_PRECEDING, 0)) + noise, np.float32)
+        weighted, paths = self.paths(sound, LEAST_PRECEDING)
         found = self.listener.evidence(weighted, paths)
         if found is not None:
             yield replace(case(found, (), False), talk=True)

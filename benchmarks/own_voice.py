@@ -24,7 +24,7 @@ from scipy.signal import fftconvolve
 from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
 from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.barge_in import EARLIER_S, BargeInDetector
+from hvcpd.recognition.barge_in import DELAY_TOLERANCE_S, BargeInDetector
 
 BLOCK = 320
 OWN_DBFS = -15.0
@@ -64,7 +64,7 @@ class Trial:
             parts += [talk, gap]
             at += len(talk) + len(gap)
         self.played = np.concatenate(parts)
-        late = round((EARLIER_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
+        late = round((DELAY_TOLERANCE_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
         echo = np.concatenate([np.zeros(late), fftconvolve(self.played, way(rt60_s, OWN_M, rng))])[: len(self.played)]
         self.own_rms = float(np.sqrt(np.mean(np.square(echo[np.abs(self.played) > 1e-4]))))
         seconds = np.arange(len(echo)) / SAMPLE_RATE_HZ

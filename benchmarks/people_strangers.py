@@ -36,7 +36,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person
 from hvcpd.people.fusion import same_meaning
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.speaker_adaptation import spoken
+from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.recognition.people_stage import PeopleStage
@@ -179,7 +179,9 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
 
     def enrolled_by(sounds: Iterable[Samples]) -> list[Person]:
         both = zip(texts, sounds, strict=True)
-        return [Person("Anna", {}, tuple(spoken(alone(sound, 20.0, "white", seed), text) for text, sound in both))]
+        return [
+            Person("Anna", {}, tuple(spoken_sentence(alone(sound, 20.0, "white", seed), text) for text, sound in both))
+        ]
 
     people = {name: enrolled_by([say([text], rng) for text in texts]) for name, say in voices.items()}
     unlike = [v for v in foreigners() if v.name == UNLIKE_KOKORO]

@@ -27,7 +27,7 @@ from hvcpd.recognition.frontend import (
     mel_filterbank,
     power_weights,
 )
-from hvcpd.recognition.network import AHEAD
+from hvcpd.recognition.network import PADDING
 from hvcpd.recognition.templates import MASK_DB, Noise, TemplateBank, trimmed_energies
 
 
@@ -135,12 +135,12 @@ class References:
         takes = [[take[part] for take in t] for t in phrases]
         flat = [take for t in takes for take in t]
         self._phrase_begins = np.cumsum([0, *(len(t) for t in takes)])[:-1]
-        sizes = np.array([take.shape[1] + AHEAD for take in flat])
+        sizes = np.array([take.shape[1] + PADDING for take in flat])
         self._begin = np.cumsum(sizes) - sizes
         self._last = self._begin + sizes - 1
         self._features = np.zeros((len(flat[0]), int(sizes.sum()), N_FEATURES), np.float32)
         for begin, last, take in zip(self._begin, self._last, flat, strict=True):
-            self._features[:, begin + AHEAD : last + 1] = take
+            self._features[:, begin + PADDING : last + 1] = take
         self._norms = (self._features**2).sum(axis=2)
 
     def costs(self, heard: Features) -> NDArray[np.float32]:
@@ -149,9 +149,9 @@ class References:
         UNREACHABLE for a phrase that is more than twice as long.
         """
         steps = StepCosts()
-        ahead = (self._begin[:, None] + np.arange(AHEAD)).ravel()
+        ahead = (self._begin[:, None] + np.arange(PADDING)).ravel()
         cost = np.full(self._norms.shape, UNREACHABLE, np.float32)
-        cost[:, self._begin + AHEAD - 1] = 0.0
+        cost[:, self._begin + PADDING - 1] = 0.0
         following = np.full_like(cost, UNREACHABLE)
         squares = heard @ self._features.transpose(0, 2, 1) * -2.0
         squares += self._norms[:, None] + (heard**2).sum(axis=2)[:, :, None]

@@ -19,7 +19,7 @@ from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
-from hvcpd.recognition.network import REACH, Beam, Network
+from hvcpd.recognition.network import MAX_ADVANCE, Beam, Network
 from hvcpd.recognition.scorer import distances, norms_of
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, TemplateBank, noise_features
@@ -34,8 +34,8 @@ synthetic voices: 87 of 90, with 0.3 88, with 0.8 86. Fluent words are shorter t
 BEAM = Beam(width=120.0, above_filler=30.0, max_pairs=150)
 """A path may cost as much more than another one as half a second of wrong sounds. With 60 more than the filler, and 300
 pairs, the same of 300 digits and sentences are right, in a third more time."""
-BLOCK_FRAMES = REACH // 3
-"""Number of frames between two prunings, in which a path advances by REACH at most."""
+BLOCK_FRAMES = MAX_ADVANCE // 3
+"""Number of frames between two prunings, in which a path advances by MAX_ADVANCE at most."""
 
 MOST_DEFICIT = 3.0
 """Largest deficit of the worst word; words that people swallow in right sentences have more."""
@@ -54,7 +54,7 @@ class EnrolledRecogniser:
         self._bank = TemplateBank({voice: words for voice, words in takes.items() if words})
         self._net = Network(graph, self._bank.templates, partial=True)
 
-    def nearest(self, segment: Segment) -> Recognised | None:
+    def recognise(self, segment: Segment) -> Recognised | None:
         """The sentence nearest to the segment, in samples of the segment's own clock, and its confidence; None where
         only noise is nearer."""
         energies = energies_of(np.asarray(segment.sound, np.float32))

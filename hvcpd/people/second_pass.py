@@ -79,7 +79,7 @@ class SecondPassRecogniser:
     def _sentence(self, segment: Segment) -> Recognised | None:
         if not self._strangers:
             listener = self._listener()
-            return _surely(listener.nearest(segment) if listener is not None else None)
+            return _surely(listener.recognise(segment) if listener is not None else None)
         hypotheses, fused = self._fused(segment)
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
@@ -129,7 +129,7 @@ class SecondPassRecogniser:
         logs = mean_normalised(log_bands_of_segment(segment))
         outputs = [net.output(logs) for net in nets()]
         listener = self._listener()
-        nearest = listener.nearest(segment) if listener is not None else None
+        nearest = listener.recognise(segment) if listener is not None else None
         return Hypotheses([each.log_posteriors for each in outputs], search, talk, nearest), outputs
 
     @cached_property

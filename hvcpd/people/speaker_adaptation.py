@@ -38,7 +38,7 @@ STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
 """Number of steps, rate and momentum of gradient descent on a convex loss; 100 steps more change no sentence."""
 
 
-def spoken(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
+def spoken_sentence(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
     """A segment of sound in which these words were said, as features of the phone nets."""
     return SpokenSentence(words, mean_normalised(log_bands_of_segment(segment)))
 

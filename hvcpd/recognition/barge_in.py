@@ -22,10 +22,10 @@ from hvcpd.recognition.stream import FrameStream
 
 BLOCK = 320
 """Number of samples processed at a time: 20 ms."""
-PARTS = 7
+PARTITIONS = 7
 """Number of blocks over which the echo path is modelled: 140 ms, of which 40 are for a latency that is known to within
 20 ms only, the rest for the room's early sound."""
-_EARLY_PARTS = 3
+_EARLY_PARTITIONS = 3
 """Number of first blocks, one of which has the direct sound."""
 _LATE_POWER = 0.03
 """Initial power of later blocks, relative to the first ones."""
@@ -48,9 +48,9 @@ class EchoCanceller:
     def reset(self) -> None:
         """Forget the echo path."""
         bands = BLOCK + 1
-        late = _LATE_POWER * _DECAY ** np.arange(PARTS - _EARLY_PARTS)
-        prior = np.concatenate([np.ones(_EARLY_PARTS), late])
-        self._path = np.zeros((PARTS, bands), np.complex128)
+        late = _LATE_POWER * _DECAY ** np.arange(PARTITIONS - _EARLY_PARTITIONS)
+        prior = np.concatenate([np.ones(_EARLY_PARTITIONS), late])
+        self._path = np.zeros((PARTITIONS, bands), np.complex128)
         self._variance: NDArray[np.float64] = np.repeat(prior[:, None], bands, axis=1)
         self._noise: NDArray[np.float64] | None = None
         self.pause()
@@ -58,7 +58,7 @@ class EchoCanceller:
     def pause(self) -> None:
         """Forget the played sound but keep the echo path: some time has passed unprocessed."""
         self._last: Samples = np.zeros(BLOCK, np.float32)
-        self._own = np.zeros((PARTS, BLOCK + 1), np.complex128)
+        self._own = np.zeros((PARTITIONS, BLOCK + 1), np.complex128)
         self._waiting: tuple[Samples, Samples] = (np.zeros(0, np.float32), np.zeros(0, np.float32))
 
     def take(self, played: Samples, heard: Samples) -> Samples:
@@ -97,13 +97,13 @@ class EchoCanceller:
         self._variance = _FORGET**2 * still + (1.0 - _FORGET**2) * np.abs(self._path) ** 2
 
 
-EARLIER_S = 0.02
+DELAY_TOLERANCE_S = 0.02
 """Largest deviation of the own voice's delay from the expected one, either way."""
-FAINTEST_DB = -15.0
+LEAST_LEVEL_DB = -15.0
 """The least level of the word relative to the own voice's; the filter leaves -16 dB of it in its first sentence."""
 LEVEL_QUANTILE = 0.75
 """Quantile of the frames' powers that counts as the level: that of the vowels."""
-CERTAIN = 0.4
+LEAST_PROBABILITY = 0.4
 """Least probability that counts: no later sound could confirm it, since the robot continues to speak. 12 of 12 calls
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
 RECENT_FRAMES = 400
@@ -127,10 +127,10 @@ class BargeInDetector:
     def begin(self, now: int, latency_s: float) -> None:
         """The robot begins to speak at sample `now`; of the earlier state, only the echo path is kept.
 
-        `latency_s`: the time between handing out a block and hearing it, within EARLIER_S. The filter can follow only
-        small changes of it and takes any larger change for another echo path.
+        `latency_s`: the time between handing out a block and hearing it, within DELAY_TOLERANCE_S. The filter can
+        follow only small changes of it and takes any larger change for another echo path.
         """
-        if abs(latency_s - self._latency_s) > EARLIER_S / 2:
+        if abs(latency_s - self._latency_s) > DELAY_TOLERANCE_S / 2:
             self._latency_s = latency_s
             self._echo.reset()
         self._began = now
@@ -138,10 +138,12 @@ class BargeInDetector:
         self._echo.pause()
         self._net.reset()
         self._spotter = KeywordSpotter(self._net)
-        self._left_powers = np.zeros(0)
+        self._residual_powers = np.zeros(0)
         self._reported_until = 0
-        self._playing: Samples = np.zeros(max(round((self._latency_s - EARLIER_S) * SAMPLE_RATE_HZ), 0), np.float32)
-        self._heard, self._rest = FrameStream(), FrameStream()
+        self._playing: Samples = np.zeros(
+            max(round((self._latency_s - DELAY_TOLERANCE_S) * SAMPLE_RATE_HZ), 0), np.float32
+        )
+        self._heard, self._residual = FrameStream(), FrameStream()
 
     def lost(self) -> None:
         """Sound was lost: the played and the recorded sound are out of step, and may stay so."""
@@ -165,13 +167,13 @@ class BargeInDetector:
         self._playing = line[len(samples) :]
         found: list[Urgent] = []
         least = self._least_level(samples)
-        for chunk in self._rest.push(self._echo.take(line[: len(samples)], samples), False):
-            self._left_powers = _recent(self._left_powers, chunk.energies, WORD_FRAMES)
+        for chunk in self._residual.push(self._echo.take(line[: len(samples)], samples), False):
+            self._residual_powers = _recent(self._residual_powers, chunk.energies, WORD_FRAMES)
             word = self._spotter.push(chunk)
             if (
                 word is not None
-                and word.probability >= CERTAIN
-                and quantile(self._left_powers, LEVEL_QUANTILE) >= least
+                and word.probability >= LEAST_PROBABILITY
+                and quantile(self._residual_powers, LEVEL_QUANTILE) >= least
             ):
                 found += self._reported(word)
         return found
@@ -182,7 +184,7 @@ class BargeInDetector:
             self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
         if not len(self._own_powers):
             return 0.0
-        return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(FAINTEST_DB)
+        return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
 
     def _reported(self, word: Detection) -> list[Urgent]:
         if word.end_frame < self._reported_until:

@@ -21,7 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.back_pointers import PAUSE, BackPointers, Costs, Tokens, TracedWord, start_token
-from hvcpd.recognition.network import AHEAD, REACH, ActiveStates, Beam, Network, active_states, shared_states, survivors
+from hvcpd.recognition.network import (
+    MAX_ADVANCE,
+    PADDING,
+    ActiveStates,
+    Beam,
+    Network,
+    active_states,
+    shared_states,
+    survivors,
+)
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""
@@ -120,7 +129,7 @@ class Decoder:
         self._cost_next: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
         self._token: Tokens = np.zeros(layout.n_states, np.int32)
         self._token_next: Tokens = np.zeros(layout.n_states, np.int32)
-        self._ahead = (layout.begin[:, None] + np.arange(AHEAD)).ravel()
+        self._padding = (layout.begin[:, None] + np.arange(PADDING)).ravel()
         self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
 
     def prune(self) -> ActiveStates:
@@ -140,7 +149,7 @@ class Decoder:
             reached.reshape(-1)[soon] = True
         entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
         low[entering] = 0
-        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], REACH))
+        high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], MAX_ADVANCE))
         pairs = np.flatnonzero(low >= 0)
         self._set_active(active_states(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
         were, are = shared_states(old, self.active)
@@ -173,7 +182,7 @@ class Decoder:
             self._token, self._token_next = token, self._token
         ends = self._cost[self.active.last]
         passing = np.flatnonzero(ends < self._bound)
-        self._cost[self._ahead] = UNREACHABLE
+        self._cost[self._padding] = UNREACHABLE
         if len(passing) or self._rest_best < UNREACHABLE:
             self._pass_nodes(passing, ends[passing], np.float32(noise_cost))
         self._frame += 1

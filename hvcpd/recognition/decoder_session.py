@@ -53,13 +53,13 @@ END_MARGIN = 5.0
 through the next words gain a little by chance."""
 UNDER_WAY = 15.0
 """Gain over the filler from which on a path may be a sentence in progress."""
-FOLLOWED_GAIN = 28.0
+SURE_GAIN = 28.0
 """Least gain of a sentence in progress in half a second (40 is usual), both now and before: words fitted to a noise
 that has just risen gain 28 at most, for a moment."""
 LEAD_FRAMES = 60
 """Time before a sentence (0.6 s) that shows whether it follows silence: longer than the pause at a comma with the weak
 sounds around it."""
-FOLLOWED_BLOCKS = 6
+SURE_BLOCKS = 6
 """Number of blocks (48 frames): as long as noise must have been steady after a step."""
 HISTORY_FRAMES = 2048
 """Frames (20 s) of the filler's costs that are kept: longer than the longest sentence."""
@@ -71,8 +71,8 @@ class Sentence:
 
     `deficits` holds, for each word, its mean distance per frame beyond the frame's best template, in units of
     FILLER_COST: near 0 for the right word, 1 and above for anything else. `pause` is the dearest pause inside it, in
-    the same unit times frames: the amount of speech that it skips. `expected_gains` are each word's expected gains
-    over the filler if it was said (see `Scorer.expected_gain`), `stretches` its frames over those of the nearest take
+    the same unit times frames: the amount of speech that it skips. `expected_gains` are each word's expected gains over
+    the filler if it was said (see `Scorer.expected_gain`), `duration_ratios` its frames over those of the nearest take
     of the word. `unfinished`: somebody seems to go on with words that are not understood yet.
     """
 
@@ -82,7 +82,7 @@ class Sentence:
     cost: float
     pause: float
     expected_gains: tuple[float, ...]
-    stretches: tuple[float, ...]
+    duration_ratios: tuple[float, ...]
     unfinished: bool
 
 
@@ -137,7 +137,7 @@ def confidence_features(sentence: Sentence, word: int | None = None) -> Confiden
     margin = min(sentence.steps[k].margin for k in words)
     deficits = [sentence.deficits[k] for k in words]
     word_fit = min(-sentence.steps[k].cost / sentence.expected_gains[k] for k in words)
-    stretches = [sentence.stretches[k] for k in words]
+    duration_ratios = [sentence.duration_ratios[k] for k in words]
     return ConfidenceFeatures(
         math.log(min(max(margin, LEAST_MARGIN), MOST_MARGIN)),
         sum(deficits) / len(deficits),
@@ -145,8 +145,8 @@ def confidence_features(sentence: Sentence, word: int | None = None) -> Confiden
         math.log(gain),
         math.log(max(gain / sum(sentence.expected_gains), LEAST_FIT)),
         min(max(word_fit, LEAST_WORD_FIT), MOST_FIT),
-        min(max(max(stretches), SLOW), SLOWEST) - SLOW,
-        max(FAST - min(stretches), 0.0),
+        min(max(max(duration_ratios), SLOW), SLOWEST) - SLOW,
+        max(FAST - min(duration_ratios), 0.0),
     )
 
 
@@ -164,7 +164,7 @@ class DecoderSession:
         self._gain = 0.0
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
-        self._bests: deque[float] = deque(maxlen=FOLLOWED_BLOCKS)
+        self._bests: deque[float] = deque(maxlen=SURE_BLOCKS)
         self._since: int | None = None
         """The frame at which a sentence that may be in progress was first seen."""
         self.awake = False
@@ -179,19 +179,19 @@ class DecoderSession:
     @property
     def surely_under_way(self) -> bool:
         """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self.gain > FOLLOWED_GAIN and self._bests[0] < -FOLLOWED_GAIN
+        return self.gain > SURE_GAIN and self._bests[0] < -SURE_GAIN
 
     @property
     def gain(self) -> float:
         """How much better than the filler a sentence in progress fits the last half second; 0 if none is."""
-        known = self.under_way and len(self._bests) == FOLLOWED_BLOCKS
+        known = self.under_way and len(self._bests) == SURE_BLOCKS
         return max(self._bests[0] - self._bests[-1], 0.0) if known else 0.0
 
     @property
     def since(self) -> int | None:
         """The frame at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
         there is none."""
-        return self._since if self.best.cost < -2.0 * FOLLOWED_GAIN else None
+        return self._since if self.best.cost < -2.0 * SURE_GAIN else None
 
     @property
     def ending_word(self) -> str:
@@ -212,7 +212,7 @@ class DecoderSession:
     def sleep(self) -> None:
         """Stop decoding; forget all paths."""
         if self.awake:
-            self._scorer.rest()
+            self._scorer.free_memory()
         self.awake = False
         self.best = BestPath(0.0)
 
@@ -243,7 +243,7 @@ class DecoderSession:
             self._since = self._next
 
     def _decode(self, features: Features) -> None:
-        self._scorer.follow(self._decoder.prune())
+        self._scorer.load_states(self._decoder.prune())
         states, noise, cohort = self._scorer.score(features)
         filler = np.minimum(noise, cohort + np.float32(FILLER_COST))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
@@ -270,7 +270,7 @@ class DecoderSession:
         best = self.best
         if best.node < 0 or best.cost >= 0.0 or best.rested_frames < END_FRAMES:
             return None
-        unfinished = bool(self._net.goes_on[best.node]) and best.behind > GOING_ON
+        unfinished = bool(self._net.has_successors[best.node]) and best.behind > GOING_ON
         if best.rested_frames < self._needed_rest(best):
             return None
         steps = tuple(self._decoder.trace(best.token))
@@ -281,14 +281,14 @@ class DecoderSession:
             best.cost,
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
             tuple(self._expected_gain(step) for step in steps),
-            tuple(self._stretch(step) for step in steps),
+            tuple(self._duration_ratio(step) for step in steps),
             unfinished,
         )
 
     def _needed_rest(self, best: BestPath) -> int:
         """Number of frames of rest that end a sentence with this path."""
         hidden = self._scorer.voice_snr_db(self._gain) < HIDDEN_DB
-        if self._net.goes_on[best.node] and (hidden or best.behind > GOING_ON):
+        if self._net.has_successors[best.node] and (hidden or best.behind > GOING_ON):
             return HIDDEN_END_FRAMES
         return LATE_END_FRAMES if best.behind > 0.0 else END_FRAMES
 
@@ -315,7 +315,7 @@ class DecoderSession:
         of_frame = max(self._scorer.expected_gain(rows, FILLER_COST), 0.01)
         return of_frame * (step.end_frame - step.start_frame)
 
-    def _stretch(self, step: TracedWord) -> float:
+    def _duration_ratio(self, step: TracedWord) -> float:
         """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
         frames = step.end_frame - step.start_frame
         usual = min(

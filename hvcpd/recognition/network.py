@@ -34,8 +34,8 @@ class Network:
 
     Instances (n_instances, sorted by target node): `first_row` and `length`, their frames in the template bank
     (`longest` is the longest one's); `word_shortest` and `word_longest`, frames of all takes of its word in its voice;
-    `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers).
-    Nodes (n_nodes): `may_pause`, `is_final`, `goes_on` (words may follow); `start_nodes` lists one node per voice.
+    `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers). Nodes (n_nodes):
+    `may_pause`, `is_final`, `has_successors` (words may follow); `start_nodes` lists one node per voice.
     """
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template], partial: bool = False) -> None:
@@ -76,8 +76,8 @@ class Network:
 
     def _lay_out_instances(self, instances: list[tuple[int, int, str, int]], templates: Sequence[Template]) -> None:
         self.n_instances = len(instances)
-        self.goes_on = np.zeros(self.n_nodes, np.bool_)
-        self.goes_on[[c[1] for c in instances]] = True
+        self.has_successors = np.zeros(self.n_nodes, np.bool_)
+        self.has_successors[[c[1] for c in instances]] = True
         self.target_node: Index = np.array([c[0] for c in instances], np.intp)
         self.source_node: Index = np.array([c[1] for c in instances], np.intp)
         self.word = tuple(c[2] for c in instances)
@@ -92,7 +92,7 @@ class Network:
         return self.voices[node // self.nodes_per_voice]
 
 
-AHEAD = 3
+PADDING = 3
 """Padding states before each stretch, as many as a path can step at once."""
 
 
@@ -131,10 +131,10 @@ def active_states(network: Network, n_hypotheses: int, pair: Index, low: Index, 
     """The active states of these stretches."""
     hypothesis, instance = np.divmod(pair, network.n_instances)
     length = network.length[instance]
-    size = high - low + AHEAD
+    size = high - low + PADDING
     ends = np.cumsum(size)
     begin = ends - size
-    frame = np.arange(int(size.sum())) - np.repeat(begin - low + AHEAD, size)
+    frame = np.arange(int(size.sum())) - np.repeat(begin - low + PADDING, size)
     first_row = np.repeat(network.first_row[instance], size)
     is_open, is_ending = low == 0, high == length
     bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
@@ -144,10 +144,10 @@ def active_states(network: Network, n_hypotheses: int, pair: Index, low: Index, 
         low,
         high,
         begin,
-        np.repeat(pair * (network.longest + AHEAD), size) + frame + AHEAD,
+        np.repeat(pair * (network.longest + PADDING), size) + frame + PADDING,
         first_row + np.maximum(frame, 0),
         tuple(int(bound) for bound in bounds),
-        begin[is_open] + AHEAD - 1,
+        begin[is_open] + PADDING - 1,
         (node + network.source_node[instance])[is_open],
         ends[is_ending] - 1,
         instance[is_ending],
@@ -165,7 +165,7 @@ def shared_states(old: ActiveStates, new: ActiveStates) -> tuple[Index, NDArray[
 
 HORIZON_FRAMES = 8
 """Number of frames (80 ms) between two prunings: fewer cost more time, more delay the end of a sentence."""
-REACH = 2 * HORIZON_FRAMES
+MAX_ADVANCE = 2 * HORIZON_FRAMES
 """Largest number of states that a path advances in that time, by steps of two at most."""
 
 
@@ -196,8 +196,8 @@ def survivors(
     first = first_occurrences(owner)  # in whose order they are
     last = np.flatnonzero(np.diff(owner, append=len(layout.begin)))
     alive = owner[first]
-    offset = at - layout.begin[owner] - AHEAD + layout.low[owner]
+    offset = at - layout.begin[owner] - PADDING + layout.low[owner]
     low = np.maximum(offset[first], 0)
-    far = offset[last] + 1 + REACH
+    far = offset[last] + 1 + MAX_ADVANCE
     ends_soon = far >= length[alive]
     return layout.pair[alive], low, np.minimum(far, length[alive]), bound, target[alive[ends_soon]]

@@ -180,7 +180,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         if not starts:
             return
         begin, end = starts[0] - round(LEAD_S * SAMPLE_RATE_HZ), stretch.end + round(PAUSES_S * SAMPLE_RATE_HZ)
-        sound, lead = self.first_pass.history.around(begin, starts[0], end)
+        sound, lead = self.first_pass.history.unmasked(begin, starts[0], end)
         if len(sound) - lead < stretch.end - starts[0]:
             return
         later = tuple(starts[1:])
@@ -196,7 +196,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
             return None
         begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)
         end = event.end_sample + round(AFTER_S * SAMPLE_RATE_HZ)
-        sound, lead = self.first_pass.history.around(begin, event.start_sample, end)
+        sound, lead = self.first_pass.history.unmasked(begin, event.start_sample, end)
         if len(sound) - lead < event.end_sample - event.start_sample:
             return None
         return Segment(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)

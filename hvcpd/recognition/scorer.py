@@ -33,14 +33,14 @@ class Scorer:
         self._codebook = unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
-        self.rest()
+        self.free_memory()
         self._features = np.zeros((0, N_FEATURES), np.float32)
         self._norms = np.zeros(0, np.float32)
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._gain = math.nan
 
-    def rest(self) -> None:
+    def free_memory(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.
 
         `_composed` has the features of each frame at each gain hypothesis, where `_is_composed`.
@@ -76,7 +76,7 @@ class Scorer:
         squares = np.einsum("uf,uf->u", away, away) + NOISE_DISTANCE**2
         return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
 
-    def follow(self, layout: ActiveStates) -> None:
+    def load_states(self, layout: ActiveStates) -> None:
         """Load the features of this layout's states; templates are composed when first needed."""
         features = np.empty((layout.n_states, N_FEATURES), np.float32)
         for hypothesis, (begin, end) in enumerate(pairwise(layout.hypothesis_begins)):

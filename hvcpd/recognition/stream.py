@@ -139,7 +139,7 @@ class History:
         sound = self._read(begin, min(end, self.end))
         return np.pad(sound, (0, end - begin - len(sound)))
 
-    def around(self, begin: int, middle: int, end: int) -> tuple[Samples, int]:
+    def unmasked(self, begin: int, middle: int, end: int) -> tuple[Samples, int]:
         """Return what is to_int16 from sample `begin` up to `end` without the robot's own speech; and the number of its
         samples before `middle`."""
         begin, end = max(begin, self.begin), min(end, self.end)

@@ -1,8 +1,8 @@
 """The first pass, a streaming recogniser: samples in, sentences of the template decoder out.
 
-While only noise is heard, the decoder sleeps, and the front end alone runs (`shared_front_end`). When the decoder wakes, the last
-frames are replayed into it, so that no word is lost. All decisions are made at chunks of four frames counted from the
-first sample, so the size of the pushed blocks changes no result.
+While only noise is heard, the decoder sleeps, and the front end alone runs (`shared_front_end`). When the decoder
+wakes, the last frames are replayed into it, so that no word is lost. All decisions are made at chunks of four frames
+counted from the first sample, so the size of the pushed blocks changes no result.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ class TemplateRecogniser:
         front_end: SharedFrontEnd | None = None,
         make_spelling_recogniser: Callable[[SharedFrontEnd], TemplateRecogniser] | None = None,
     ) -> None:
-        """`templates[voice][word]`: one or a few takes of the word. `front_end`: shared with another recogniser on the same
-        microphone. `make_spelling_recogniser` makes the one for spelled names, in `prepare`.
+        """`templates[voice][word]`: one or a few takes of the word. `front_end`: shared with another recogniser on the
+        same microphone. `make_spelling_recogniser` makes the one for spelled names, in `prepare`.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
@@ -78,7 +78,7 @@ class TemplateRecogniser:
         self._make_spelling = make_spelling_recogniser
         self._spelling: TemplateRecogniser | None = None
         self._segments = Segmenter()
-        self._alert_age = 0
+        self._speech_age = 0
         self._calm_frames = 0
         self._heard_until = 0
         """The frame after the last one."""
@@ -154,10 +154,10 @@ class TemplateRecogniser:
         """
         found = _merged(self.front_end.lose(n_samples, self._all))
         for recogniser in self._all:
-            recogniser.begin_late()
+            recogniser.note_lost_sound()
         return found
 
-    def begin_late(self) -> None:
+    def note_lost_sound(self) -> None:
         """Note that speech that begins now may be the end of something longer that was lost."""
         self._unheard_until = max(self._unheard_until, self.front_end.stream.next_frame + CHUNK_FRAMES)
 
@@ -169,7 +169,7 @@ class TemplateRecogniser:
         """Prepare what takes long, while `go_on` holds; from then on spelled names are recognised, too."""
         if self._spelling is None and self._make_spelling is not None and go_on():
             spelled = self._make_spelling(self.front_end)
-            spelled.begin_late()
+            spelled.note_lost_sound()
             self._spelling = spelled
 
     def flush(self) -> list[Event]:
@@ -180,7 +180,7 @@ class TemplateRecogniser:
         """Forget all paths; speech before `frame` is reported as garbled."""
         speech = self._segments.close(frame)
         self._session.sleep()
-        self._alert_age = 0
+        self._speech_age = 0
         return [speech] if speech else []
 
     def consume(self, chunk: Chunk) -> list[Event]:
@@ -202,12 +202,12 @@ class TemplateRecogniser:
 
     def _should_wake(self, n_frames: int) -> bool:
         """Whether the first sign of speech was long enough ago."""
-        if self._alert_age == 0 and not self.front_end.activity.possible_speech:
+        if self._speech_age == 0 and not self.front_end.activity.possible_speech:
             return False
-        self._alert_age += n_frames
-        if self._alert_age < WAKE_FRAMES:
+        self._speech_age += n_frames
+        if self._speech_age < WAKE_FRAMES:
             return False
-        self._alert_age = 0
+        self._speech_age = 0
         return True
 
     def _sleep_when_quiet(self, n_frames: int) -> None:
@@ -239,7 +239,7 @@ class TemplateRecogniser:
     def _continue_after(self, frame: int) -> None:
         """Mark speech until `frame` as handled; the next speaker may be much fainter."""
         self._session.sleep()
-        self._alert_age = 0
+        self._speech_age = 0
         self._reported_until = frame
         self.front_end.activity.account_for(self._heard_until - frame)
 

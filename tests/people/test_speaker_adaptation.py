@@ -12,7 +12,7 @@ from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
 from hvcpd.people.phones import PHONES, CtcSearch, far_net, nets
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment, spoken
+from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment, spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon
@@ -44,7 +44,7 @@ def segment(text: str) -> Segment:
 
 
 def sentence(text: str) -> SpokenSentence:
-    return spoken(segment(text), tuple(text.split()))
+    return spoken_sentence(segment(text), tuple(text.split()))
 
 
 def losses(text: str, *known: str) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.recognition.back_pointers import CAPACITY, PAUSE, BackPointers, start_token
-from hvcpd.recognition.network import AHEAD, ActiveStates, Network, active_states, shared_states
+from hvcpd.recognition.network import PADDING, ActiveStates, Network, active_states, shared_states
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
@@ -86,7 +86,7 @@ def layouts(draw: st.DrawFn) -> ActiveStates:
 @settings(max_examples=80, deadline=None)
 @given(layouts())
 def test_every_state_is_where_it_belongs(layout: ActiveStates) -> None:
-    sizes = layout.high - layout.low + AHEAD
+    sizes = layout.high - layout.low + PADDING
     assert layout.n_states == sizes.sum()
     assert (np.diff(layout.key) > 0).all()
     assert layout.hypothesis_begins[0] == 0
@@ -96,7 +96,7 @@ def test_every_state_is_where_it_belongs(layout: ActiveStates) -> None:
         states = np.arange(layout.begin[k], layout.begin[k] + sizes[k])
         assert layout.hypothesis_begins[hypothesis] <= states[0]
         assert states[-1] < layout.hypothesis_begins[hypothesis + 1]
-        frames = np.maximum(np.arange(layout.low[k] - AHEAD, layout.high[k]), 0)
+        frames = np.maximum(np.arange(layout.low[k] - PADDING, layout.high[k]), 0)
         assert (layout.row[states] == NET.first_row[instance] + frames).all()
 
 
@@ -105,7 +105,7 @@ def test_every_state_is_where_it_belongs(layout: ActiveStates) -> None:
 def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: ActiveStates) -> None:
     opened, ending = layout.low == 0, layout.high == NET.length[layout.pair % NET.n_instances]
     hypothesis, instance = np.divmod(layout.pair, NET.n_instances)
-    assert (layout.entry == layout.begin[opened] + AHEAD - 1).all()
+    assert (layout.entry == layout.begin[opened] + PADDING - 1).all()
     assert (layout.source == (hypothesis * NET.n_nodes + NET.source_node[instance])[opened]).all()
     assert (layout.row[layout.last] == (NET.first_row[instance] + NET.length[instance] - 1)[ending]).all()
     assert (layout.target == (hypothesis * NET.n_nodes + NET.target_node[instance])[ending]).all()

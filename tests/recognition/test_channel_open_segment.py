@@ -15,8 +15,8 @@ from tests.recognition.hisses import BOOKS
 GREETING = Onset(0, greeting=True)
 
 
-def stretch(after: OpenSegment | None = None) -> OpenSegment:
-    return OpenSegment(0, 0, CUT_AGAIN_AFTER, hidden=True, after=after)
+def stretch(continues: OpenSegment | None = None) -> OpenSegment:
+    return OpenSegment(0, 0, CUT_AGAIN_AFTER, end_hidden=True, continues=continues)
 
 
 @pytest.mark.parametrize("since", [None, 9_000])
@@ -24,14 +24,14 @@ def test_another_greeting_does_not_delay_the_search_for_a_sentence_in_progress(s
     before = stretch()
     follows = stretch(before)
     follows.note_onset(GREETING, 10_000, 6_000, since)
-    assert (follows.due, follows.hidden) == (CUT_AGAIN_AFTER, True)
+    assert (follows.cut_at, follows.end_hidden) == (CUT_AGAIN_AFTER, True)
 
 
 def test_signs_that_begin_with_a_greeting_show_the_end_and_others_do_not() -> None:
     shown, hidden = stretch(), stretch()
     shown.note_onset(GREETING, 10_000, 6_000, 9_000)
     hidden.note_onset(GREETING, 40_000, 36_000, 9_000)
-    assert (shown.due, hidden.due) == (10_000 + USUAL_LENGTH, 40_000 + CUT_AFTER)
+    assert (shown.cut_at, hidden.cut_at) == (10_000 + USUAL_LENGTH, 40_000 + CUT_AFTER)
     assert shown.is_over(QUIET)
     assert not hidden.is_over(QUIET)
 

@@ -21,8 +21,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.estimation import WhitenedSound
 from hvcpd.recognition.channel.path import RenderedVoice, may_have, thirds_of
 from hvcpd.recognition.channel.recogniser import (
-    LEAST_SCORE,
     LEAST_WORD_FIT,
+    ROBOT_SCORE,
     ChannelRecogniser,
     ChannelSegment,
     worst_fit,
@@ -64,7 +64,7 @@ def test_a_sentence_is_found_at_0_db_through_a_room_by_another_clock(team: Team,
     best = sentences.paths(weighted)[0]
     assert best.words == words
     assert sentences.is_whole(best)
-    assert best.score > LEAST_SCORE
+    assert best.score > ROBOT_SCORE
     assert worst_fit(weighted, best) > LEAST_WORD_FIT
     assert abs(best.starts[0] + best.delay - (AT - 8000)) < 160
 
@@ -100,7 +100,7 @@ def test_each_sentence_is_found_at_its_place_in_its_voice(text: str, voice: str)
     # What is heard of it by the response is nearly all that there is beside the noise.
     there = np.zeros(sound.n, np.float32)
     there[AT - 8000 : AT - 8000 + len(heard)] = 0.05 * heard
-    assert np.linalg.norm(best.sound(sound.n) - there) < 0.5 * np.linalg.norm(there)
+    assert np.linalg.norm(best.received(sound.n) - there) < 0.5 * np.linalg.norm(there)
 
 
 def test_words_are_sought_only_at_pitches_that_a_sentence_of_some_length_may_have() -> None:
@@ -138,7 +138,7 @@ def test_the_late_echoes_that_a_sentence_leaves_are_no_reason_to_seek_another() 
         heard[at : at + len(direct)] += 0.5 ** (number + 1) * direct
     sound = scene(AT + len(heard) + 9000, (AT, heard), noise=0.03)
     best = SEARCH.paths(weighted(sound))[0]
-    left = np.concatenate([sound[:8000], sound[8000:] - best.sound(len(sound) - 8000)])
+    left = np.concatenate([sound[:8000], sound[8000:] - best.received(len(sound) - 8000)])
     assert SEARCH.paths(weighted(left), reported=[best]) == []
     other = through_a_room(spoken("hi bot, stop", "willow"), 2)
     left[AT + 3000 : AT + 3000 + len(other)] += 0.02 * other
@@ -159,7 +159,7 @@ def test_a_word_that_was_not_said_does_not_fit() -> None:
 @pytest.mark.parametrize("seed", range(2))
 def test_nothing_is_sure_in_noise(seed: int) -> None:
     sound = weighted(scene(40_000, seed=seed))
-    assert all(path.score < LEAST_SCORE for path in SEARCH.paths(sound))
+    assert all(path.score < ROBOT_SCORE for path in SEARCH.paths(sound))
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -167,7 +167,7 @@ def test_nothing_is_sure_in_a_voice_that_nobody_has(seed: int) -> None:
     stranger = type(BOOKS["oak"])(f"elm {seed}")
     heard = through_a_room(spoken("hi rob, water rose", book=stranger), seed)
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard)))
-    assert all(path.score < LEAST_SCORE for path in SEARCH.paths(sound))
+    assert all(path.score < ROBOT_SCORE for path in SEARCH.paths(sound))
 
 
 def test_a_sentence_is_found_where_an_earlier_search_found_its_beginning() -> None:

@@ -25,8 +25,8 @@ def test_a_sentence_that_fits_is_sure() -> None:
     "worse",
     [
         replace(GOOD, deficits=(0.1, 1.2, 0.1)),
-        replace(GOOD, stretches=(1.0, 5.0, 1.0)),
-        replace(GOOD, stretches=(1.0, 0.6, 1.0)),
+        replace(GOOD, duration_ratios=(1.0, 5.0, 1.0)),
+        replace(GOOD, duration_ratios=(1.0, 0.6, 1.0)),
         replace(GOOD, steps=tuple(replace(s, cost=s.cost / 9) for s in STEPS), cost=-10.0),
         replace(GOOD, steps=(replace(STEPS[0], margin=0.1), *STEPS[1:])),
     ],
@@ -57,6 +57,6 @@ def test_a_chance_is_a_chance_whatever_it_cost(cost: float) -> None:
         steps=(TracedWord(0, 0, 1, cost, -5.0),),
         deficits=(99.0,),
         expected_gains=(0.01,),
-        stretches=(9.0,),
+        duration_ratios=(9.0,),
     )
     assert 0.0 <= chance(odd) <= 1.0

@@ -14,7 +14,7 @@ from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.recognition.back_pointers import CAPACITY
 from hvcpd.recognition.decoder import Decoder, StepCosts
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.network import AHEAD, HORIZON_FRAMES, REACH, Beam, Network
+from hvcpd.recognition.network import HORIZON_FRAMES, MAX_ADVANCE, PADDING, Beam, Network
 from hvcpd.recognition.templates import TemplateBank
 
 N_RUNGS = 2
@@ -24,7 +24,7 @@ WORDS = "abcde"
 
 
 def random_network(seed: int) -> Network:
-    """Four to six nodes, each with one or two words to nodes further on; words of REACH frames or more.
+    """Four to six nodes, each with one or two words to nodes further on; words of MAX_ADVANCE frames or more.
 
     No path gets through a shorter word between two prunings unless it skips at every frame.
     """
@@ -37,7 +37,7 @@ def random_network(seed: int) -> Network:
         arcs += [Arc(source, target, str(name)) for target, name in zip(sorted(targets), names, strict=False)]
     pauses = frozenset(int(n) for n in rng.integers(1, n_nodes, 2))
     graph = WordGraph(n_nodes, tuple(arcs), 0, frozenset({n_nodes - 1, int(rng.integers(1, n_nodes))}), pauses)
-    sounds = {w: [rng.standard_normal((REACH + k) * HOP_SAMPLES).astype(np.float32)] for k, w in enumerate(WORDS)}
+    sounds = {w: [rng.standard_normal((MAX_ADVANCE + k) * HOP_SAMPLES).astype(np.float32)] for k, w in enumerate(WORDS)}
     return Network(graph, TemplateBank({"oak": sounds}).templates)
 
 
@@ -223,7 +223,7 @@ def test_a_decoder_without_records_left_forgets_all_paths_and_goes_on() -> None:
 def test_it_follows_only_what_is_promising() -> None:
     net = random_network(4)
     given_input, _ = clean_input(net, 4)
-    everything = N_RUNGS * int((net.length + AHEAD).sum())
+    everything = N_RUNGS * int((net.length + PADDING).sum())
     decoder = Decoder(net, N_RUNGS, Beam())
     sizes = []
     for frame in range(len(given_input.distances)):

@@ -42,7 +42,7 @@ def heard(*sizes: int) -> History:
 def test_the_last_samples_are_kept_whatever_the_blocks(sizes: list[int]) -> None:
     history, now = heard(*sizes), sum(sizes)
     assert (history.begin, history.end) == (max(now - KEEP, 0), now)
-    assert np.array_equal(history.around(0, 0, now)[0], block(history.begin, now))
+    assert np.array_equal(history.unmasked(0, 0, now)[0], block(history.begin, now))
 
 
 @given(sizes=Sizes, at=st.integers(-20, 500), n=st.integers(0, 200))
@@ -68,7 +68,7 @@ def test_around_is_what_others_said_in_order(blocks: list[tuple[str, int]], cuts
     history = filled(*blocks)
     kinds = [kind for kind, size in blocks for _ in range(size)]
     places = [at for at in range(max(begin, history.begin), min(end, history.end)) if kinds[at] == "heard"]
-    sound, lead = history.around(begin, middle, end)
+    sound, lead = history.unmasked(begin, middle, end)
     assert [round(float(each * INT16_SCALE)) for each in sound] == places
     assert lead == sum(at < middle for at in places)
 
@@ -83,15 +83,15 @@ def test_the_own_voice_is_between_two_samples_and_lost_sound_is_silent() -> None
 @pytest.mark.parametrize("n", [KEEP, 10 * KEEP + 7])
 def test_a_loss_longer_than_all_that_is_kept_leaves_nothing_once_more_is_heard(n: int) -> None:
     history = filled(("heard", 30), ("lost", n))
-    assert np.array_equal(history.around(0, 0, 30 + n)[0], block(0, 30))
+    assert np.array_equal(history.unmasked(0, 0, 30 + n)[0], block(0, 30))
     history.push(block(30 + n, 35 + n), masked=False)
     assert history.end == 35 + n
     assert history.between(29, 31) is None
-    assert np.array_equal(history.around(0, 0, history.end)[0], block(30 + n, 35 + n))
+    assert np.array_equal(history.unmasked(0, 0, history.end)[0], block(30 + n, 35 + n))
 
 
 def test_nothing_was_heard_yet() -> None:
-    sound, lead = History(KEEP).around(-50, 0, 50)
+    sound, lead = History(KEEP).unmasked(-50, 0, 50)
     assert (len(sound), sound.dtype, lead) == (0, np.float32, 0)
 
 

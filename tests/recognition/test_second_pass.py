@@ -57,7 +57,7 @@ class Looker:
 
     def __init__(self, found: Recognised | None, goes_on: bool = False) -> None:
         self.found = found
-        self.goes_on = goes_on
+        self.has_successors = goes_on
         self.segments: list[Segment] = []
         self.prepared = 0
 
@@ -69,7 +69,7 @@ class Looker:
         return self.found
 
     def may_go_on(self, words: Sequence[str]) -> bool:
-        return self.goes_on
+        return self.has_successors
 
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
@@ -158,7 +158,7 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
     recogniser.first_pass.speaking = True  # type: ignore[misc]
     assert run(recogniser, 10, 30) == []
     recogniser.first_pass.speaking = False  # type: ignore[misc]
-    looker.found, looker.goes_on = SENTENCE, False
+    looker.found, looker.has_successors = SENTENCE, False
     assert run(recogniser, 10, 40) == [SENTENCE]
     [_, whole] = looker.segments
     assert (whole.start, whole.end, whole.later) == (32000, 64000, (52000,))
@@ -175,7 +175,7 @@ def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late
     assert run(recogniser, 10, 30) == []
     recogniser.first_pass.speaking = False  # type: ignore[misc]
     assert run(recogniser, 20, 40) == [Garbled(32000, 40000)]
-    looker.found, looker.goes_on = SENTENCE, False
+    looker.found, looker.has_successors = SENTENCE, False
     assert run(recogniser, 10, 60) == [SENTENCE]
 
 

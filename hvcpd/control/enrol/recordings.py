@@ -12,7 +12,7 @@ import numpy as np
 from hvcpd.language.graph import graph_of
 from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, level_normalised
 from hvcpd.people.phones import CtcSearch, Pronounce, far_net
-from hvcpd.people.speaker_adaptation import spoken
+from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
 from hvcpd.recognition.frontend import (
@@ -28,7 +28,7 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
-from hvcpd.recognition.network import AHEAD
+from hvcpd.recognition.network import PADDING
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import MASK_DB
 
@@ -124,7 +124,7 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
     start, end = speech.begin * HOP_SAMPLES, min(speech.end * HOP_SAMPLES, len(sound))
     if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
         return None, "it takes too long; say the sentence without long pauses"
-    sentence = spoken(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
+    sentence = spoken_sentence(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(far_net().output(sentence.logs).log_posteriors)
     if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
@@ -175,15 +175,15 @@ def distance(one: Features, other: Features) -> float:
 def _cost(heard: Features, template: Features) -> float:
     """DTW cost of one take against the other, per frame of the first."""
     squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
-    ahead = ((0, 0), (AHEAD, 0))
+    ahead = ((0, 0), (PADDING, 0))
     distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ahead, constant_values=UNREACHABLE).astype(np.float32)
     costs = np.full(distances.shape[1], UNREACHABLE, np.float32)
-    costs[AHEAD - 1] = 0.0  # from which the first frame is one step, the second one skip
+    costs[PADDING - 1] = 0.0  # from which the first frame is one step, the second one skip
     out = np.full_like(costs, UNREACHABLE)
     for row in distances:
         dtw_column(costs, row, StepCosts(), out)
         costs, out = out, costs
-        out[:AHEAD] = costs[:AHEAD] = UNREACHABLE
+        out[:PADDING] = costs[:PADDING] = UNREACHABLE
     return float(costs[-1]) / len(heard)
 
 

@@ -187,7 +187,7 @@ class WhitenedSound:
         self._cells = np.lib.stride_tricks.sliding_window_view(around, SIZE // CELL_STEP, axis=0)
         self._inverse = interpolated(inverse / variance, SIZE)
         twice = filtered(weighted, inverse / variance)
-        self._sought = _frames_of(twice)
+        self._fixed_weights = _frames_of(twice)
         self._frames = _frames_of(with_cell_weights(twice, cells))
         self._fits: dict[tuple[Signal, int], SignalFit] = {}
 
@@ -202,7 +202,7 @@ class WhitenedSound:
         blocks = _blocks_of(said)
         n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
         n_frames = -(-(n + off) // BLOCK)
-        heard = self._sought[self._block_indices(at, n_frames + n_blocks - 1)]
+        heard = self._fixed_weights[self._block_indices(at, n_frames + n_blocks - 1)]
         both = sum(blocks.spectra[b] * heard[b : b + n_frames] for b in range(n_blocks))
         found = np.fft.irfft(both, SIZE)[:, :BLOCK].reshape(-1)[off : off + n]
         energy = 2.0 * float((blocks.densities @ self._inverse).sum()) / SIZE

@@ -46,18 +46,18 @@ class OpenSegment:
 
     begin: int
     end: int
-    due: int
+    cut_at: int
     """The sample at which it is cut."""
-    hidden: bool = False
+    end_hidden: bool = False
     """Whether signs of speech do not show its end, since noise hides it or other sound goes on after it."""
-    after: OpenSegment | None = None
+    continues: OpenSegment | None = None
     """The segment before the cut at which it begins, if a sentence was or may be in progress there."""
     first_sign: int | None = None
     sign_samples: int = 0
     """Number of samples with signs of speech, the first of which was `first_sign`."""
     greeted: bool = False
     """Whether a greeting was found in it."""
-    held: list[Recognised | Garbled] = field(default_factory=list)
+    held_events: list[Recognised | Garbled] = field(default_factory=list)
     closed_at: int = 0
     whole_from: int = 0
     """A sentence that begins before this sample may lack its beginning."""
@@ -89,21 +89,21 @@ class OpenSegment:
         self.sign_samples += now - at
         if self.first_sign is None:
             self.first_sign = at
-        if clatters and not self.hidden and not self.greeted:
-            self.hidden, self.due = True, min(self.due, now + CUT_AGAIN_AFTER)
+        if clatters and not self.end_hidden and not self.greeted:
+            self.end_hidden, self.cut_at = True, min(self.cut_at, now + CUT_AGAIN_AFTER)
 
     def note_onset(self, found: Onset, at: int, begin: int, since: int | None) -> None:
         """Note an onset at sample `at`, and not before `begin`; `since`: there have been signs of speech since this
         sample; None: there are none."""
         self.begin = min(self.begin, begin)
         self.greeted = self.greeted or found.greeting
-        if self.after is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
-            self.due = min(self.due, at + CUT_AFTER)
+        if self.continues is not None:  # a sentence in progress is searched soon, whatever sounds like another greeting
+            self.cut_at = min(self.cut_at, at + CUT_AFTER)
         elif since is not None and abs(since - at) <= SIGN_LAG:
-            self.hidden, self.due = False, at + USUAL_LENGTH
+            self.end_hidden, self.cut_at = False, at + USUAL_LENGTH
         else:
-            self.hidden, self.due = True, at + CUT_AFTER
+            self.end_hidden, self.cut_at = True, at + CUT_AFTER
 
     def is_over(self, now: int) -> bool:
         """Whether the speaker has surely ended."""
-        return (not self.hidden or self.shows_end) and now - self.end >= QUIET
+        return (not self.end_hidden or self.shows_end) and now - self.end >= QUIET

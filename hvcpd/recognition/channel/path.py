@@ -39,7 +39,7 @@ FIRST_TAPS = 64
 """4 ms: for a first word, enough for most loudspeakers without a room."""
 BEHIND_SHARE, BEHIND = 1.25, 150.0
 """Ratio and difference of explained energy by which another path must be ahead at a path's end for it to be dropped."""
-NEAR = 400
+END_TOLERANCE = 400
 """Maximum distance in samples between the ends of two paths that are compared."""
 
 
@@ -141,7 +141,7 @@ class Path:
         ends = (start + said.length for start, said in zip(self.starts, self.renderings, strict=True))
         return max((e for end, e in zip(ends, self.explained[1:], strict=True) if end <= sample), default=0.0)
 
-    def sound(self, n: int) -> Samples:
+    def received(self, n: int) -> Samples:
         """The sentence as received, shape (n,)."""
         said = np.zeros(n + TAPS, np.float32)
         for start, each in zip(self.starts, self.renderings, strict=True):
@@ -158,7 +158,7 @@ class Path:
         return taps
 
     @cached_property
-    def spread(self) -> Spectrum:
+    def tap_weights(self) -> Spectrum:
         """The `energy_weights` of its taps."""
         return energy_weights(self.taps)
 
@@ -257,5 +257,5 @@ def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
 
 def _is_behind(path: Path, leader: Path) -> bool:
     """Whether another path explains much more of the same sound; what begins after its end may be another sentence."""
-    explained = leader.explained_until(path.end + NEAR)
+    explained = leader.explained_until(path.end + END_TOLERANCE)
     return path.starts[0] < leader.end and explained > BEHIND_SHARE * path.score + BEHIND

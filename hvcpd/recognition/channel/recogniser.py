@@ -23,13 +23,14 @@ from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import TINY
 
-EXPECTED = 60.0
+LEAST_EXPECTED = 60.0
 """Expected energy of a word, in variances of the noise, from which on its absence shows, by 8 standard deviations."""
-BEFORE, BEFORE_SHARE = 100.0, 0.02
+LEAST_PRECEDING, LEAST_PRECEDING_SHARE = 100.0, 0.02
 """Energy explained by a word right before a sentence in the same voice, and its share of what the sentence explains,
 from which on it was said. Chance reaches 20."""
-MISSING = 0.2
-"""Share of a word's expected energy below which it was not said: by 6 standard deviations, where EXPECTED holds."""
+MISSING_WORD_FIT = 0.2
+"""Share of a word's expected energy below which it was not said: by 6 standard deviations, where LEAST_EXPECTED
+holds."""
 MOST_LEAD_SHARE = 0.6
 """Largest lead that carries information, as a share of a sentence's score."""
 
@@ -61,12 +62,12 @@ def evidence_of(sound: WhitenedSound, path: Path, fit: float, paths: Sequence[Pa
     """The evidence for one of `paths`, which are sorted by score, the best first; `fit`: its `worst_fit`."""
     least = (1.0 - MOST_LEAD_SHARE) * path.score
     rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
-    rival = next((each.score for each in rivals if worst_fit(sound, each) >= MISSING), least)
+    rival = next((each.score for each in rivals if worst_fit(sound, each) >= MISSING_WORD_FIT), least)
     return Evidence(path, path.score - rival, fit)
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class _SignalPart:
     """A part of a known signal."""
 
     length: int
@@ -78,13 +79,13 @@ def worst_fit(sound: WhitenedSound, path: Path) -> float:
     said, 0 or less if not. The second half of the last word counts as a word, since the sentence may be cut off there;
     words with little expected energy do not count."""
     last, half = path.renderings[-1], path.renderings[-1].length // 2
-    end = _Part(last.length - half, last.samples[half:])
+    end = _SignalPart(last.length - half, last.samples[half:])
     words = zip(path.renderings, path.starts, strict=True)
     there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + half)])
     fits = [1.0]
     for fit in sound.fits(there):
-        expected = float(path.spread @ fit.density)
-        if expected >= EXPECTED:
+        expected = float(path.tap_weights @ fit.density)
+        if expected >= LEAST_EXPECTED:
             fits.append(float(path.taps @ path.around(fit)[MAX_SHIFT:-MAX_SHIFT]) / expected)
     return min(fits)
 
@@ -94,11 +95,11 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
     end of a longer sentence."""
     renderings = (said for word in words for third in range(3) for said in path.book.renderings(word, third))
     place = path.starts[0]
-    least = max(BEFORE, BEFORE_SHARE * path.score)
+    least = max(LEAST_PRECEDING, LEAST_PRECEDING_SHARE * path.score)
     there = [(said, place - said.advance + path.renderings[0].lead * said.final) for said in renderings]
     for fit in sound.fits(there):
         heard = float(np.correlate(path.around(fit), path.taps, "valid").max())
-        own = max(float(path.spread @ fit.density), TINY)
+        own = max(float(path.tap_weights @ fit.density), TINY)
         if heard > 0.0 and min(heard**2 / own, 2.0 * own) > least:
             return True
     return False
@@ -106,30 +107,30 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
 
 NOISE_S = 0.5
 """Length of the quiet part from which the noise is estimated."""
-QUIETER = 0.2
+QUIET_QUANTILE = 0.2
 """Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones
 unrepresentative."""
-LEAST_SCORE = 450.0
+ROBOT_SCORE = 450.0
 """Explained energy, in variances of the noise, from which on a robot spoke, whatever it said: chance and other talk
 reach 390."""
-BEGUN = 150.0
+IN_PROGRESS_SCORE = 150.0
 """The same for a path in progress at a cut: another search costs little."""
-GOES_ON = SAMPLE_RATE_HZ
+CUT_MARGIN = SAMPLE_RATE_HZ
 """A sentence that ends this close (1 s) to a cut may go on with a word that the cut divides."""
-REACH = SAMPLE_RATE_HZ
+PROGRESS_MARGIN = SAMPLE_RATE_HZ
 """A path that ends more than this (1 s) before the end of the sound is no longer in progress."""
 MAX_IN_PROGRESS = 16
 """Maximum number of paths that are handed to the next search."""
 LEAST_CONFIDENCE = 0.7
 """Least confidence of a reported sentence (`python -m benchmarks.channel_confidence` measures it)."""
-TAIL = SAMPLE_RATE_HZ // 10
+MAX_MISSING_END = SAMPLE_RATE_HZ // 10
 """Largest part (0.1 s) of a sentence that may be missing at the end of the sound: recordings are trimmed as closely."""
 MOST_LOSS = 3.0
 """Largest loss of a sentence's phones against the likeliest ones, nats per phone. Of 64 right sentences
 in 24 worlds none has more than 2.5, of 13 that were made of people ordering coffee none less than 3.5."""
-MARGIN = SAMPLE_RATE_HZ // 10
+CHECK_MARGIN = SAMPLE_RATE_HZ // 10
 """Samples (0.1 s) before and after a sentence with which its phones are checked."""
-Check = Callable[[Sequence[str], Samples, Samples], float]
+SentenceCheck = Callable[[Sequence[str], Samples, Samples], float]
 """The loss of words' phones, nats per phone, in a sound, shape (n,), with the sound of the room alone, shape (m,)."""
 LEAST_WORD_FIT = 0.4
 """Least ratio of received to expected energy of each word of a reported sentence."""
@@ -167,7 +168,11 @@ class ChannelRecogniser:
     """Recognises robots' sentences in segments of sound."""
 
     def __init__(
-        self, graph: WordGraph, books: Sequence[RenderedVoice], prepared: bool = True, check: Check | None = None
+        self,
+        graph: WordGraph,
+        books: Sequence[RenderedVoice],
+        prepared: bool = True,
+        check: SentenceCheck | None = None,
     ) -> None:
         """`prepared`: words may be rendered when they are needed; otherwise no onset is found before `prepare`.
         `check`: verifies a sentence before it is reported."""
@@ -215,21 +220,21 @@ class ChannelRecogniser:
             sound = WhitenedSound(heard, noise)
             paths, evidence = self._found(sound, segment, begin, reported)
             sure_at = sys.maxsize
-            if evidence is not None and segment.cut and evidence.path.end + GOES_ON > sound.n:
-                sure_at, evidence = evidence.path.end + GOES_ON + segment.origin + begin, None
+            if evidence is not None and segment.cut and evidence.path.end + CUT_MARGIN > sound.n:
+                sure_at, evidence = evidence.path.end + CUT_MARGIN + segment.origin + begin, None
             elif evidence is not None and self._is_contradicted(evidence.path, heard, noise):
                 evidence = None
             if evidence is None:
                 if not paths:
                     break
-                robot = paths[0].score >= LEAST_SCORE
-                last = _in_progress(paths, len(heard), BEGUN if segment.cut else LEAST_SCORE)
+                robot = paths[0].score >= ROBOT_SCORE
+                last = _in_progress(paths, len(heard), IN_PROGRESS_SCORE if segment.cut else ROBOT_SCORE)
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
                 words = likeliest.words if robot and likeliest is not None else ()
                 going_on = tuple(path.shifted(segment.origin + begin) for path in last)
                 return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
             reported.append(evidence.path)
-            received = evidence.path.sound(len(heard))
+            received = evidence.path.received(len(heard))
             sentences.append(_recognised(evidence, segment.origin + begin, received))
             heard -= received
         return SearchResult(tuple(sentences))
@@ -256,13 +261,13 @@ class ChannelRecogniser:
 
     def _is_contradicted(self, path: Path, heard: Samples, noise: Samples) -> bool:
         """Whether other phones were heard than a sentence has."""
-        there = heard[max(path.starts[0] - MARGIN, 0) : path.end + MARGIN]
+        there = heard[max(path.starts[0] - CHECK_MARGIN, 0) : path.end + CHECK_MARGIN]
         return self._check is not None and self._check(path.words, there, noise) > MOST_LOSS
 
     def evidence(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:
         most likely first."""
-        whole = (path for path in paths if self._searches[0].is_whole(path) and path.end <= sound.n + TAIL)
+        whole = (path for path in paths if self._searches[0].is_whole(path) and path.end <= sound.n + MAX_MISSING_END)
         fits = ((path, worst_fit(sound, path)) for path in whole)
         return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_WORD_FIT), None)
 
@@ -276,9 +281,9 @@ class ChannelRecogniser:
         return None if best.words[0] != GREETING and is_preceded(sound, best, before) else evidence
 
 
-def _in_progress(paths: Iterable[Path], n: int, least: float = BEGUN) -> list[Path]:
+def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE) -> list[Path]:
     """The best paths that may go on after the last of `n` samples and explain this much."""
-    return [path for path in paths if path.end + REACH > n and path.score >= least][:MAX_IN_PROGRESS]
+    return [path for path in paths if path.end + PROGRESS_MARGIN > n and path.score >= least][:MAX_IN_PROGRESS]
 
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:
@@ -300,7 +305,7 @@ def noise_sample(before: Samples, heard: Samples) -> Samples:
     energy = np.concatenate([[0.0], np.cumsum(np.square(where, dtype=np.float64))])
     starts = np.arange(0, max(len(where) - n, 0) + 1, FRAME // 2)
     order = np.argsort(energy[np.minimum(starts + n, len(where))] - energy[starts])
-    at = int(starts[order[int(QUIETER * (len(order) - 1))]])
+    at = int(starts[order[int(QUIET_QUANTILE * (len(order) - 1))]])
     return where[at : at + n]
 
 

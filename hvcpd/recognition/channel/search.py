@@ -49,7 +49,7 @@ BEAM_WIDTH = 8
 """Maximum number of active paths that start at one of them, over all voices."""
 MAX_EXTENSIONS = 48
 """Maximum number of extensions whose channel is estimated."""
-EARLIER = round(0.6 * SAMPLE_RATE_HZ)
+ECHO_LEAD = round(0.6 * SAMPLE_RATE_HZ)
 """Longest time (0.6 s) before a reported sentence within which a path in the same voice is an echo of it."""
 MAX_LAGS = 12_000
 """Number of starts that one transform covers."""
@@ -140,7 +140,7 @@ class ChannelSearch:
         across = np.stack([path.around(fit) for fit in fits])
         heard = np.lib.stride_tricks.sliding_window_view(across, len(path.taps), axis=1) @ path.taps
         shifts = heard.argmax(axis=1)
-        expected = np.stack([fit.density for fit in fits]) @ path.spread
+        expected = np.stack([fit.density for fit in fits]) @ path.tap_weights
         for (word, node, later, said, at), row, shift, energy in zip(there, heard, shifts, expected, strict=True):
             own = max(float(energy), TINY)
             if row[shift] > 0.0:
@@ -160,7 +160,7 @@ def _starts(sound: WhitenedSound, said: Sequence[Rendering]) -> Iterator[tuple[f
 
 def _is_within(path: Path, reported: Path) -> bool:
     """Whether a path begins within a sentence in the same voice."""
-    return path.book.voice == reported.book.voice and reported.starts[0] - EARLIER <= path.starts[0] < reported.end
+    return path.book.voice == reported.book.voice and reported.starts[0] - ECHO_LEAD <= path.starts[0] < reported.end
 
 
 def _by_start(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:

@@ -97,8 +97,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             for each in self._closed:
                 if each.job is job:
                     each.result = result
-                    if self._open is not None and self._open.after is each:
-                        self._open.due = min(self._open.due, result.sure_at)
+                    if self._open is not None and self._open.continues is each:
+                        self._open.cut_at = min(self._open.cut_at, result.sure_at)
                     out += self._take_result(each, result)
                     if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
                         self._open_after(each)
@@ -119,8 +119,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         progress at its end. Garbled speech in which no robot was heard is released at once, since in anybody's talk
         some path is in progress by chance."""
         result = segment.result or SearchResult()
-        freed = [event for event in segment.held if everything or self._agrees(event, result)]
-        segment.held = [event for event in segment.held if event not in freed]
+        freed = [event for event in segment.held_events if everything or self._agrees(event, result)]
+        segment.held_events = [event for event in segment.held_events if event not in freed]
         return [each for event in freed for each in self._to_report(event, result)]
 
     def flush(self) -> list[Event]:
@@ -169,7 +169,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if first < self._searched_until or first < self._whole_from:
             return
         self._searched_until = first + STEP
-        sound, lead = self.first_pass.history.around(first - LEAD, first, self._now)
+        sound, lead = self.first_pass.history.unmasked(first - LEAD, first, self._now)
         if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
         found = self._searcher.onset(sound[lead : lead + SIZE], sound[:lead])
@@ -185,17 +185,17 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._open.note_onset(found, at, begin, self._since)
 
     def _close_if_due(self, segment: OpenSegment) -> None:
-        before = segment.after
+        before = segment.continues
         if before is not None and not before.in_progress:
             if before.result is None and not self._is_over(before):
                 return
-            segment.after, segment.due = None, segment.begin + CUT_AFTER
+            segment.continues, segment.cut_at = None, segment.begin + CUT_AFTER
             if not segment.sign_samples and not segment.greeted:
                 self._open = None
                 return
         if segment.is_over(self._now):
             self._close()
-        elif self._now >= segment.due:
+        elif self._now >= segment.cut_at:
             self._close(cut=True)
 
     def _free_memory(self) -> None:
@@ -209,7 +209,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         segment, self._open = self._open, None
         if segment is None:
             return
-        segment.after = None
+        segment.continues = None
         if cut:
             segment.end = self._now
             self._open_after(segment)
@@ -217,7 +217,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < CONTINUES_WITHIN:
             segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * MAX_LENGTH)
             segment.earlier = before.in_progress
-            segment.held = before.held + segment.held
+            segment.held_events = before.held_events + segment.held_events
             self._closed.remove(before)
         segment.closed_at = self._now
         segment.whole_from = self._whole_from + INCOMPLETE_WITHIN if self._whole_from else 0
@@ -225,7 +225,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if self._is_accounted_for(segment):
             segment.result = SearchResult()
             return
-        sound, lead = self.first_pass.history.around(segment.begin - LEAD, segment.begin, self._now)
+        sound, lead = self.first_pass.history.unmasked(segment.begin - LEAD, segment.begin, self._now)
         origin = segment.begin - lead
         segment.job = ChannelSegment(sound, origin, lead, cut, segment.earlier)
         self._searched_at = self._now
@@ -234,11 +234,11 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
 
     def _open_after(self, segment: OpenSegment) -> None:
         """Open a segment for what goes on after another one, whose end no sign of speech shows."""
-        self._open = OpenSegment(self._now, self._now, self._now + CUT_AGAIN_AFTER, hidden=True, after=segment)
+        self._open = OpenSegment(self._now, self._now, self._now + CUT_AGAIN_AFTER, end_hidden=True, continues=segment)
 
     def _is_accounted_for(self, segment: OpenSegment) -> bool:
         """Whether it is too short for a sentence, or all of it has been reported."""
-        if segment.held:
+        if segment.held_events:
             return False
         length = segment.end - segment.begin - ONSET_LAG
         reported = sum(_overlap(segment.begin, segment.end, each) for each in self._reported)
@@ -262,9 +262,9 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             there = self._open = self._open or OpenSegment(event.start_sample, event.end_sample, due)
         if there.result is not None and (not there.in_progress or self._agrees(event, there.result)):
             return self._to_report(event, there.result)
-        there.held.append(event)
+        there.held_events.append(event)
         if there is self._open:  # this speaker has ended, whatever other sound goes on
-            self._close(cut=there.hidden)
+            self._close(cut=there.end_hidden)
         return []
 
     def _to_report(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
