@@ -153,7 +153,7 @@ def confidence_features(hypotheses: Hypotheses, words: Words) -> Sequence[float]
 
 
 def certainty(posteriors: Sequence[LogPosteriors]) -> float:
-    """The mean log probability of the likeliest phones of each posterior."""
+    """The mean log probability of the likeliest phones by each net."""
     return float(np.mean([each.max(axis=1).sum() for each in posteriors]))
 
 

@@ -39,7 +39,7 @@ def lazy_zeros(shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     """Zeros, on pages of their own, which take memory only where something was written to them.
 
     `numpy.zeros` has such pages only where the heap has no gap as large; in a gap it writes to all of it: 2 MB of
-    a listening robot, for the back_pointers and the scorer (six daemons, 68.0 to 69.0 MB instead of 70.1 to 70.8).
+    a listening robot, for the back pointers and the scorer (six daemons, 68.0 to 69.0 MB instead of 70.1 to 70.8).
     """
     size = np.dtype(dtype).itemsize * math.prod(shape)
     pages = mmap.mmap(-1, max(size, 1), mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)

@@ -123,14 +123,14 @@ class Decoder:
         self.prune()
         self._begin_sentences()
 
-    def _set_active(self, layout: ActiveStates) -> None:
-        self.active = layout
-        self._cost: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
-        self._cost_next: Costs = np.full(layout.n_states, UNREACHABLE, np.float32)
-        self._token: Tokens = np.zeros(layout.n_states, np.int32)
-        self._token_next: Tokens = np.zeros(layout.n_states, np.int32)
-        self._padding = (layout.begin[:, None] + np.arange(PADDING)).ravel()
-        self._start_entry = layout.entry[self._is_start[layout.source % self._net.n_nodes]]
+    def _set_active(self, states: ActiveStates) -> None:
+        self.active = states
+        self._cost: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
+        self._cost_next: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
+        self._token: Tokens = np.zeros(states.n_states, np.int32)
+        self._token_next: Tokens = np.zeros(states.n_states, np.int32)
+        self._padding = (states.begin[:, None] + np.arange(PADDING)).ravel()
+        self._start_entry = states.entry[self._is_start[states.source % self._net.n_nodes]]
 
     def prune(self) -> ActiveStates:
         """Drop all but the promising paths, and return the active states of the next HORIZON_FRAMES frames."""
@@ -219,16 +219,16 @@ class Decoder:
 
     def _record_words(self, passing: NDArray[np.intp], ends: Costs, leaving: Costs, token: Tokens) -> None:
         """Record, of the words that end at the same hypothesis and node, the cheapest."""
-        layout = self.active
-        place = layout.target[passing]
+        states = self.active
+        place = states.target[passing]
         order = np.lexsort((ends, place))
         sorted_place = place[order]
         first = np.ones(len(order), np.bool_)
         first[1:] = sorted_place[1:] != sorted_place[:-1]
         winner = order[first]
-        at, cost, instance = place[winner], ends[winner], layout.end_instance[passing[winner]]
-        rival = self._rivals(layout.end_instance[passing], ends, instance)
-        record = self._back_pointers.add(self._frame, instance, self._token[layout.last[passing[winner]]], cost, rival)
+        at, cost, instance = place[winner], ends[winner], states.end_instance[passing[winner]]
+        rival = self._rivals(states.end_instance[passing], ends, instance)
+        record = self._back_pointers.add(self._frame, instance, self._token[states.last[passing[winner]]], cost, rival)
         sooner = cost < leaving.reshape(-1)[at]
         leaving.reshape(-1)[at[sooner]] = cost[sooner]
         token.reshape(-1)[at[sooner]] = record[sooner]

@@ -53,7 +53,7 @@ MOST_PAUSES = 2
 
 
 class PeopleSearcher(SegmentSearcher[Segment, Recognised | None], Protocol):
-    """A listener for sentences of people."""
+    """A second pass for sentences of people."""
 
     def may_go_on(self, words: Sequence[str]) -> bool:
         """Whether more words would make another sentence of these."""

@@ -76,11 +76,11 @@ class Scorer:
         squares = np.einsum("uf,uf->u", away, away) + NOISE_DISTANCE**2
         return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
 
-    def load_states(self, layout: ActiveStates) -> None:
-        """Load the features of this layout's states; templates are composed when first needed."""
-        features = np.empty((layout.n_states, N_FEATURES), np.float32)
-        for hypothesis, (begin, end) in enumerate(pairwise(layout.hypothesis_begins)):
-            rows, composed = layout.row[begin:end], self._composed[hypothesis]
+    def load_states(self, states: ActiveStates) -> None:
+        """Load the features of these active states; templates are composed when first needed."""
+        features = np.empty((states.n_states, N_FEATURES), np.float32)
+        for hypothesis, (begin, end) in enumerate(pairwise(states.hypothesis_begins)):
+            rows, composed = states.row[begin:end], self._composed[hypothesis]
             missing = rows[~self._is_composed[hypothesis, rows]]
             if len(missing):
                 new = unique(missing)
@@ -90,7 +90,7 @@ class Scorer:
         self._features, self._norms = features, norms_of(features)
 
     def score(self, features: Features) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Euclidean distances of `features`, shape (n, N_FEATURES), to every state of the layout, shape (n, n_states),
+        """Euclidean distances of `features`, shape (n, N_FEATURES), to every active state, shape (n, n_states),
         to the noise, shape (n,), and to the nearest frame of the cohort, shape (n,)."""
         states = distances(features, self._features, self._norms)
         cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)

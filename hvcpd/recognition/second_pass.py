@@ -113,7 +113,7 @@ class SecondPassStage(RecogniserStage, ABC, Generic[Job, Result]):
         return self.take(self._inner.flush())
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `RecogniserStage.prepare`, and of the listener."""
+        """As `RecogniserStage.prepare`, and of the second pass."""
         super().prepare(go_on)
         self._searcher.prepare(go_on)
 
@@ -135,7 +135,7 @@ class SecondPassStage(RecogniserStage, ABC, Generic[Job, Result]):
         return self.take(events)
 
     def adopt(self, others: Self) -> None:
-        """As `RecogniserStage.adopt`, and with their listener."""
+        """As `RecogniserStage.adopt`, and with their second pass."""
         super().adopt(others)
         self._searcher = others._searcher
 

@@ -133,7 +133,7 @@ class Segmenter:
         return self.close(self._end)
 
     def close(self, frame: int) -> Garbled | None:
-        """End the current stretch at `frame` at the latest; return it if it was speech."""
+        """End the current segment at `frame` at the latest; return it if it was speech."""
         if self._start is None:
             return None
         start, end = self._start, min(self._end, frame)

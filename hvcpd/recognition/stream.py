@@ -127,7 +127,7 @@ class History:
             self._masked.popleft()
 
     def lose(self, n_samples: int) -> None:
-        """Advance time by lost samples, as `push` of masked silence; but until the next push all is to_int16 that was
+        """Advance time by lost samples, as `push` of masked silence; but until the next push all is kept that was
         heard before them."""
         self._lost += n_samples
 
@@ -140,7 +140,7 @@ class History:
         return np.pad(sound, (0, end - begin - len(sound)))
 
     def unmasked(self, begin: int, middle: int, end: int) -> tuple[Samples, int]:
-        """Return what is to_int16 from sample `begin` up to `end` without the robot's own speech; and the number of its
+        """The sound that is kept from sample `begin` up to `end`, without the robot's own speech; and the number of its
         samples before `middle`."""
         begin, end = max(begin, self.begin), min(end, self.end)
         heard = np.ones(max(end - begin, 0), np.bool_)
@@ -149,7 +149,7 @@ class History:
         return self._read(begin, end)[heard], int(np.count_nonzero(heard[: max(middle - begin, 0)]))
 
     def _read(self, begin: int, end: int) -> Samples:
-        """The samples from one that is to_int16 up to another one; none if it comes before."""
+        """The samples from one that is kept up to another one; none if it comes before."""
         first, n = begin % len(self._ring), max(end - begin, 0)
         parts = self._ring[first : first + n], self._ring[: max(first + n - len(self._ring), 0)]
         return np.concatenate(parts).astype(np.float32) / INT16_SCALE

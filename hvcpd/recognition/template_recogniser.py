@@ -184,7 +184,7 @@ class TemplateRecogniser:
         return [speech] if speech else []
 
     def consume(self, chunk: Chunk) -> list[Event]:
-        """Process the newest frames of the watch."""
+        """Process the newest chunk of the front end."""
         energies, noise = chunk.energies, self.front_end.noise.estimate
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.front_end.recent[-(end_frame - self._reported_until) :]

@@ -1,4 +1,5 @@
-"""A segment of sound, whitened by its noise; least-squares channel_responses between it and known signals."""
+"""Channel estimation: a segment of sound, whitened by its noise, and least-squares responses between it and known
+signals."""
 
 from __future__ import annotations
 

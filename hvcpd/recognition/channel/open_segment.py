@@ -62,7 +62,7 @@ class OpenSegment:
     whole_from: int = 0
     """A sentence that begins before this sample may lack its beginning."""
     earlier: tuple[Path, ...] = ()
-    """Paths in progress at the end of the segment with which it was extended."""
+    """Paths in progress at the end of the segment with which it was joined."""
     job: ChannelSegment | None = None
     result: SearchResult | None = None
 

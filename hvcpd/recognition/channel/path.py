@@ -201,7 +201,7 @@ def first_lag(n: int) -> int:
 
 
 def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> list[Path]:
-    """Paths extended by one word each, with channel_responses of `n_taps`."""
+    """Paths extended by one word each, with channel estimates of `n_taps` taps."""
     if not words:
         return []
     fits = sound.fits((word.said, word.at) for word in words)
