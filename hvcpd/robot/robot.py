@@ -55,7 +55,7 @@ class Robot:
         performer: Performer,
         acoustics: Acoustics,
         slow_mouth: Mouth,
-        overhearing: BargeInDetector,
+        barge_in: BargeInDetector,
         sealing: Sealing | None,
         own_delay: OwnDelay,
         voices: Mapping[str, str],
@@ -69,7 +69,7 @@ class Robot:
         self._mouth = mouth
         self._slow_mouth = slow_mouth
         self.performer = performer
-        self._overhearing = overhearing
+        self._barge_in = barge_in
         self._sealing = sealing
         self.expect(voices)
         self._measures = measures
@@ -144,7 +144,7 @@ class Robot:
         self._take_lesson()
         masked = self._voice.masks(self.now)
         self._voice.hear(heard)
-        events = [*gap_events, *self._recogniser.push(heard, masked=masked), *self._overhearing.hear(heard, masked)]
+        events = [*gap_events, *self._recogniser.push(heard, masked=masked), *self._barge_in.hear(heard, masked)]
         self._n_heard += len(heard)
         self._locate(reading)
         self.coordination.mute(self.is_silent)
@@ -193,7 +193,7 @@ class Robot:
         """Time goes on; the robot's own words wait, because nothing is played for blocks that were not handed out."""
         self._n_heard += lost
         self.disturb()
-        self._overhearing.lost()
+        self._barge_in.lost()
         self._voice.lose(lost / SAMPLE_RATE_HZ)
         return self._recogniser.lost(lost)
 
@@ -340,10 +340,10 @@ class Robot:
         # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.
         may_stop = not isinstance(utterance.statement, Stop | Stopped)
         if may_stop and self._voice.is_latency_known:
-            self._overhearing.begin(self._n_heard, self._voice.latency_s)
+            self._barge_in.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
 
     def _next_sound(self, n: int) -> Samples:
         out = self._voice.take(n)
-        self._overhearing.play(out)
+        self._barge_in.play(out)
         return out

@@ -19,7 +19,7 @@ FRAME = 1024
 BINS = FRAME // 2 + 1
 BAND_HZ = (100.0, 7600.0)
 """Band that counts: rumble lies below it, and converters' filters differ above it."""
-ECHOES = 0.3
+LATE_ECHO_SHARE = 0.3
 """Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
 LOUD = 4.0
 """Ratio to the noise's power above which sound is weighted by its own power: clatter is noise, and echoes are as loud
@@ -60,7 +60,7 @@ def transform_size(n: int) -> int:
 
 def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
     """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
-    usual = _smooth(_spectrum(noise), 3) + ECHOES * _smooth(_spectrum(heard), 6)
+    usual = _smooth(_spectrum(noise), 3) + LATE_ECHO_SHARE * _smooth(_spectrum(heard), 6)
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
     inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
     return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
