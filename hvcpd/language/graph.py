@@ -75,6 +75,17 @@ def graph_of(words: Sequence[str], pauses: frozenset[int] = frozenset()) -> Word
     return WordGraph(len(words) + 1, arcs, 0, frozenset((len(words),)), pauses)
 
 
+def one_of(sentences: Iterable[Sequence[str]]) -> WordGraph:
+    """The network of these sentences, each with nodes of its own after the first; not deterministic."""
+    arcs: list[Arc] = []
+    finals = set()
+    for words in sentences:
+        nodes = [0, *range(len(arcs) + 1, len(arcs) + 1 + len(words))]
+        arcs += [Arc(a, b, word) for a, b, word in zip(nodes[:-1], nodes[1:], words, strict=True)]
+        finals.add(nodes[-1])
+    return WordGraph(len(arcs) + 1, tuple(arcs), 0, frozenset(finals), frozenset())
+
+
 def with_phrases(graph: WordGraph, phrases: Iterable[tuple[str, Sequence[str]]]) -> WordGraph:
     """The network in which each phrase may also be said in place of its word; no longer deterministic."""
     arcs, n_nodes = list(graph.arcs), graph.n_nodes

@@ -73,8 +73,7 @@ class Hypotheses:
             others = self.search.log_likelihood(posterior, URGENT, beginnings=True)
             mine = _log_difference(whole, others)
         else:
-            said = [self.search.log_likelihood_of(posterior, each) for each in wordings(words)]
-            mine = float(np.logaddexp.reduce(said))
+            mine = self.search.log_likelihood_of(posterior, *wordings(words))
             others = _log_difference(whole, mine)
         if mine == -math.inf:
             return mine

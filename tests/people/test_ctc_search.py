@@ -118,6 +118,8 @@ def test_the_likelihood_is_the_sum_over_all_paths(seed: int, n: int) -> None:
     }
     for words, likelihood in likelihoods.items():
         assert np.exp(network.log_likelihood_of(log_posteriors, words)) == pytest.approx(likelihood, rel=1e-4)
+    two = likelihoods["see", "zoos"] + likelihoods["is",]
+    assert np.exp(network.log_likelihood_of(log_posteriors, ("see", "zoos"), ("is",))) == pytest.approx(two, rel=1e-4)
     whole = sum(likelihoods.values())
     assert np.exp(network.log_likelihood(log_posteriors)) == pytest.approx(whole, rel=1e-4)
     begun = whole + sum(np.exp(path_scores(log_posteriors, [PHONES.index(p) for p in ("S", "IY")])))
