@@ -143,6 +143,16 @@ def test_words_in_no_order_of_the_graph_are_garbled() -> None:
     assert heard(in_noise(sentence("water rob hi green"))) == ["garbled"]
 
 
+@pytest.mark.parametrize("words", ["rose rose", "water green rose", "green green water"])
+def test_other_speech_is_reported_soon_after_its_end(words: str) -> None:
+    """People wait for an answer meanwhile: their sentences are searched only from then on."""
+    speech, r = sentence(words), recogniser()
+    sound = in_noise(speech, before_s=1.0, after_s=1.0, noise_dbfs=-45.0)
+    blocks = range(0, len(sound), 400)
+    reported = [at + 400 for at in blocks for e in r.push(sound[at : at + 400]) if isinstance(e, Garbled)]
+    assert [(at - RATE - len(speech)) / RATE for at in reported] == [pytest.approx(0.33, abs=0.07)]
+
+
 def test_stop_at_the_end_of_other_speech_is_not_a_command() -> None:
     assert "stop" not in heard(in_noise(sentence("rose water stop")))
 
