@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import argparse
-import signal
-import sys
-from collections.abc import Callable, Iterable, Sequence
-from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING
+from hvcpd.config.interruption import InterruptEnds
 
-from hvcpd import __version__
-from hvcpd.config.command_line import Parser, discard_output, output_fault, print_error, replace_closed_streams
-from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
+with InterruptEnds():
+    import argparse
+    import signal
+    import sys
+    from collections.abc import Callable, Iterable, Sequence
+    from functools import partial
+    from pathlib import Path
+    from typing import TYPE_CHECKING
+
+    from hvcpd import __version__
+    from hvcpd.config.command_line import Parser, discard_output, output_fault, print_error, replace_closed_streams
+    from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
     from hvcpd.config.settings import Settings
@@ -61,6 +64,13 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
+    try:
+        return _started(arguments, devices)
+    except KeyboardInterrupt:  # before there is a robot that could say that it leaves
+        return EX_INTERRUPTED
+
+
+def _started(arguments: Sequence[str] | None, devices: Devices | None) -> int:
     from hvcpd.daemon.allocator import load_libraries, tune_allocator
 
     replace_closed_streams()
@@ -74,10 +84,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
     except OSError as error:  # the help text itself, where nothing is held back
         _output_failed(error)
         return EX_OK
-    try:
-        return _start(options, devices)
-    except KeyboardInterrupt:  # before there is a robot that could say that it leaves
-        return EX_INTERRUPTED
+    return _start(options, devices)
 
 
 def _start(options: argparse.Namespace, devices: Devices | None) -> int:

@@ -2,36 +2,39 @@
 
 from __future__ import annotations
 
-import argparse
-import gc
-import sys
-from collections.abc import Sequence
-from contextlib import suppress
-from typing import Any
+from hvcpd.config.interruption import InterruptEnds
 
-from hvcpd import __version__
-from hvcpd.config.command_line import (
-    Parser,
-    SkippedParser,
-    discard_output,
-    output_fault,
-    print_error,
-    replace_closed_streams,
-)
-from hvcpd.control.arguments import Commands, add_command
-from hvcpd.control.bench.bench_parser import add_bench
-from hvcpd.control.doctor.doctor_parser import add_doctor_commands
-from hvcpd.control.drive.drive_parser import add_drive
-from hvcpd.control.duet.duet_parser import add_duet
-from hvcpd.control.ending import ending_in_order
-from hvcpd.control.enrol.enrol_parser import add_enrol
-from hvcpd.control.hear.hear_parser import add_hear_commands
-from hvcpd.control.keys.key_parser import add_key_commands
-from hvcpd.control.live.daemon_parser import add_daemon_commands
-from hvcpd.control.overview import Overview
-from hvcpd.control.say.say_parser import add_say_commands
-from hvcpd.control.simulate.simulate_parser import add_simulate_commands
-from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
+with InterruptEnds():
+    import argparse
+    import gc
+    import sys
+    from collections.abc import Sequence
+    from contextlib import suppress
+    from typing import Any
+
+    from hvcpd import __version__
+    from hvcpd.config.command_line import (
+        Parser,
+        SkippedParser,
+        discard_output,
+        output_fault,
+        print_error,
+        replace_closed_streams,
+    )
+    from hvcpd.control.arguments import Commands, add_command
+    from hvcpd.control.bench.bench_parser import add_bench
+    from hvcpd.control.doctor.doctor_parser import add_doctor_commands
+    from hvcpd.control.drive.drive_parser import add_drive
+    from hvcpd.control.duet.duet_parser import add_duet
+    from hvcpd.control.ending import ending_in_order
+    from hvcpd.control.enrol.enrol_parser import add_enrol
+    from hvcpd.control.hear.hear_parser import add_hear_commands
+    from hvcpd.control.keys.key_parser import add_key_commands
+    from hvcpd.control.live.daemon_parser import add_daemon_commands
+    from hvcpd.control.overview import Overview
+    from hvcpd.control.say.say_parser import add_say_commands
+    from hvcpd.control.simulate.simulate_parser import add_simulate_commands
+    from hvcpd.errors import EX_FAILURE, EX_INTERRUPTED, EX_OK, EX_USER, HvcpdError
 
 NEW_OBJECTS = 50_000
 """Objects between two searches for cycles (Python's own: 700). A command makes about that many by its imports, and

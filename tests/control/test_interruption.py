@@ -1,0 +1,84 @@
+"""Ctrl-C before a program has begun."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from hvcpd.config.interruption import InterruptEnds
+
+INTERRUPTED = """
+import os, signal, sys
+
+class Interrupts:  # as the user does, when this module is looked for
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupts)
+from {program} import main
+sys.exit(main({arguments!r}))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("program", "module"),
+    [
+        ("hvcpd.cli", "argparse"),
+        ("hvcpd.cli", "hvcpd.errors"),
+        ("hvcpd.cli", "hvcpd.daemon.allocator"),
+        ("hvcpd.cli", "hvcpd.daemon.preflight"),
+        ("hvcpd.control.cli", "argparse"),
+        ("hvcpd.control.cli", "hvcpd.control.arguments"),
+        ("hvcpd.control.cli", "hvcpd.control.simulate.simulate_parser"),
+        ("hvcpd.control.cli", "hvcpd.language.phrasebook"),
+    ],
+)
+def test_an_interrupt_while_python_imports_is_no_traceback(program: str, module: str) -> None:
+    """Within the first 0.15 s it was one."""
+    arguments = ["--name", "Rob", "--check"] if program == "hvcpd.cli" else ["phrases"]
+    code = INTERRUPTED.format(module=module, program=program, arguments=arguments)
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode in (-signal.SIGINT, 128 + signal.SIGINT)  # both are 130 to a shell
+    assert (ended.stdout, ended.stderr.strip()) == ("", "")
+
+
+def test_who_handles_interrupts_goes_on_doing_so() -> None:
+    taken: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: taken.append(number))
+    try:
+        with InterruptEnds():
+            signal.raise_signal(signal.SIGINT)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert taken == [signal.SIGINT]
+
+
+def test_afterwards_an_interrupt_is_pythons_again() -> None:
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_after()
+
+
+def interrupt_after() -> None:
+    with InterruptEnds():
+        assert signal.getsignal(signal.SIGINT) == signal.SIG_DFL
+    signal.raise_signal(signal.SIGINT)
+
+
+def test_in_another_thread_nothing_changes() -> None:
+    seen: list[object] = []
+
+    def enter() -> None:
+        with InterruptEnds():
+            seen.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=enter)
+    thread.start()
+    thread.join(10.0)
+    assert seen == [signal.default_int_handler]
