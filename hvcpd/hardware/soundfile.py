@@ -126,6 +126,8 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
         ) from error
     if not len(frames):
         raise AudioFileError(f"{path}: cut short, or its samples cannot be read; copy or record it again")
+    if not np.isfinite(frames).any():
+        raise AudioFileError(f"{path}: none of its samples is a number (NaN or infinite); record it again")
     mono = _mono(np.nan_to_num(frames, nan=0.0, posinf=0.0, neginf=0.0))
     return resample(np.clip(mono, -MAX_LEVEL, MAX_LEVEL).astype(np.float32), rate_hz, SAMPLE_RATE_HZ)
 

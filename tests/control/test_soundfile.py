@@ -161,6 +161,12 @@ def test_numbers_that_are_none_become_silence_and_giants_are_clipped(tmp_path: P
     np.testing.assert_allclose(got, [0.1, 0.0, 0.0, 0.0, 64.0, 0.2], atol=1e-6)
 
 
+def test_a_file_without_any_number_is_not_taken_for_silence(tmp_path: Path) -> None:
+    data = np.array([np.nan, np.inf, -np.inf] * 100, "<f4").tobytes()
+    with pytest.raises(AudioFileError, match=r"none of its samples is a number \(NaN or infinite\); record it again"):
+        read(tmp_path, riff(data, FLOAT, 32))
+
+
 DEBIANS = Path(f"/usr/lib/{platform.machine()}-linux-gnu/libsndfile.so.1")
 """What the Debian package has in place of the wheel's."""
 REPOSITORY = Path(__file__).parents[2]
