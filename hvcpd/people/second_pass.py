@@ -11,7 +11,16 @@ from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_recogniser import EnrolledRecogniser
-from hvcpd.people.fusion import FusedHypothesis, Hypotheses, certainty, fuse, same_meaning
+from hvcpd.people.fusion import (
+    FusedHypothesis,
+    Hypotheses,
+    Words,
+    certainty,
+    confidence_features,
+    fuse,
+    probability,
+    same_meaning,
+)
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, mean_normalised, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Recognised, Source, WordSpan
@@ -80,7 +89,7 @@ class SecondPassRecogniser:
         if not self._strangers:
             listener = self._listener()
             return _surely(listener.recognise(segment) if listener is not None else None)
-        hypotheses, fused = self._fused(segment)
+        hypotheses, fused = self._fused(*self._heard(segment))
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
             return _recognised(fused, hypotheses, segment)
@@ -89,15 +98,21 @@ class SecondPassRecogniser:
 
     def likeliest(self, segment: Segment) -> Recognised | None:
         """The most likely sentence in a segment, however unlikely."""
-        hypotheses, fused = self._fused(segment)
-        return _recognised(fused, hypotheses, segment) if fused is not None else None
+        return self.compared(segment, None)[0]
 
-    def _fused(self, segment: Segment) -> tuple[Hypotheses, FusedHypothesis | None]:
+    def compared(self, segment: Segment, words: Words | None) -> tuple[Recognised | None, float | None]:
+        """The most likely sentence in a segment, however unlikely, and the probability of these `words`, if any are
+        given, by the net for anybody."""
+        by_anybody, outputs = self._heard(segment)
+        own = probability(confidence_features(by_anybody, words)) if words is not None else None
+        hypotheses, fused = self._fused(by_anybody, outputs)
+        return (_recognised(fused, hypotheses, segment) if fused is not None else None), own
+
+    def _fused(self, hypotheses: Hypotheses, outputs: Sequence[NetOutput]) -> tuple[Hypotheses, FusedHypothesis | None]:
         """By the net for anybody, and as sure as the likeliest of the layers adapted to people, if that finds
         the same sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are
         then right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with
         another one's)."""
-        hypotheses, outputs = self._heard(segment)
         fused = fuse(hypotheses)
         if fused is None:
             return hypotheses, None

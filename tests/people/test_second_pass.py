@@ -18,8 +18,10 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, Person
 from hvcpd.people.enrolled_recogniser import probability
+from hvcpd.people.phones import NetOutput
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.back_pointers import TracedWord
@@ -277,3 +279,21 @@ def test_who_looks_while_another_thread_makes_ready_knows_the_new_words(book: Ph
     opinion.segment = alone(speaker, "turn left")
     opinion.prepare(lambda: True)
     assert opinion.found == ("turn", "left")
+
+
+def test_what_was_said_is_compared_with_what_is_likeliest_in_one_pass(book: Phrasebook, sound: Sound) -> None:
+    """`hvcpctl hear --said` ran the nets twice."""
+
+    class Counted(SecondPassRecogniser):
+        passes = 0
+
+        def _heard(self, segment: Segment) -> tuple[fusion.Hypotheses, Sequence[NetOutput]]:
+            self.passes += 1
+            return super()._heard(segment)
+
+    segment, said = alone(stranger(sound), "bot turn left"), ("bot", "turn", "right")
+    ears = Counted(book.people_graph, sound.lexicon, {}, True)
+    found, own = ears.compared(segment, said)
+    assert ears.passes == 1
+    assert found == ears.likeliest(segment)
+    assert own == fusion.probability(fusion.confidence_features(ears.hypotheses(segment), said))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from hvcpd.control.hear.heard_sentences import line_at
 from hvcpd.control.hear.learn_alternatives import around, bank_of, closest
 from hvcpd.control.simulate.team import Team
-from hvcpd.people.fusion import Words, confidence_features, probability, same_meaning
+from hvcpd.people.fusion import Words, same_meaning
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent
@@ -63,8 +63,7 @@ def _by_people(
 ) -> Nearness:
     begin, sound = around(samples, stretch)
     segment = Segment(sound, stretch.start_sample - begin, stretch.start_sample, stretch.end_sample, begin)
-    likeliest = people.likeliest(segment)
-    own = probability(confidence_features(people.hypotheses(segment), said))
+    likeliest, own = people.compared(segment, said)
     return _told(stretch, "person", MIN_STRANGERS_PROBABILITY, likeliest, own, said, team)
 
 
