@@ -104,7 +104,7 @@ class Daemon:
         self.service.begin(cast(Robot, SimpleNamespace(performer=self.performer)))
         self._server = ControlServer(self._serve, lambda: {"event": "hello", "protocol": 1, "name": "Rob"})
         self._server.on_gone = self.service.gone
-        self._file = SocketFile(path)
+        self._file = SocketFile(path, "Rob")
         self._wheels, self._odometry = wheels, Odometry(Pose(0.0, 0.0))
         self._now = 0.0
         self.held_up_s = 0.0

@@ -6,12 +6,12 @@ start takes.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 
+from hvcpd.config.folders import xdg_folder
 from hvcpd.config.names import Accent
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError
@@ -79,9 +79,8 @@ def make_sound(lexicon: Path | None = None, cache_folder: Path | None = None, ac
 
 def user_cache_folder() -> Path | None:
     """Where a person's commands keep rendered units, by the XDG base directories; None without a home."""
-    base = os.environ.get("XDG_CACHE_HOME")
     try:
-        return (Path(base) if base else Path.home() / ".cache") / "hvcpd" / "units"
+        return (xdg_folder("XDG_CACHE_HOME") or Path.home() / ".cache") / "hvcpd" / "units"
     except RuntimeError:
         return None
 

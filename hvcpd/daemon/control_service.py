@@ -43,7 +43,7 @@ class ControlService:
         if not settings.control.enabled:
             return
         path = socket_path(settings)
-        self._file = SocketFile(path)
+        self._file = SocketFile(path, settings.name)
         try:
             await self._server.open(self._file.listen())
         except OSError as error:

@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from hvcpd.config.folders import xdg_folder
 from hvcpd.config.settings import Settings
 from hvcpd.errors import RunningError
 
@@ -20,6 +21,9 @@ SYSTEM_FOLDER = Path("/run/hvcpd")
 
 MODE = 0o660
 """Owner and group: people who may command the robot join the group."""
+
+MAX_NAME_BYTES = 100
+"""Of a robot's name in a lock file; longer than any name may be."""
 
 BACKLOG = 32
 """Connections that may wait to be accepted; further ones wait to be one of them."""
@@ -37,8 +41,9 @@ class Caller:
 def socket_folders(settings: Settings, environment: Mapping[str, str] = os.environ) -> tuple[Path, ...]:
     """The default folders for the socket, each once, in the order in which a daemon with these settings tries them."""
     given = [Path(folder) for folder in environment.get("RUNTIME_DIRECTORY", "").split(":") if folder]
-    of_user = [Path(folder) / "hvcpd" for folder in [environment.get("XDG_RUNTIME_DIR")] if folder]
-    return tuple(dict.fromkeys((*given[:1], *of_user, SYSTEM_FOLDER, settings.state_dir)))
+    of_user = xdg_folder("XDG_RUNTIME_DIR", environment)
+    runtime = (of_user / "hvcpd",) if of_user is not None else ()
+    return tuple(dict.fromkeys((*given[:1], *runtime, SYSTEM_FOLDER, settings.state_dir)))
 
 
 def socket_name(name: str) -> str:
@@ -51,15 +56,17 @@ def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ)
     if settings.control.socket is not None:
         return settings.control.socket
     folders = socket_folders(settings, environment)
-    usable = (folder for folder in folders if folder.is_dir() and os.access(folder, os.W_OK | os.X_OK))
+    usable = (folder for folder in folders if os.access(folder, os.W_OK | os.X_OK) and folder.is_dir())
     return next(usable, settings.state_dir) / socket_name(settings.name)
 
 
 class SocketFile:
     """A listening socket and the lock beside it, which is held as long as this process lives."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, robot: str) -> None:
+        """`robot` is the name of the robot that serves at `path`."""
         self.path = path
+        self._robot = robot
         self._lock: int | None = None
         self._made = False
 
@@ -69,7 +76,7 @@ class SocketFile:
         Raises RunningError if a daemon has it, OSError if it cannot be made.
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self._lock = locked(self.path.with_name(self.path.name + ".lock"), self.path)
+        self._lock = self._locked(self.path.with_name(self.path.name + ".lock"))
         self._remove_stale()
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
@@ -92,6 +99,22 @@ class SocketFile:
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None
+
+    def _locked(self, path: Path) -> int:
+        """As `locked`, with the robot's name in the file, for who is refused: the settings of two robots may name one
+        socket."""
+        try:
+            lock = locked(path, self.path)
+        except RunningError as error:
+            holder = path.read_bytes()[:MAX_NAME_BYTES].decode(errors="replace")
+            if holder.casefold() in ("", self._robot.casefold()):  # older versions wrote no name
+                raise
+            remedy = "give each robot its own `control.socket`, or none"
+            raise RunningError(f"{holder} already has the control socket {self.path}; {remedy}") from error
+        with suppress(OSError):  # a full disk
+            os.ftruncate(lock, 0)
+            os.write(lock, self._robot.encode())
+        return lock
 
     def _remove_stale(self) -> None:
         try:

@@ -24,7 +24,7 @@ def connected(path: Path) -> socket.socket:
 
 
 def test_owner_and_group_may_connect_and_nobody_else(tmp_path: Path) -> None:
-    file = SocketFile(tmp_path / "rob.sock")
+    file = SocketFile(tmp_path / "rob.sock", "Rob")
     listener = file.listen()
     assert stat.S_IMODE((tmp_path / "rob.sock").stat().st_mode) == 0o660
     client = connected(tmp_path / "rob.sock")
@@ -38,7 +38,7 @@ def test_owner_and_group_may_connect_and_nobody_else(tmp_path: Path) -> None:
 
 
 def test_a_second_daemon_of_the_name_is_refused_until_the_first_has_ended(tmp_path: Path) -> None:
-    first, second = SocketFile(tmp_path / "rob.sock"), SocketFile(tmp_path / "rob.sock")
+    first, second = SocketFile(tmp_path / "rob.sock", "Rob"), SocketFile(tmp_path / "rob.sock", "Rob")
     listener = first.listen()
     with pytest.raises(RunningError, match="already runs on this computer") as error:
         second.listen()
@@ -51,9 +51,28 @@ def test_a_second_daemon_of_the_name_is_refused_until_the_first_has_ended(tmp_pa
     second.remove()
 
 
+def test_another_robot_with_the_same_socket_is_named(tmp_path: Path) -> None:
+    """It was "a robot of this name"."""
+    first, second = SocketFile(tmp_path / "team.sock", "Rob"), SocketFile(tmp_path / "team.sock", "Bot")
+    listener = first.listen()
+    with pytest.raises(RunningError) as error:
+        second.listen()
+    path = tmp_path / "team.sock"
+    assert str(error.value) == (
+        f"Rob already has the control socket {path}; give each robot its own `control.socket`, or none"
+    )
+    listener.close()
+    first.remove()
+    second.listen().close()
+    with pytest.raises(RunningError, match="Bot already has"):
+        first.listen()
+    second.remove()
+
+
 def test_what_a_killed_daemon_left_is_replaced(tmp_path: Path) -> None:
     path = tmp_path / "rob.sock"
-    code = f"from hvcpd.daemon.control_socket import *; SocketFile(Path({str(path)!r})).listen(); print(1, flush=True)"
+    listens = f"SocketFile(Path({str(path)!r}), 'Rob').listen()"
+    code = f"from hvcpd.daemon.control_socket import *; {listens}; print(1, flush=True)"
     with Popen(
         [sys.executable, "-c", code + "; import sys; sys.stdin.read()"], stdin=PIPE, stdout=PIPE, text=True
     ) as first:
@@ -63,7 +82,7 @@ def test_what_a_killed_daemon_left_is_replaced(tmp_path: Path) -> None:
     assert path.exists()
     with pytest.raises(ConnectionRefusedError):
         connected(path)
-    file = SocketFile(path)
+    file = SocketFile(path, "Rob")
     listener = file.listen()
     connected(path).close()
     listener.close()
@@ -73,7 +92,7 @@ def test_what_a_killed_daemon_left_is_replaced(tmp_path: Path) -> None:
 def test_something_else_of_that_name_is_left_alone(tmp_path: Path) -> None:
     path = tmp_path / "rob.sock"
     path.write_text("precious")
-    file = SocketFile(path)
+    file = SocketFile(path, "Rob")
     with pytest.raises(OSError, match="not a socket is in its place"):
         file.listen()
     file.remove()
@@ -83,13 +102,13 @@ def test_something_else_of_that_name_is_left_alone(tmp_path: Path) -> None:
 def test_a_lock_that_leads_elsewhere_is_not_followed(tmp_path: Path) -> None:
     (tmp_path / "rob.sock.lock").symlink_to(tmp_path / "elsewhere")
     with pytest.raises(OSError, match=r"rob\.sock\.lock"):
-        SocketFile(tmp_path / "rob.sock").listen()
+        SocketFile(tmp_path / "rob.sock", "Rob").listen()
     assert not (tmp_path / "elsewhere").exists()
 
 
 def test_a_long_path_is_no_trouble(tmp_path: Path) -> None:
     path = tmp_path / ("d" * 100) / ("e" * 100) / "rob.sock"
-    file = SocketFile(path)
+    file = SocketFile(path, "Rob")
     listener = file.listen()
     connected(path).close()
     listener.close()
