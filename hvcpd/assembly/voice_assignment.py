@@ -6,6 +6,7 @@ each, named by its word: `water.wav`.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -56,9 +57,12 @@ def recorded_voice(
     `stand_in` says all others. Raises AudioFileError that names every word without a file, or every file of them that
     cannot be used, at once.
     """
-    if not folder.is_dir():
+    if not (os.access(folder, os.F_OK) and folder.is_dir()):
         raise AudioFileError(f"{folder}: there is no such folder; name one that holds a WAV for each word (water.wav)")
-    files = {path.stem.lower(): path for path in sorted(folder.iterdir()) if path.suffix.lower() == ".wav"}
+    try:
+        files = {path.stem.lower(): path for path in sorted(folder.iterdir()) if path.suffix.lower() == ".wav"}
+    except OSError as error:
+        raise AudioFileError(f"{folder}: cannot be read ({error.strerror}); name another") from error
     wanted = sorted({word.lower() for word in words})
     missing = [word for word in wanted if word not in files]
     faults = []

@@ -157,7 +157,9 @@ def discard_output(stream: TextIO) -> None:
 
 
 def output_fault(error: OSError | UnicodeEncodeError) -> str:
-    """Why the output cannot be written, and what to do."""
+    """Why the output, or a file that a command did not ask for, cannot be used, and what to do."""
     if isinstance(error, UnicodeEncodeError):
         return f"the output cannot be written as {error.encoding}; set PYTHONUTF8=1, or a locale with UTF-8"
-    return unwritable(error.filename or "standard output", error, "send it elsewhere")
+    if error.filename is not None:  # no fault of the output
+        return f"{error.filename}: {error.strerror}; check its name, who may use it, and its disk"
+    return unwritable("standard output", error, "send it elsewhere")

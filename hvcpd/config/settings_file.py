@@ -15,7 +15,7 @@ from hvcpd.config.names import NameCheck, repeated_names
 from hvcpd.config.settings import DEFAULT_NAMES, Settings
 from hvcpd.config.skill_settings import SkillSettings, runnable
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
-from hvcpd.errors import did_you_mean
+from hvcpd.errors import ConfigError, did_you_mean
 
 SYSTEM_SETTINGS_PATH = Path("/etc/hvcpd/hvcpd.yaml")
 """Read if no other file is named; it need not be there."""
@@ -60,7 +60,7 @@ def load_with_sources(
     """
     if path is None and environment.get(FILE_VARIABLE):
         path = Path(environment[FILE_VARIABLE])
-    if path is None and system_path.exists():
+    if path is None and _is_there(system_path):
         path = system_path
     document = parse(read_bytes(path), str(path)) if path is not None else Document(Place("settings"))
     overlay_environment(document, Settings, environment)
@@ -104,6 +104,14 @@ def _check_wheels(parts: Parts) -> None:
         parts.fault(right if parts.has(right) else left, text)
 
 
+def _is_there(path: Path) -> bool:
+    """Whether there is a file, also if this user may not look: reading it then says so."""
+    try:
+        return path.exists()
+    except OSError:
+        return True
+
+
 def _with_whole_paths(settings: Settings, document: Document, path: Path | None) -> Settings:
     """The settings with absolute file names, and with their own team among the teams."""
 
@@ -129,7 +137,11 @@ def _with_whole_paths(settings: Settings, document: Document, path: Path | None)
 def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -> Path:
     """A file name from the configuration file is relative to that file's directory; ~ is the home directory."""
     if name.parts[:1] == ("~",):
-        name = Path.home().joinpath(*name.parts[1:])
+        try:
+            name = Path.home().joinpath(*name.parts[1:])
+        except RuntimeError as error:
+            where = f"{document.place(key)}: {'.'.join(map(str, key))}"
+            raise ConfigError(f"{where}: this user has no home directory for the ~; write the whole path") from error
     from_file = path is not None and document.has(key) and document.place(key).source == str(path)
     return path.parent / name if path is not None and from_file else name
 

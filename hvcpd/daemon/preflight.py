@@ -59,8 +59,8 @@ def examine(
     allow_confusable: bool = False,
     skill_places: Mapping[str, str] | None = None,
 ) -> Preflight:
-    """Look for tasks, skills, confusable words (unless `allow_confusable`), memory, microphone, loudspeaker, port,
-    stop button.
+    """Look for tasks, enrolled people, skills, confusable words (unless `allow_confusable`), memory, microphone,
+    loudspeaker, port, stop button.
 
     They are looked for in this order; no device is opened, and no directory made. `skill_places` has the line of each
     skill, for what is wrong with it.
@@ -72,6 +72,7 @@ def examine(
         numbers = len(wiring.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
         findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(wiring.tasks)]
+        findings += [Finding("people", text, doubtful=True) for text in wiring.unknown]
         wrong = tuple(faults(settings, wiring.tasks, programs_too=False, skill_places=skill_places))
         findings += [Finding("skills", text, EX_CONFIG) for text in wrong]
         if not allow_confusable:
@@ -92,7 +93,7 @@ def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
     `allowable`: --allow-confusable can still be given.
     """
     settings = wiring.settings
-    there = settings.state_dir.is_dir()
+    there = os.access(settings.state_dir, os.F_OK) and settings.state_dir.is_dir()
     book = make_phrasebook(wiring.names, settings.teams, wiring.tasks)
     sound = wiring.sound if there else replace(wiring.sound, cache=None)
     cache = settings.state_dir / "vocabulary" if there else None
@@ -117,15 +118,15 @@ def find_quiet_hours(settings: Settings) -> Iterator[Finding]:
 
 
 def nearest_there(directory: Path) -> Path:
-    """The directory itself, or its nearest parent that exists."""
-    return next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    """The directory itself, or its nearest parent that exists, as far as this user may look."""
+    return next(path for path in (directory, *directory.absolute().parents) if os.access(path, os.F_OK))
 
 
 def find_memory(directory: Path, access: Access = os.access) -> Finding:
     """Whether the robot's memory can be kept in `directory`, or the directory be made."""
     remedy = "make it, writable for the daemon's user, or set `state_dir` to another"
     nearest = nearest_there(directory)
-    if directory.is_symlink() and nearest != directory:
+    if nearest != directory and os.access(directory.parent, os.X_OK) and directory.is_symlink():
         text = f"state_dir: {directory} is a link to nothing; mount its disk, or set `state_dir` to another"
         return Finding("memory", text, EX_CANTCREAT)
     if not nearest.is_dir():

@@ -102,6 +102,8 @@ class Reloader:
             except HvcpdError as error:
                 _log.error("not reloaded", reason=str(error))
                 raise
+            for fault in wiring.unknown:
+                _log.warning("person not known", reason=fault)
             result = self._take(loaded, wiring)
             self._rereading.set_log(self._body.wiring.settings)
         changed = ", ".join(change["key"] for change in result["changed"])

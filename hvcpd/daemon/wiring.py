@@ -49,13 +49,15 @@ ONE_DAY = timedelta(days=1)
 
 @dataclass(frozen=True)
 class Wiring:
-    """Checked settings with all files that they name. `people`: those enrolled, robots excluded, by lower-case name."""
+    """Checked settings with all files that they name. `people`: those enrolled, robots excluded, by lower-case name;
+    `unknown`: what is wrong with the enrolments that cannot be used."""
 
     settings: Settings
     tasks: TaskRepository
     sound: Sound
     keys: KeyFile | None = None
     people: Mapping[str, Person] = field(default_factory=dict)
+    unknown: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -213,7 +215,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         keys = _team_key(settings)
     except HvcpdError as error:
         faults.append(str(error))
-    people = _people(settings)
+    people, unknown = _people(settings)
     try:
         sound = make_sound(settings.lexicon, settings.state_dir / "units", settings.accent)
     except HvcpdError as error:
@@ -233,7 +235,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         if number not in numbers:
             listed = ", ".join(map(str, numbers))
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
-    wiring = Wiring(settings, tasks, sound, keys, people)
+    wiring = Wiring(settings, tasks, sound, keys, people, unknown)
     try:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:
@@ -241,14 +243,12 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
     return replace(wiring, sound=assign_voices(sound, settings, lambda: phrasebook.marked_graph.words))
 
 
-def _people(settings: Settings) -> dict[str, Person]:
-    """The enrolled people; a file that cannot be used is skipped, with a warning."""
+def _people(settings: Settings) -> tuple[dict[str, Person], tuple[str, ...]]:
+    """The enrolled people, and the faults of files that cannot be used."""
     if settings.voices == "robots":
-        return {}
+        return {}, ()
     people, faults = enrolled_people(settings.state_dir)
-    for fault in faults:
-        _log.warning("person not known", reason=fault)
-    return {name: person for name, person in people.items() if name != settings.name.lower()}
+    return {name: person for name, person in people.items() if name != settings.name.lower()}, faults
 
 
 def _team_key(settings: Settings) -> KeyFile | None:

@@ -50,16 +50,28 @@ def person_path(state_dir: Path, name: str) -> Path:
     return state_dir / PEOPLE_FOLDER / f"{name.lower()}{SUFFIX}"
 
 
+_BY_OWNER = "run this as the daemon's user"
 _BROKEN = (ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
 """What zipfile and numpy raise for files that are damaged, or were made to do harm."""
 
 
 def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]]:
-    """All enrolled people, by name in lower case, and the faults of unusable files."""
+    """All enrolled people, by name in lower case, and the faults of unusable files, or of their folder."""
     folder = state_dir / PEOPLE_FOLDER
-    files = sorted(folder.glob(f"[!.]*{SUFFIX}")) if folder.is_dir() else []
     people: dict[str, Person] = {}
     faults = []
+    try:
+        files = sorted(path for path in folder.iterdir() if path.suffix == SUFFIX and not path.name.startswith("."))
+    except FileNotFoundError:
+        files = []
+        if folder.is_symlink():
+            faults.append(f"{folder}: a link to nothing, so nobody's voice is known; mount its disk, or delete it")
+    except NotADirectoryError:
+        files = []
+        if state_dir.is_dir():
+            faults.append(f"{folder}: no folder, so nobody's voice is known; move it away")
+    except OSError as error:
+        return {}, (f"{folder}: cannot be read ({error.strerror}), so nobody's voice is known; {_BY_OWNER}",)
     for path in files:
         try:
             person = read_person(path)
@@ -75,7 +87,7 @@ def write_person(path: Path, person: Person) -> None:
     arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
     head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
     partial = path.with_name(f".{path.name}.new")
-    with writing(path, StoreError, otherwise="run this as the daemon's user, or name another place"):
+    with writing(path, StoreError, otherwise=f"{_BY_OWNER}, or name another place"):
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.unlink(missing_ok=True)
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
@@ -98,7 +110,7 @@ def remove_person(path: Path) -> bool:
     except FileNotFoundError:
         return False
     except OSError as error:
-        raise StoreError(f"{path} cannot be deleted ({error.strerror}); run this as the daemon's user") from error
+        raise StoreError(f"{path} cannot be deleted ({error.strerror}); {_BY_OWNER}") from error
     return True
 
 

@@ -251,7 +251,11 @@ class TranscriptReader:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        if not path.is_file():
+        try:
+            is_there = path.is_file()
+        except OSError as error:
+            raise StoreError(f"{path}: {error.strerror}; use sudo, or name another with --memory FILE") from error
+        if not is_there:
             raise StoreError(f"{path}: there is no robot's memory here; name another with --memory FILE")
         self._db = sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=1.0)
 

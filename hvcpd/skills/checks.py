@@ -135,8 +135,8 @@ def _unrunnable(program: str) -> str | None:
     path = Path(program)
     if not path.is_absolute():
         return None if shutil.which(program) else f"there is no program {program!r}; install it, or give its whole path"
-    if not path.exists():
-        return f"there is no {program}; check the name"
+    if not os.access(path, os.F_OK):
+        return f"there is no {program}, or not for this user; check the name"
     if path.is_dir():
         return f"{program} is a folder; name the program in it"
     if not os.access(path, os.X_OK):
@@ -158,5 +158,7 @@ def _first_line_fault(program: Path) -> str | None:
         return "has the line ends of Windows; run `sed -i 's/\\r$//'` on it"
     interpreter = Path(os.fsdecode(named[0]))
     return (
-        None if interpreter.exists() else f"is to be run by {interpreter}, which does not exist; correct its first line"
+        None
+        if os.access(interpreter, os.F_OK)
+        else f"is to be run by {interpreter}, which does not exist; correct its first line"
     )

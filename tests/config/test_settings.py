@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from pathlib import Path
 
 import pytest
@@ -109,6 +110,14 @@ def test_file_names_are_relative_to_the_file_and_options_to_the_shell(tmp_path: 
     assert settings.lexicon == tmp_path / "more.txt"
     assert settings.state_dir == Path.home() / "state"
     assert load(tmp_path, "name: Rob\ntasks: a/t.yaml\n", tasks="b.yaml").tasks == Path("b.yaml")
+
+
+def test_a_home_that_there_is_not_is_told_at_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A user of a container may have none; it was a traceback."""
+    monkeypatch.delenv("HOME", raising=False)
+    monkeypatch.setattr(os, "getuid", lambda: 54_321)
+    with pytest.raises(ConfigError, match=r"yaml:2: state_dir: this user has no home directory for the ~; write the "):
+        load(tmp_path, "name: Rob\nstate_dir: ~/state\n")
 
 
 def test_the_start_pose_in_radians() -> None:

@@ -124,6 +124,19 @@ def test_check_warns_of_what_may_not_be_meant(known: Path, capsys: pytest.Captur
     assert "no action leads" not in out
 
 
+def test_check_warns_of_enrolments_that_cannot_be_used(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """They were told in a line of the log, before there was one, or not at all."""
+    folder = known.parent / "state" / "people"
+    folder.touch()
+    assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+    out, err = capsys.readouterr()
+    text = f"hvcpd: warning: {folder}: no folder, so nobody's voice is known; move it away\n"
+    assert err.startswith(text)
+    assert all(line.startswith("ok  ") for line in out.splitlines())
+    assert main(["--config", str(known), "--name", "Rob"], MISSING) == EX_UNAVAILABLE
+    assert capsys.readouterr().err.startswith(text), "at the start, too"
+
+
 def test_check_tells_missing_and_present_apart(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
     out, err = capsys.readouterr()

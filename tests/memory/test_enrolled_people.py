@@ -52,6 +52,27 @@ def test_what_is_no_file_is_not_opened(make: Callable[[Path], None], tmp_path: P
     assert "it is a folder, a pipe or a device" in fault
 
 
+@pytest.mark.parametrize(
+    ("make", "what"),
+    [
+        (Path.touch, "no folder"),
+        (os.mkfifo, "no folder"),
+        (lambda path: path.symlink_to("/no/such"), "a link to nothing"),
+    ],
+)
+def test_what_is_in_the_place_of_the_folder_is_told(make: Callable[[Path], None], what: str, tmp_path: Path) -> None:
+    """Nobody was enrolled then, without a word."""
+    make(tmp_path / "people")
+    people, (fault,) = enrolled_people(tmp_path)
+    assert not people
+    assert fault.startswith(f"{tmp_path}/people: {what}, so nobody's voice is known; ")
+
+
+def test_a_folder_that_is_not_there_is_no_fault(tmp_path: Path) -> None:
+    assert enrolled_people(tmp_path) == ({}, ())
+    assert enrolled_people(tmp_path / "state") == ({}, ())
+
+
 def test_sentences_are_read_again_and_the_newest_are_kept(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     said = [

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
+from hvcpd.config.command_line import print_error
 from hvcpd.config.names import valid_robot_name
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences, record_takes
@@ -71,8 +72,10 @@ def _state_dir(options: argparse.Namespace) -> Path:
 
 def _list(options: argparse.Namespace) -> int:
     people, faults = enrolled_people(_state_dir(options))
+    if faults and not people:
+        raise StoreError("\n".join(faults))
     for fault in faults:
-        sys.stderr.write(f"hvcpctl: {fault}\n")
+        print_error("hvcpctl", fault)
     rows = [
         {"name": p.name, "sentences": len(p.sentences), "words": len(p.takes), "takes": p.n_takes}
         for p in people.values()
@@ -89,9 +92,17 @@ def _list(options: argparse.Namespace) -> int:
 
 def _known(options: argparse.Namespace) -> Path:
     path = person_path(_state_dir(options), options.person)
-    if not path.is_file():
+    if not _is_there(path):
         raise StoreError(f"{options.person} is not enrolled ({path}); hvcpctl enrol --list lists who is")
     return path
+
+
+def _is_there(path: Path) -> bool:
+    """Whether there is such an enrolment. Raises StoreError where this user may not look."""
+    try:
+        return path.is_file()
+    except OSError as error:
+        raise StoreError(f"{path}: {error.strerror}; run this as the daemon's user, or with sudo") from error
 
 
 def _remove(options: argparse.Namespace) -> int:
@@ -160,7 +171,7 @@ def _sentences(person: str, team: Team) -> dict[str, tuple[str, ...]]:
 
 def _kept(path: Path, name: str) -> Person:
     """The person's takes. Raises StoreError for a file that cannot be used, so that none is lost silently."""
-    if not path.is_file():
+    if not _is_there(path):
         return Person(name)
     try:
         return read_person(path)

@@ -40,7 +40,7 @@ def run(options: argparse.Namespace) -> int:
     own = load_with_sources(options.config, name_needed=False).name if options.names is None else None
     names = settings.names if own is None else (own,)
     _become_owner(settings.state_dir)
-    for_service = settings.state_dir.is_dir() and os.access(settings.state_dir, os.W_OK | os.X_OK, effective_ids=True)
+    for_service = os.access(settings.state_dir, os.W_OK | os.X_OK, effective_ids=True) and settings.state_dir.is_dir()
     folder = settings.state_dir / "units" if for_service else user_cache_folder()
     if folder is None:
         raise ConfigError(f"state_dir: {settings.state_dir} cannot be written; {_remedy(options, settings.state_dir)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
+from hvcpd.config.command_line import print_error
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
@@ -113,12 +115,16 @@ def lacked_skills(
 
 
 def _enrolled(settings: Settings) -> dict[str, Person]:
-    """People whose voices are known, by name in lower case."""
-    if settings.voices == "robots" or not (settings.state_dir / PEOPLE_FOLDER).is_dir():
+    """People whose voices are known, by name in lower case; nobody for a user who may not look, as most of a robot's
+    computer are. What is wrong with an enrolment is told on standard error."""
+    if settings.voices == "robots" or not os.access(settings.state_dir / PEOPLE_FOLDER, os.R_OK):
         return {}
     from hvcpd.memory.people import enrolled_people  # not for those who have enrolled nobody: it loads the ears
 
-    return enrolled_people(settings.state_dir)[0]
+    people, faults = enrolled_people(settings.state_dir)
+    for fault in faults:
+        print_error("hvcpctl", f"warning: {fault}")
+    return people
 
 
 def refuse_same_sound(names: Sequence[str], lexicon: Lexicon) -> None:
