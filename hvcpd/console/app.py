@@ -39,7 +39,9 @@ Ask = Callable[..., Awaitable[dict[str, Any]]]
 def live_app(scene: Scene, ask: Ask, run: Callable[[], Coroutine[Any, Any, None]], access: PageAccess) -> Starlette:
     """The page of a running robot; `ask` passes a command on to it, `run` follows it as long as the page is up."""
 
-    async def events(_: Request) -> Response:
+    async def events(request: Request) -> Response:
+        if request.method == "HEAD":  # nothing follows, so it must not take a page's place
+            return Response(media_type="text/event-stream")
         if scene.viewers.full:
             return PlainTextResponse("too many pages are open\n", HTTPStatus.SERVICE_UNAVAILABLE)
         return StreamingResponse(_stream(scene), media_type="text/event-stream")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import logging
 import socket
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import h11
 import uvicorn
 from starlette.types import ASGIApp
 
@@ -84,6 +86,12 @@ def _remove_stale(path: Path) -> None:
     path.unlink()
 
 
+def _is_ours(record: logging.LogRecord) -> bool:
+    """Whether a line of the log is of a fault of ours. Where a request's body is broken, uvicorn answers it, and then
+    complains that the page answers it, too."""
+    return record.exc_info is None or not isinstance(record.exc_info[1], h11.LocalProtocolError)
+
+
 class PageServer(uvicorn.Server):
     """Serves a page; `ready` is called once it is served, and `ending` before the server waits for open connections."""
 
@@ -91,7 +99,7 @@ class PageServer(uvicorn.Server):
         super().__init__(
             uvicorn.Config(
                 app,
-                log_level="warning",
+                log_level="error",  # its warnings are of requests that are none, which any user here can send
                 access_log=False,
                 server_header=False,
                 proxy_headers=False,
@@ -99,6 +107,7 @@ class PageServer(uvicorn.Server):
                 timeout_graceful_shutdown=GRACE_S,
             )
         )
+        logging.getLogger("uvicorn.error").addFilter(_is_ours)
         self._ready, self._ending = ready, ending
 
     def serve_on(self, listener: socket.socket) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hvcpd.console.lines import PAGE_LINES
 from hvcpd.console.viewers import MAX_VIEWERS
 from hvcpd.errors import NotDoneError, NotRunningError
-from tests.console.asking import Page, heard, status
+from tests.console.asking import Page, heard, request, status
 
 
 def test_stopping_halts_this_robot_first_and_then_tells_the_others() -> None:
@@ -45,6 +45,13 @@ def test_a_task_is_added_to_this_robot_and_removed() -> None:
     assert page.act({"do": "add", "task": "water"}).json() == {
         "error": "task 6: name: 'water' is one word; use two to eight"
     }
+
+
+def test_who_asks_only_whether_there_are_events_takes_no_place() -> None:
+    """Each such request took a place for good, and the 25th page got none."""
+    page = Page()
+    answer = request(page.app, "/events", "HEAD", b"")
+    assert (answer.status, answer.body) == (200, b"")
 
 
 def test_without_a_daemon_a_stop_says_what_to_do() -> None:

@@ -34,6 +34,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
+from hvcpd.reporting.text import listed
 
 START_X_M = -5.0
 """Start of the first robot; the others start beside it, 1 m apart."""
@@ -93,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
         page_line = f"Watch {robots[0]} at {address}\n" if address else ""
         alone = len(robots) == 1
         talk, prepare = ("talks", "It prepares its words") if alone else ("talk", "They prepare their words")
-        welcome = _WELCOME.format(robots=" and ".join(robots), talk=talk, where=where, page=page_line, prepare=prepare)
+        welcome = _WELCOME.format(robots=listed(robots), talk=talk, where=where, page=page_line, prepare=prepare)
         sys.stdout.write(welcome)
         sys.stdout.flush()
         rendered = at_once
