@@ -168,13 +168,22 @@ def did_you_mean(wrong: str, known: Iterable[str]) -> str:
 
 
 NO_TEMPORARY = "no folder for temporary files can be written: make room in /tmp, or set TMPDIR to another folder"
-"""For the error of Python's tempfile, the only one of a missing file that names none."""
+"""For the error of Python's tempfile, which names no file."""
+
+
+def _nameless() -> str:
+    """What is wrong where an error of a missing file names none, and what to do."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return "the folder that this runs in has been deleted; change to another"
+    return NO_TEMPORARY
 
 
 def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file that you may write") -> str:
     """Why a file cannot be written, and what to do; `otherwise` is the remedy where the reason suggests none."""
     if isinstance(error, FileNotFoundError) and error.filename is None:
-        return NO_TEMPORARY
+        return _nameless()
     reason = getattr(error, "strerror", None) or str(error)
     if isinstance(error, FileExistsError):
         reason = "this is a file"  # where a folder should be made
@@ -205,7 +214,7 @@ def unreadable(error: Exception) -> str:
     """What is wrong with a file that cannot be opened, and what to do."""
     match error:
         case FileNotFoundError(filename=None):
-            return NO_TEMPORARY
+            return _nameless()
         case FileNotFoundError():
             return "there is no such file; check the name, or create it"
         case IsADirectoryError():

@@ -96,6 +96,17 @@ def test_a_full_disk_with_the_temporary_folders_is_told(arguments: str) -> None:
 
 
 @pytest.mark.slow
+def test_a_folder_that_was_deleted_is_told(tmp_path: Path) -> None:
+    """It was "no folder for temporary files can be written"."""
+    here = tmp_path / "here"
+    here.mkdir()
+    command = f"cd {here}; rmdir {here}; {' '.join(HVCPCTL)} say stop --local -o x.wav"
+    done = shell(command, PYTHONPATH=str(Path(__file__).parents[2]))
+    assert done.returncode == 2
+    assert done.stderr == "hvcpctl: the folder that this runs in has been deleted; change to another\n"
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [("key restore --key key", "these are 0 words, not 24"), ("new-team team", "this is not a terminal")],

@@ -125,8 +125,7 @@ def _connect(options: argparse.Namespace) -> Following:
 
 
 def _terminal() -> AbstractContextManager[FollowLines]:
-    from rich.console import Console
-
     from hvcpd.control.live.follow_lines import FollowLines
+    from hvcpd.control.live.terminal import Terminal
 
-    return FollowLines(Console(highlight=False))
+    return FollowLines(Terminal(highlight=False))

@@ -64,6 +64,6 @@ def _screen(options: argparse.Namespace, result: dict[str, Any]) -> Any:
 
 
 def _console() -> Any:
-    from rich.console import Console
+    from hvcpd.control.live.terminal import Terminal
 
-    return Console(highlight=False)
+    return Terminal(highlight=False)
