@@ -7,9 +7,10 @@ import io
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pytest
@@ -131,14 +132,16 @@ def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capf
 
 
 @contextmanager
-def duet(folder: Path, units: Path, watch: Callable[[float], None]) -> Iterator[tuple[Duet, SharedRoom, io.StringIO]]:
-    """Rob and Bot in virtual time, and what the terminal shows."""
+def duet(
+    folder: Path, units: Path, watch: Callable[[float], None], out: TextIO | None = None
+) -> Iterator[tuple[Duet, SharedRoom, TextIO]]:
+    """Rob and Bot in virtual time, and what the terminal shows, if it is not another `out`."""
     wirings = [wiring(folder, units, name, place) for place, name in enumerate(("Rob", "Bot"))]
     with ExitStack() as stack:
         bodies = [stack.enter_context(Body(w.settings.start.pose, k)) for k, w in enumerate(wirings)]
         medium = SimulatedAir(Room(2, Air(), seed=0))
         plays = SharedRoom(bodies, watch, medium=medium)
-        out = io.StringIO()
+        out = out or io.StringIO()
         yield Duet(wirings, plays, Visitor(VISITOR, wirings[0], medium.say), out, ready="All listen\n"), plays, out
 
 
@@ -160,6 +163,7 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
             asyncio.run(both.live(typed))
         assert both.daemons[1].robot is not None
         assert both.daemons[1].robot.coordination.state is State.STOPPED
+    assert isinstance(out, io.StringIO)
     assert out.getvalue().count("All listen\n") == 1
     assert "'this' is not in the phrasebook" in out.getvalue()
     assert "I will complete task" in out.getvalue()
@@ -188,6 +192,27 @@ def test_a_terminal_that_is_closed_ends_it_in_order(tmp_path: Path, units: Path)
         signal.signal(signal.SIGHUP, before)
     assert not any(daemon.robot is None for daemon in both.daemons), "they had not begun"
     assert room.now_s < 3.0
+
+
+@pytest.mark.slow
+def test_a_reader_that_goes_away_ends_it_in_order(tmp_path: Path, units: Path) -> None:
+    """After `hvcpctl duet | head -1` it went on unseen, and SIGTERM was a traceback before it counted."""
+
+    def watch(now_s: float) -> None:
+        if now_s >= 300.0:
+            raise OverError("it lives on")
+
+    reads, writes = os.pipe()
+    os.close(reads)
+    gone = os.fdopen(writes, "w")
+    with duet(tmp_path, units, watch, gone) as (both, room, _), (tmp_path / "nothing").open("w+") as typed:
+        for stream, daemon in zip(room.streams, both.daemons, strict=True):
+            stream.settled = daemon.settled
+        with pytest.raises(BrokenPipeError):
+            asyncio.run(both.live(typed))
+    with suppress(BrokenPipeError):
+        gone.close()
+    assert not any(daemon.robot is None for daemon in both.daemons), "they had not begun"
 
 
 def block(level: float) -> Samples:

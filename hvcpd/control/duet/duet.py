@@ -226,7 +226,7 @@ class Duet:
     async def live(self, typed: Any, drain: Callable[[], None] = lambda: None) -> None:
         """Live until a signal. `typed` is a file of lines that the visitor says; `drain` is called twice a second.
 
-        Raises what ends a daemon.
+        Raises what ends a daemon, and OSError where nobody can read on.
         """
         loop = asyncio.get_running_loop()
         lives = [asyncio.ensure_future(daemon.run()) for daemon in self.daemons]
@@ -234,7 +234,7 @@ class Duet:
             loop.add_signal_handler(number, self.leave, lives)
         if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:  # which is how nohup has it
             loop.add_signal_handler(signal.SIGHUP, self._end, lives)  # its terminal is closed: nobody reads on
-        beside = [asyncio.ensure_future(self._watch(drain))]
+        beside = [asyncio.ensure_future(self._watch(lives, drain))]
         beside += [asyncio.ensure_future(self._onlooker.follow(socket_path(s), s.name)) for s in self._settings]
         listening = self._listen(typed)
         try:
@@ -250,6 +250,8 @@ class Duet:
                 loop.remove_reader(typed)
             if isinstance(self._room.medium, SharedCard):
                 await self._room.medium.close()
+        if self._onlooker.fault is not None:
+            raise self._onlooker.fault
 
     @property
     def _now_s(self) -> float:
@@ -257,11 +259,14 @@ class Duet:
         robots = (daemon.robot for daemon in self.daemons)
         return max((robot.now for robot in robots if robot is not None), default=self._room.now_s)
 
-    async def _watch(self, drain: Callable[[], None]) -> None:
-        """Report once that all robots listen, and each problem when it begins."""
+    async def _watch(self, lives: list[asyncio.Task[None]], drain: Callable[[], None]) -> None:
+        """Report once that all robots listen, and each problem when it begins; end the robots' `lives` where nothing
+        can be written any more."""
         slow = SlowAir(asyncio.get_running_loop().time(), self._room.now_s)
         while True:
             drain()
+            if self._onlooker.fault is not None and not self._ended:
+                self._end(lives)
             self._onlooker.look(self._room.now_s)
             if self._ready and all(daemon.listening for daemon in self.daemons):
                 self._onlooker.write(self._ready.rstrip())

@@ -97,6 +97,8 @@ class Onlooker:
         self._said: dict[tuple[str, str], float] = {}
         """When each text was last said by a robot, or heard by the robot of that name."""
         self._visit: Visit | None = None
+        self.fault: OSError | None = None
+        """Why nothing more can be written: the reader has gone, or the disk is full."""
 
     async def follow(self, socket: Path, robot: str) -> None:
         """Write a robot's events until its daemon ends."""
@@ -154,9 +156,12 @@ class Onlooker:
         return any(abs(event["at_s"] - at_s) < ECHO_S for at_s in before)
 
     def write(self, text: str) -> None:
-        """Write a line at once."""
-        self._out.write(f"{text}\n")
-        self._out.flush()
+        """Write a line at once, or note the `fault`: events and signals bring most lines, which must not fail."""
+        try:
+            self._out.write(f"{text}\n")
+            self._out.flush()
+        except OSError as error:
+            self.fault = self.fault or error
 
 
 async def _connected(path: Path) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
