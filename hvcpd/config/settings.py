@@ -110,12 +110,17 @@ class WheelSettings:
         return self.left_id, self.right_id
 
 
+def _valid_socket(path: Path | None) -> str | None:
+    """What is wrong with the socket's name, or None: files beside it are named after it."""
+    return None if path is None or path.name else f"{path} is a folder; name a file in it"
+
+
 @dataclass(frozen=True)
 class ControlSettings:
     """The socket by which `hvcpctl` and other programs of this computer ask the daemon; None is the usual place."""
 
     enabled: bool = True
-    socket: Path | None = None
+    socket: Path | None = field(default=None, metadata=checked(_valid_socket))
     sound: bool = False
     """Whether they may also have what the microphone hears."""
 

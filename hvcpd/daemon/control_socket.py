@@ -19,6 +19,9 @@ from hvcpd.errors import RunningError
 SYSTEM_FOLDER = Path("/run/hvcpd")
 """Folder where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
 
+SUFFIX = ".sock"
+"""Of a socket that the settings do not name."""
+
 MODE = 0o660
 """Owner and group: people who may command the robot join the group."""
 
@@ -48,7 +51,7 @@ def socket_folders(settings: Settings, environment: Mapping[str, str] = os.envir
 
 def socket_name(name: str) -> str:
     """The file name of the socket of the robot of that name."""
-    return f"{name.lower()}.sock"
+    return f"{name.lower()}{SUFFIX}"
 
 
 def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ) -> Path:
@@ -58,6 +61,13 @@ def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ)
     folders = socket_folders(settings, environment)
     usable = (folder for folder in folders if os.access(folder, os.W_OK | os.X_OK) and folder.is_dir())
     return next(usable, settings.state_dir) / socket_name(settings.name)
+
+
+def runtime_file(settings: Settings, suffix: str, environment: Mapping[str, str] = os.environ) -> Path:
+    """A file of this robot alone beside its socket: "rob.pose" beside "rob.sock". Only SUFFIX is replaced, since the
+    sockets of two robots may be called "team.rob" and "team.bot"."""
+    path = socket_path(settings, environment)
+    return path.with_suffix(suffix) if path.suffix == SUFFIX else path.with_name(path.name + suffix)
 
 
 class SocketFile:

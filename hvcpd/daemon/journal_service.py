@@ -15,7 +15,7 @@ import structlog
 from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
-from hvcpd.daemon.control_socket import locked, socket_path
+from hvcpd.daemon.control_socket import locked, runtime_file
 from hvcpd.daemon.latch_service import RETRY_S, LatchService
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
@@ -56,7 +56,7 @@ class JournalService:
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
-        places = spare_places(wiring.latch_path, socket_path(wiring.settings))
+        places = spare_places(wiring.latch_path, runtime_file(wiring.settings, ".stopped"))
         self._latch = LatchService(StopLatch(wiring.latch_path, places))
         self._lock: int | None = None
         """Lock on the memory, whatever the socket: another daemon's latch must not release a stopped robot."""
@@ -232,7 +232,7 @@ class JournalService:
         with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
             self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
         memory = self._memory = open_memory(files, self._latch.file, wiring.keys is not None)
-        recent = Recent(socket_path(wiring.settings).with_suffix(".recent"), memory.latched.memory)
+        recent = Recent(runtime_file(wiring.settings, ".recent"), memory.latched.memory)
         self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
         try:

@@ -20,7 +20,7 @@ from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.clips import Clips
 from hvcpd.daemon.control_service import ControlService
-from hvcpd.daemon.control_socket import socket_path
+from hvcpd.daemon.control_socket import runtime_file
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService
@@ -73,7 +73,7 @@ class Daemon:
         self._devices = devices
         self._rendered = rendered
         self._journal = JournalService(wiring)
-        self._pose = PoseKeeper(socket_path(wiring.settings).with_suffix(".pose"))
+        self._pose = PoseKeeper(runtime_file(wiring.settings, ".pose"))
         self._control = ControlService(Body(wiring, self._journal), rereading)
         self._clips = Clips(lambda: self._control.body.wiring.settings.clips, wiring.settings.name)
         self._wheels: WheelService | None = None

@@ -188,7 +188,9 @@ class RequestHandler:
         kinds = arguments.get("events", sorted(KINDS.keys() - FREQUENT))
         for kind in kinds:
             if not isinstance(kind, str) or kind not in KINDS:
-                raise RefusalError("bad_argument", f"events: {did_you_mean(str(kind)[:40], KINDS)}")
+                raise RefusalError(
+                    "bad_argument", f"events: there is no {str(kind)[:40]!r}; {did_you_mean(str(kind)[:40], KINDS)}"
+                )
         if "sound" in kinds and not self._body.wiring.settings.control.sound:
             raise RefusalError(
                 "bad_argument", "its settings do not let others have what it hears; set `control: {sound: true}`"

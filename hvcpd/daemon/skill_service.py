@@ -124,7 +124,9 @@ class SkillService:
         """A client reports the progress of a call."""
         state = arguments.get("state", "running")
         if state not in _STATES:
-            raise RefusalError("bad_argument", f"state: {did_you_mean(state[:40], _STATES)}")
+            raise RefusalError(
+                "bad_argument", f"state: there is no {state[:40]!r}; {did_you_mean(state[:40], _STATES)}"
+            )
         share = arguments.get("share")
         if share is not None and not 0.0 <= share <= 1.0:
             raise RefusalError("bad_argument", "share: give a number from 0 to 1")

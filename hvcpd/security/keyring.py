@@ -183,8 +183,10 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
     """Write it whole, readable by its owner alone; where a link points, if it is one. Raises KeyFileError; without
     `replaces` also if there is one."""
     target = Path(os.path.realpath(path))
-    partial = target.with_name(target.name + ".new")
     with writing(path, KeyFileError, "the key: ", "name another with --key"):
+        if target.is_dir():
+            raise KeyFileError(f"{path}: this is a folder; name a file in it with --key")
+        partial = target.with_name(target.name + ".new")
         if path.exists() and not replaces:
             raise KeyFileError(f"{path}: there is a key already; change it with: {key_command('rotate', path)}")
         partial.unlink(missing_ok=True)

@@ -120,6 +120,12 @@ def test_a_home_that_there_is_not_is_told_at_its_line(tmp_path: Path, monkeypatc
         load(tmp_path, "name: Rob\nstate_dir: ~/state\n")
 
 
+@pytest.mark.parametrize("path", ["/", "."])
+def test_a_control_socket_is_no_folder(path: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="is a folder; name a file in it"):
+        load(tmp_path, f"name: Rob\ncontrol: {{socket: {path}}}\n")
+
+
 def test_the_start_pose_in_radians() -> None:
     pose = StartSettings(1.0, 2.0, 90.0).pose
     assert (pose.x_m, pose.y_m) == (1.0, 2.0)

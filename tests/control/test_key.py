@@ -69,6 +69,13 @@ def test_a_key_is_not_made_over_another(made: Path, capsys: pytest.CaptureFixtur
     assert made.read_bytes() == before
 
 
+@pytest.mark.parametrize("folder", ["/", "."])
+def test_a_folder_is_no_key(folder: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """The first was a traceback, and in the second "there is a key already"."""
+    assert run("new", "--key", folder) == 2
+    assert capsys.readouterr().err == f"hvcpctl: {folder}: this is a folder; name a file in it with --key\n"
+
+
 def test_two_new_keys_differ() -> None:
     assert fresh_entry(DAY).key.secret != fresh_entry(DAY).key.secret
 

@@ -12,7 +12,7 @@ from subprocess import PIPE, Popen
 import pytest
 
 from hvcpd.config.settings import ControlSettings, Settings
-from hvcpd.daemon.control_socket import SYSTEM_FOLDER, SocketFile, caller_of, short_address, socket_path
+from hvcpd.daemon.control_socket import SYSTEM_FOLDER, SocketFile, caller_of, runtime_file, short_address, socket_path
 from hvcpd.errors import EX_UNAVAILABLE, RunningError
 
 
@@ -113,6 +113,13 @@ def test_a_long_path_is_no_trouble(tmp_path: Path) -> None:
     connected(path).close()
     listener.close()
     file.remove()
+
+
+def test_each_robot_has_its_own_files_beside_its_socket(tmp_path: Path) -> None:
+    """Rob began where Bot stood, for both kept their pose in team.pose."""
+    sockets = [tmp_path / name for name in ("team.rob", "team.bot", "rob.sock", "bot.sock", "plain")]
+    found = [runtime_file(Settings(name="Rob", control=ControlSettings(socket=each)), ".pose").name for each in sockets]
+    assert found == ["team.rob.pose", "team.bot.pose", "rob.pose", "bot.pose", "plain.pose"]
 
 
 def test_the_usual_places(tmp_path: Path) -> None:

@@ -102,10 +102,10 @@ def test_a_full_disk_moves_no_place_for_a_stop(tmp_path: Path, monkeypatch: pyte
     """Where /tmp was on the full disk, too, the robot did not even start."""
     monkeypatch.setattr(tempfile, "tempdir", None)  # Python looks for it once, by writing to it
     monkeypatch.chdir(tmp_path)
-    before = spare_places(tmp_path / "rob.latch", tmp_path / "rob.sock")
+    before = spare_places(tmp_path / "rob.latch", tmp_path / "rob.stopped")
     tempfile.tempdir = None
     with no_new_bytes():
-        assert spare_places(tmp_path / "rob.latch", tmp_path / "rob.sock") == before
+        assert spare_places(tmp_path / "rob.latch", tmp_path / "rob.stopped") == before
 
 
 @pytest.fixture
