@@ -111,7 +111,7 @@ class SocketFile:
             self._lock = None
 
     def _locked(self, path: Path) -> int:
-        """As `locked`, with the robot's name in the file, for who is refused: the settings of two robots may name one
+        """As `locked`, with the robot's name in the file, for the message to another: the settings of two robots may name one
         socket."""
         try:
             lock = locked(path, self.path)

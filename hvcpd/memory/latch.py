@@ -69,7 +69,8 @@ def latched_of(line: bytes) -> Latched:
 
 def spare_places(latch: Path, runtime: Path) -> tuple[Path, ...]:
     """Spare places for a stop if the latch's own disk accepts no writes: the file `runtime` beside the control socket,
-    and one in the folder for temporary files. The first outlives the daemon, the second may outlive a boot; neither need."""
+    and one in the folder for temporary files. The first outlives the daemon, the second may outlive a boot; neither
+    need."""
     digest = hashlib.sha256(os.fsencode(latch.absolute())).hexdigest()[:16]
     # Not `tempfile.gettempdir`, which takes another folder, or fails, where the disk is full.
     temporary = Path(os.environ.get("TMPDIR") or "/tmp")
