@@ -111,8 +111,8 @@ class SocketFile:
             self._lock = None
 
     def _locked(self, path: Path) -> int:
-        """As `locked`, with the robot's name in the file, for the message to another: the settings of two robots may name one
-        socket."""
+        """As `locked`, with the robot's name in the file, for the message to another one: the settings of two robots
+        may name the same socket."""
         try:
             lock = locked(path, self.path)
         except RunningError as error:
