@@ -75,7 +75,7 @@ def test_ears_that_learn_keep_no_other_ears(sound: Sound) -> None:
     gc.collect()
     assert kept() is None
     recogniser.prepare(lambda: True)
-    assert recogniser._inner._spelled is not None  # type: ignore[attr-defined]
+    assert recogniser._inner._spelling is not None  # type: ignore[attr-defined]
 
 
 def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:
