@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 
 import pytest
 
@@ -20,10 +21,19 @@ class Interrupts:  # as the user does, when this module is looked for
         if name == {module!r}:
             os.kill(os.getpid(), signal.SIGINT)
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # where tests run in a shell's background it is ignored
 sys.meta_path.insert(0, Interrupts)
 from {program} import main
 sys.exit(main({arguments!r}))
 """
+
+
+@pytest.fixture(autouse=True)
+def by_python() -> Iterator[None]:
+    """SIGINT as Python handles it by itself; it is ignored where tests run in a shell's background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.slow

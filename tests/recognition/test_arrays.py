@@ -14,13 +14,13 @@ LOADED = """
 import sys
 import numpy as np
 from hvcpd.language.graph import graph_of
-from hvcpd.people.bands import noise_of
+from hvcpd.people.bands import estimated_noise
 from hvcpd.people.phones import CtcSearch
 from hvcpd.recognition.channel.estimation import WhitenedSound
 from hvcpd.recognition.templates import TemplateBank
 
 sound = np.sin(np.arange(32_000, dtype=np.float32) ** 1.5)
-noise_of(sound, 16_000)
+estimated_noise(sound, 16_000)
 CtcSearch(graph_of(("stop",)), lambda word: [("S", "T", "AA", "P")])
 WhitenedSound(sound, sound[:8_000])
 bank = TemplateBank({"voice": {"stop": [sound]}})
