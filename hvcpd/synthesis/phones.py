@@ -51,7 +51,6 @@ class Phone:
     noise_db: float = -99.0
     bands: tuple[Band, ...] = ()
     aspiration_s: float = 0.0
-    aspiration_db: float = -12.0
     follow: Triple = (1.0, 1.0, 1.0)
 
     def scaled(self, scale: float) -> Phone:
@@ -128,7 +127,7 @@ _SH = (Band(2600, 400, -3), Band(3300, 600, 0), Band(4600, 900, -5), Band(6200, 
 _F = (Band(1500, 1500, -14), Band(4000, 2500, -6), Band(7200, 2500, 0))
 _TH = (Band(1500, 1200, -18), Band(5200, 2500, -4), Band(7300, 1800, 0))
 _P = (Band(700, 700, 0), Band(2000, 2000, -8), Band(5000, 3000, -14))
-_T = (Band(2700, 700, -18), Band(3500, 800, -10), Band(5000, 1500, 0), Band(6800, 1800, 0))
+_T = (Band(2700, 700, -9), Band(3500, 800, -1), Band(4600, 1500, 0), Band(6600, 1800, -5))
 _K = (Band(1900, 350, 0), Band(3600, 900, -12), Band(5200, 1500, -20))
 
 PHONES: dict[str, Phone] = {
@@ -156,7 +155,7 @@ PHONES: dict[str, Phone] = {
     "N": _nasal((480, 1600, 2600), 80, 60),
     "NG": _nasal((480, 2050, 2550), 100, 65),
     "HH": Phone(
-        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=-99.0, noise_db=4.0
+        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=-99.0, noise_db=-6.0
     ),
     "F": _fricative((320, 1050, 2150), False, 105, 80, -11.0, _F),
     "V": _fricative((240, 1050, 2150), True, 65, 45, -22.0, _F),
