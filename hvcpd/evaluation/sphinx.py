@@ -26,23 +26,23 @@ def sphinx_installed() -> bool:
     return importlib.util.find_spec("pocketsphinx") is not None
 
 
+def make_bare_decoder(**settings: Any) -> Any:
+    """A PocketSphinx decoder with its models of English phones and its dictionary, and no grammar yet. `settings` are
+    PocketSphinx's own, such as `beam`. Raises ImportError where it is not installed."""
+    from pocketsphinx import Decoder, get_model_path
+
+    hmm, words = get_model_path("en-us/en-us"), get_model_path("en-us/cmudict-en-us.dict")
+    return Decoder(hmm=hmm, dict=words, lm=None, loglevel="FATAL", **settings)
+
+
 def make_decoder(graph: WordGraph, folder: Path, lexicon: Lexicon, **settings: Any) -> Any:
     """A PocketSphinx decoder with the network as its grammar, knowing our pronunciations beside its own.
 
-    `folder` holds the grammar while this runs. `settings` are PocketSphinx's own, such as `beam`. Raises ImportError
-    where it is not installed.
+    `folder` holds the grammar while this runs. `settings` and errors are those of `make_bare_decoder`.
     """
-    from pocketsphinx import Decoder, get_model_path
-
     grammar = folder / "phrasebook.fsg"
     grammar.write_text(_grammar(graph))
-    decoder = Decoder(
-        hmm=get_model_path("en-us/en-us"),
-        dict=get_model_path("en-us/cmudict-en-us.dict"),
-        lm=None,
-        loglevel="FATAL",
-        **settings,
-    )
+    decoder = make_bare_decoder(**settings)
     for word in graph.words:
         ours = " ".join(lexicon.sounds(word)[0])
         known = decoder.lookup_word(word)
