@@ -2,12 +2,14 @@
 
     python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
         [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0] [--overlaps 60] [--overlap-db -15,-10,-5]
+        [--gaps 0.5]
 
 The robot's microphone is 10 cm from its loudspeaker, its latency known to within the shift. Rooms follow Polack's
 model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cubic metres). The call, 2 m away, is
 --call-db louder than the own voice as the microphone has it; the robot has said --first sentences before, from which it
 knows the way through the room. A call counts as heard when it is told after its beginning and no later than 0.5 s after
-its end. --overlaps: so often another robot begins to speak from 0.2 s before to 0.4 s after this one, five people talk
+its end. --gaps: so often a second the loudspeaker leaves out 25 to 300 ms, as on a busy computer; the robot knows when.
+--overlaps: so often another robot begins to speak from 0.2 s before to 0.4 s after this one, five people talk
 at once (babble), or somebody knocks at the table, each --overlap-db louder than the own voice; all names take turns.
 """
 
@@ -25,6 +27,7 @@ from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
 from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.barge_in import DELAY_TOLERANCE_S, BargeInDetector
+from hvcpd.recognition.events import Held, Released, Urgent
 
 BLOCK = 320
 OWN_DBFS = -15.0
@@ -53,7 +56,9 @@ def way(rt60_s: float, distance_m: float, rng: np.random.Generator) -> Samples:
 class Trial:
     """Some of the robot's own sentences, as they are played and as they are heard."""
 
-    def __init__(self, stage: Stage, n: int, rt60_s: float, shift_ms: float, seed: int, speaker: int = 0) -> None:
+    def __init__(
+        self, stage: Stage, n: int, rt60_s: float, shift_ms: float, seed: int, speaker: int = 0, gaps: float = 0.0
+    ) -> None:
         chooser, rng = random.Random(seed), np.random.default_rng(seed)
         talks = [at_level(stage.sentence(chooser, stage.names[speaker]), OWN_DBFS) for _ in range(n)]
         gap = np.zeros(round(PAUSE_S * SAMPLE_RATE_HZ), np.float32)
@@ -65,11 +70,23 @@ class Trial:
             at += len(talk) + len(gap)
         self.played = np.concatenate(parts)
         late = round((DELAY_TOLERANCE_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
-        echo = np.concatenate([np.zeros(late), fftconvolve(self.played, way(rt60_s, OWN_M, rng))])[: len(self.played)]
+        self.gaps: list[int] = []
+        really = self._with_gaps(gaps, rng)
+        echo = np.concatenate([np.zeros(late), fftconvolve(really, way(rt60_s, OWN_M, rng))])[: len(self.played)]
         self.own_rms = float(np.sqrt(np.mean(np.square(echo[np.abs(self.played) > 1e-4]))))
         seconds = np.arange(len(echo)) / SAMPLE_RATE_HZ
         sway = 10.0 ** (SWAY_DB / 20.0 * np.sin(2.0 * np.pi * 0.7 * seconds + seed))
         self.heard = np.asarray(echo * sway + room(len(echo), seed), np.float32)
+
+    def _with_gaps(self, gaps: float, rng: np.random.Generator) -> Samples:
+        """What the loudspeaker really plays; the gaps are whole blocks of 25 ms."""
+        really, at = self.played.copy(), 0
+        while gaps and (at := at + round(rng.exponential(1.0 / gaps) * SAMPLE_RATE_HZ)) < len(really):
+            n = 400 * int(rng.integers(1, 13))
+            really[at : at + n] = 0.0
+            self.gaps.append(at)
+            at += n
+        return really
 
     def call(self, stage: Stage, call_db: float, rt60_s: float, seed: int) -> tuple[float, float]:
         """Have a person call over the last sentence; returns when the call begins and ends, s."""
@@ -88,9 +105,10 @@ class Trial:
         rms = float(np.sqrt(np.mean(np.square(active))))
         self.heard[at : at + len(sound)] += sound * self.own_rms * 10.0 ** (louder_db / 20.0) / rms
 
-    def listen(self, recogniser: BargeInDetector) -> tuple[list[float], float]:
-        """When "stop" was reported, s, and the processor time."""
-        told, began_s, speaking = [], time.process_time(), False
+    def listen(self, recogniser: BargeInDetector) -> tuple[list[float], list[float], float]:
+        """When "stop" was reported, s, when it was held to be possible, and the processor time."""
+        told: dict[type, list[float]] = {Held: [], Released: [], Urgent: []}
+        began_s, speaking = time.process_time(), False
         sound = np.clip(np.rint(self.heard * 32768.0) / 32768.0, -1.0, 1.0).astype(np.float32)
         for at in range(0, len(sound), BLOCK):
             begun = any(at <= begin < at + BLOCK for begin, _ in self.spans)
@@ -98,10 +116,12 @@ class Trial:
             if begun:
                 recogniser.begin(at, 0.0)
             speaking = (speaking or begun) and not over
+            if any(at <= gap < at + BLOCK for gap in self.gaps):
+                recogniser.disturb()
             recogniser.play(self.played[at : at + BLOCK])
-            if recogniser.hear(sound[at : at + BLOCK], speaking):
-                told.append((at + BLOCK) / SAMPLE_RATE_HZ)
-        return told, time.process_time() - began_s
+            for event in recogniser.hear(sound[at : at + BLOCK], speaking):
+                told[type(event)].append((at + BLOCK) / SAMPLE_RATE_HZ)
+        return told[Urgent], told[Held], time.process_time() - began_s
 
     @property
     def own_s(self) -> float:
@@ -131,7 +151,7 @@ def overlaps(stage: Stage, kind: str, seeds: range, louder_db: float, rt60_s: fl
         trial = Trial(stage, n, rt60_s, 0.0, seed, speaker)
         at = trial.spans[-1][0] + round(chooser.uniform(*UNHEARD_S) * SAMPLE_RATE_HZ)
         trial.add(other_sound(stage, kind, chooser, speaker), at, louder_db, rt60_s, seed)
-        told, _ = trial.listen(make_barge_in_detector())
+        told, _, _ = trial.listen(make_barge_in_detector())
         stopped += [seed] if told else []
     print(
         f"{kind} at {louder_db:+.0f} dB, RT60 {rt60_s} s: {len(stopped)} of {len(seeds)} stopped the robot {stopped}",
@@ -150,6 +170,7 @@ def main() -> None:
     parser.add_argument("--names", default="Rob,Bot")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--overlaps", type=int, default=0)
+    parser.add_argument("--gaps", type=float, default=0.0)
     parser.add_argument("--overlap-db", default="-15,-10,-5")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
@@ -162,23 +183,24 @@ def main() -> None:
         for shift_ms in map(float, o.shifts_ms.split(",")):
             lags, missed = [], []
             for seed in range(o.seed, o.seed + o.calls):
-                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed)
+                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed, gaps=o.gaps)
                 begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
-                told, _ = trial.listen(make_barge_in_detector())
-                in_time = [t - end_s for t in told if begin_s < t <= end_s + IN_TIME_S]
+                told, held, _ = trial.listen(make_barge_in_detector())
+                in_time = [t - end_s for t in sorted(told + held) if begin_s < t <= end_s + IN_TIME_S]
                 lags += in_time[:1]
                 missed += [] if in_time else [seed]
-            own_s, false, spent_s, seed = 0.0, 0, 0.0, o.seed + 100_000
+            own_s, false, halts, spent_s, seed = 0.0, 0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
-                trial = Trial(stage, 10, rt60_s, shift_ms, seed)
-                told, cpu_s = trial.listen(make_barge_in_detector())
+                trial = Trial(stage, 10, rt60_s, shift_ms, seed, gaps=o.gaps)
+                told, held, cpu_s = trial.listen(make_barge_in_detector())
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
+                halts += len(held)
             cost = spent_s / max(own_s, 1e-9)
             print(
                 f"RT60 {rt60_s} s, {shift_ms:+.0f} ms: {len(lags)} of {o.calls} calls at {o.call_db:+.0f} dB heard, "
                 f"{max(lags, default=0.0):.2f} s after them at the latest"
                 + (f" (not {missed})" if missed else "")
-                + f"; {own_s / 60.0:.1f} min of own talk: {false} false stops, {cost:.3f} of real time",
+                + f"; {own_s / 60.0:.1f} min of own talk: {false} false stops, {halts} halts, {cost:.3f} of real time",
                 flush=True,
             )
 

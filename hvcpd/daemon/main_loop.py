@@ -224,7 +224,7 @@ class Daemon:
         while not self._has_left(robot):
             block = await sound.read()
             robot.report_latency(sound.latency_s)
-            if sound.overload.standing:
+            if block.disturbed or sound.overload.standing:
                 robot.disturb()
             reading = self._wheels.take_reading() if self._wheels is not None else None
             if self.wiring.keys is not None:

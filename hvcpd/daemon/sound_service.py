@@ -102,10 +102,14 @@ _NONE = np.zeros(0, np.float32)
 
 @dataclass(frozen=True)
 class Block:
-    """The sound heard: shape (n,), n = 0 without sound; `lost` samples before it are missing (`Robot.step`)."""
+    """The sound heard: shape (n,), n = 0 without sound; `lost` samples before it are missing (`Robot.step`).
+
+    `disturbed`: sound was lost or late since the block before, at the microphone or at the loudspeaker.
+    """
 
     samples: Samples
     lost: int | None
+    disturbed: bool = False
 
 
 class SoundService:
@@ -189,7 +193,7 @@ class SoundService:
             return Block(samples, None)
         lost = self._counted.input_dropped + self._counted.card_lost - before.input_dropped - before.card_lost
         gap = lost > 0 or self._counted.card_overflows > before.card_overflows
-        return Block(samples, lost if gap else None)
+        return Block(samples, lost if gap else None, is_disturbed(before, self._counted))
 
     def write(self, samples: Samples) -> None:
         """Play sound, shape (n,), float32, as long as the block that was read; without a card it is dropped."""

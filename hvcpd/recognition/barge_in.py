@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.events import Urgent
+from hvcpd.recognition.events import Held, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
 from hvcpd.recognition.keyword.net import WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
 from hvcpd.recognition.stream import FrameStream
@@ -108,12 +108,18 @@ LEAST_PROBABILITY = 0.4
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
 RECENT_FRAMES = 400
 """The own level is that of the last 4 s of it."""
+DOUBT_SAMPLES = 4 * SAMPLE_RATE_HZ
+"""Time after a gap in what was played in which the residual may have the robot's own words in it, or be judged by them:
+the net looks back 2.2 s, and relative to levels that follow with 1 to 2 s."""
+HOLD_SAMPLES = 2 * SAMPLE_RATE_HZ
+"""Time for which a doubtful word makes the robot stand still, unless it is said again."""
 
 
 class BargeInDetector:
     """Spots the keyword while the robot speaks, from `begin` until its own voice is gone.
 
-    Push the played and the recorded sound, block by block.
+    Push the played and the recorded sound, block by block. Where the loudspeaker left something out, the residual has
+    the robot's own words in it; so after `disturb` the word is believed only when it is said twice.
     """
 
     def __init__(self, net: KeywordNet) -> None:
@@ -121,6 +127,7 @@ class BargeInDetector:
         self._echo = EchoCanceller()
         self._latency_s = 0.0
         self._own_powers = np.zeros(0)
+        self._doubt_left = self._hold_left = 0
         self.begin(0, 0.0)
         self._listens = False
 
@@ -150,22 +157,36 @@ class BargeInDetector:
         self._echo.reset()
         self._net.reset()
 
+    def disturb(self) -> None:
+        """Some of what was pushed to `play` was not played, or not in time."""
+        self._doubt_left = DOUBT_SAMPLES
+
     def play(self, samples: Samples) -> None:
         """Push the sound that is played during the next block."""
         if self._listens:
             self._playing = np.concatenate([self._playing, samples])
 
-    def hear(self, samples: Samples, speaking: bool) -> list[Urgent]:
-        """Push the next samples, shape (n,), float32, with or without the own voice; returns the word, if any."""
-        if not self._listens:
+    def hear(self, samples: Samples, speaking: bool) -> list[Held | Released | Urgent]:
+        """Push the next samples, shape (n,), float32, with or without the own voice; returns the word, if any.
+
+        A word that may be the robot's own (see `disturb`) is `Held`, and `Urgent` when it is heard again.
+        """
+        self._listens = self._listens and speaking
+        told = self._released(len(samples))
+        self._doubt_left = max(self._doubt_left - len(samples), 0)
+        return told + self._found(samples) if self._listens else told
+
+    def _released(self, n: int) -> list[Held | Released | Urgent]:
+        if self._hold_left == 0:
             return []
-        if not speaking:
-            self._listens = False
-            return []
+        self._hold_left = max(self._hold_left - n, 0) if self._listens else 0
+        return [Released(self._held.start_sample, self._held.end_sample)] if self._hold_left == 0 else []
+
+    def _found(self, samples: Samples) -> list[Held | Released | Urgent]:
         missing = max(len(samples) - len(self._playing), 0)
         line = np.pad(self._playing, (0, missing))
         self._playing = line[len(samples) :]
-        found: list[Urgent] = []
+        found: list[Held | Released | Urgent] = []
         least = self._least_level(samples)
         for chunk in self._residual.push(self._echo.take(line[: len(samples)], samples), False):
             self._residual_powers = _recent(self._residual_powers, chunk.energies, WORD_FRAMES)
@@ -186,11 +207,15 @@ class BargeInDetector:
             return 0.0
         return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
 
-    def _reported(self, word: Detection) -> list[Urgent]:
+    def _reported(self, word: Detection) -> list[Held | Released | Urgent]:
         if word.end_frame < self._reported_until:
             return []  # it is reported already
         self._reported_until = word.end_frame + WORD_FRAMES
         start, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))
+        if self._doubt_left and not self._hold_left:
+            self._hold_left, self._held = HOLD_SAMPLES, Held(start, end)
+            return [self._held]
+        self._hold_left = 0
         return [Urgent(start, end)]
 
 

@@ -105,8 +105,10 @@ class Robot:
         self._voice.report_latency(latency_s)
 
     def disturb(self) -> None:
-        """Sound was lost or late until now, so it does not show which voice or name belongs to whom."""
+        """Sound was lost or late until now, so it does not show which voice or name belongs to whom, and what is heard
+        may be this robot's own words."""
         self._measures.ranging.lost(self._n_heard)
+        self._barge_in.disturb()
         self._disturbed_until_s = self.now
 
     def set_clock(self, wall_s: float | None) -> None:

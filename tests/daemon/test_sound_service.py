@@ -226,6 +226,16 @@ def test_losses_are_counted_over_all_streams_and_belong_to_the_block_after_them(
     run(scene, 2)
 
 
+def test_what_was_left_out_of_the_own_sentence_disturbs_the_block_after_it() -> None:
+    async def scene(service: SoundService, streams: Streams) -> None:
+        told = [await service.read()]
+        streams.counters = StreamCounters(output_late=5)
+        told += [await service.read(), await service.read()]
+        assert [(block.lost, block.disturbed) for block in told] == [(None, False), (None, True), (None, False)]
+
+    run(scene, 5)
+
+
 def test_ending_without_sound_waits_for_nothing() -> None:
     async def scene(service: SoundService, _: Streams) -> None:
         assert (await service.read()).samples.size == 0

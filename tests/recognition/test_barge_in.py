@@ -10,8 +10,8 @@ import pytest
 from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.barge_in import BLOCK, BargeInDetector, EchoCanceller
-from hvcpd.recognition.events import Urgent
+from hvcpd.recognition.barge_in import BLOCK, DOUBT_SAMPLES, HOLD_SAMPLES, BargeInDetector, EchoCanceller
+from hvcpd.recognition.events import Held, Released, Urgent
 
 RT60_S = 0.45
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
@@ -22,10 +22,13 @@ def sound() -> Sound:
     return make_sound(None, user_cache_folder())
 
 
+ORANGE = [["hi", "all"], ["i", "am", "bot"], ["completing", "task"], ["water", "the", "orange", "rose"]]
+
+
 @cache
-def own_voice() -> Samples:
+def own_voice(name: str = "Rob", orange: bool = False) -> Samples:
     """Two sentences with a second of silence after each."""
-    said = sound().speaker_of("Rob").render(SENTENCE)
+    said = sound().speaker_of(name).render(ORANGE if orange else SENTENCE)
     rest = np.zeros(SAMPLE_RATE_HZ, np.float32)
     once = np.concatenate([0.2 * said / np.sqrt(np.mean(np.square(said))), rest])
     both = np.concatenate([once, once]).astype(np.float32)
@@ -73,13 +76,17 @@ def test_blocks_of_any_size_give_the_same() -> None:
     np.testing.assert_array_equal(cut, whole[: len(cut)])
 
 
-def listen(heard: Samples, recogniser: BargeInDetector) -> list[Urgent]:
-    """To both sentences; the sound is played one block before it is heard."""
-    told: list[Urgent] = []
-    played = own_voice()
+def listen(
+    heard: Samples, recogniser: BargeInDetector, gap: int | None = None, played: Samples | None = None
+) -> list[Held | Released | Urgent]:
+    """To both sentences; the sound is played one block before it is heard. From `gap` on something was not played."""
+    told: list[Held | Released | Urgent] = []
+    played = own_voice() if played is None else played
     for at in range(0, len(heard), BLOCK):
         if at in (0, len(heard) // 2 // BLOCK * BLOCK):
             recogniser.begin(at, 0.0)
+        if gap is not None and at <= gap < at + BLOCK:
+            recogniser.disturb()
         recogniser.play(played[at : at + BLOCK])
         told += recogniser.hear(heard[at : at + BLOCK], True)
     return told + recogniser.hear(heard[:BLOCK], False)
@@ -104,6 +111,58 @@ def test_stop_is_heard_over_the_own_voice_that_is_three_times_as_loud(late_ms: f
     told = listen(heard, make_barge_in_detector())
     assert len(told) == 1
     assert at < told[0].end_sample < at + len(stop) + 0.2 * SAMPLE_RATE_HZ
+
+
+def called_over_the_second_sentence(at_s: tuple[float, ...]) -> tuple[Samples, int]:
+    """The own voice with calls 5 dB below it, `at_s` after the second sentence's beginning, which is returned too."""
+    heard = through_room(own_voice(), 20.0, 4)
+    stop = call("Max", float(np.sqrt(np.mean(np.square(heard[np.abs(heard) > 1e-3])))) * 10.0 ** (-5.0 / 20.0))
+    half = len(heard) // 2
+    for start in (half + round(seconds * SAMPLE_RATE_HZ) for seconds in at_s):
+        heard[start : start + len(stop)] += stop
+    return heard, half
+
+
+def test_a_word_soon_after_a_gap_in_what_was_played_is_held_and_let_go() -> None:
+    heard, half = called_over_the_second_sentence((0.6,))
+    told = listen(heard, make_barge_in_detector(), half)
+    assert [type(event) for event in told] == [Held, Released]
+
+
+def test_a_word_that_is_said_twice_soon_after_a_gap_is_believed() -> None:
+    heard, half = called_over_the_second_sentence((0.6, 1.7))
+    told = listen(heard, make_barge_in_detector(), half)
+    assert [type(event) for event in told] == [Held, Urgent]
+    assert told[0].end_sample < told[1].start_sample < told[0].end_sample + HOLD_SAMPLES
+
+
+def test_a_word_long_after_a_gap_is_believed_at_once() -> None:
+    heard, half = called_over_the_second_sentence((1.2,))
+    told = listen(heard, make_barge_in_detector(), half - DOUBT_SAMPLES)
+    assert [type(event) for event in told] == [Urgent]
+
+
+def test_what_is_held_is_let_go_when_the_own_sentence_ends() -> None:
+    recogniser = make_barge_in_detector()
+    heard, half = called_over_the_second_sentence((0.6,))
+    told: list[Held | Released | Urgent] = []
+    recogniser.begin(0, 0.0)
+    recogniser.disturb()
+    for at in range(half, len(heard), BLOCK):
+        recogniser.play(own_voice()[at : at + BLOCK])
+        told += recogniser.hear(heard[at : at + BLOCK], not told)
+    assert [type(event) for event in told] == [Held, Released]
+
+
+def test_own_words_round_a_gap_in_what_was_played_stop_nobody() -> None:
+    """The loudspeaker leaves out 0.15 s, at every other place of the sentence. Two of these stopped the robot."""
+    played = own_voice("Max", orange=True)
+    half = len(played) // 2
+    for gap in range(half, len(played) - SAMPLE_RATE_HZ, SAMPLE_RATE_HZ // 10):
+        really = played.copy()
+        really[gap : gap + round(0.15 * SAMPLE_RATE_HZ)] = 0.0
+        told = listen(through_room(really, 20.0, 3), make_barge_in_detector(), gap, played)
+        assert not any(isinstance(event, Urgent) for event in told)
 
 
 def test_after_the_own_sentence_it_does_not_listen() -> None:

@@ -65,7 +65,7 @@ class Overheard:
     def __init__(self) -> None:
         self.coming: list[Event] = []
         self.begun: list[int] = []
-        self.played = 0
+        self.played = self.disturbed = 0
 
     def begin(self, now: int, latency_s: float) -> None:
         self.begun.append(now)
@@ -80,6 +80,9 @@ class Overheard:
 
     def lost(self) -> None:
         pass
+
+    def disturb(self) -> None:
+        self.disturbed += 1
 
 
 class KnownDelay:
@@ -257,6 +260,8 @@ def test_a_robot_that_speaks_halts_for_what_it_overhears() -> None:
     assert overheard.begun == [round(bench.robot.now * SAMPLE_RATE_HZ)]
     bench.live()
     assert overheard.played == 2 * BLOCK, "the first block is played over the block after the one that it was begun in"
+    bench.robot.disturb()
+    assert overheard.disturbed == 1, "what it played with gaps, it may hear"
     overheard.coming = [Urgent(100, 200)]
     bench.live()
     assert bench.stopped
