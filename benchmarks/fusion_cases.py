@@ -38,8 +38,7 @@ from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, calibrators, kokoro, neural, piper
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.fusion import Hypotheses
-from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.second_pass import Hypotheses, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.speaker import Speaker

@@ -19,8 +19,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
-from hvcpd.people.fusion import Words, same_meaning
-from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.second_pass import SecondPassRecogniser, Words, same_meaning
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, SpeechRecogniser, Urgent
 from hvcpd.recognition.second_pass import SynchronousWorker

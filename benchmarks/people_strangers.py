@@ -34,8 +34,7 @@ from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person
-from hvcpd.people.fusion import same_meaning
-from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.second_pass import SecondPassRecogniser, same_meaning
 from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent

@@ -45,7 +45,7 @@ SOURCES = (
         "second-look",
         "speech that the robots' listener rejects is looked at again",
         answering(f"{SECOND_PASS}:SecondPassRecogniser.search", None),
-        _files("people", "second_pass fusion phones bands"),
+        _files("people", "second_pass phones bands"),
     ),
     Mechanism(
         "net",
@@ -57,7 +57,7 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._accepted", None),
-        _files("recognition", "decoder_session decoder scorer network back_pointers templates"),
+        _files("recognition", "decoder_session decoder network back_pointers templates"),
     ),
 )
 RULES = (

@@ -312,7 +312,7 @@ def _reworded(vocabulary: Vocabulary, word: str, phrase: str) -> Vocabulary:
 def _recipe() -> str:
     """A digest of the programs that decide, so that cached results of older ones are not reused."""
     folder = Path(__file__).parents[1]
-    names = "templates frontend decoder scorer".split()
+    names = ("templates", "frontend", "decoder")
     others = [folder / "language" / "competition.py", folder / "assembly" / "separation.py"]
     programs = [*others, *(folder / "recognition" / f"{name}.py" for name in names)]
     sources = [Path(__file__), SYNONYMS_PATH, *programs]

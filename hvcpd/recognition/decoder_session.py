@@ -24,8 +24,7 @@ from hvcpd.recognition.frontend import (
     power_ratio,
 )
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
-from hvcpd.recognition.scorer import Scorer
-from hvcpd.recognition.templates import TemplateBank
+from hvcpd.recognition.templates import Scorer, TemplateBank
 
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
 FILLER_COST = 1.2
@@ -243,7 +242,8 @@ class DecoderSession:
             self._since = self._next
 
     def _decode(self, features: Features) -> None:
-        self._scorer.load_states(self._decoder.prune())
+        active = self._decoder.prune()
+        self._scorer.load_states(active.row, active.hypothesis_begins)
         states, noise, cohort = self._scorer.score(features)
         filler = np.minimum(noise, cohort + np.float32(FILLER_COST))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES

@@ -12,8 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.enrolled import Person
-from hvcpd.people.enrolled_recogniser import BLOCK_FRAMES, STEPS, EnrolledRecogniser
+from hvcpd.people.enrolled import BLOCK_FRAMES, STEPS, EnrolledRecogniser, Person
 from hvcpd.recognition.decoder import Decoder
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies

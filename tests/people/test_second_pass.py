@@ -18,9 +18,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people import fusion
-from hvcpd.people.enrolled import STRANGER, Person
-from hvcpd.people.enrolled_recogniser import probability
+from hvcpd.people import second_pass as fusion
+from hvcpd.people.enrolled import STRANGER, Person, probability
 from hvcpd.people.phones import NetOutput
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
