@@ -21,8 +21,8 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser, Words, same_meaning
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Recognised, SpeechRecogniser, Urgent
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.events import Event, Recognised, Urgent
+from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
 
 NAMES = ("Rob", "Bot", "Anna")
 SNR_DB = 20.0

@@ -40,8 +40,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Held, Recognised, Released, SpeechRecogniser, Urgent
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
+from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 

@@ -27,12 +27,12 @@ from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage
-from hvcpd.recognition.events import SpeechRecogniser
+from hvcpd.recognition.events import Source
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.stage import KeywordRescorer, KeywordStage
 from hvcpd.recognition.network import Beam
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import SynchronousWorker, Worker
+from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker, Worker
 from hvcpd.recognition.shared_front_end import SharedFrontEnd
 from hvcpd.recognition.template_recogniser import MIN_SPELLED_CONFIDENCE, RecogniserSettings, TemplateRecogniser
 from hvcpd.robot.measures import Measures
@@ -140,9 +140,8 @@ def make_spelling_recogniser(
         return Speaker(voices[voice], sound.lexicon, sound.cache).templates(word)
 
     bank = LazyMapping(voices, lambda voice: LazyMapping(graph.words, partial(takes, voice)))
-    return TemplateRecogniser(
-        graph, bank, RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE), front_end=front_end
-    )
+    settings = RecogniserSettings(min_confidence=MIN_SPELLED_CONFIDENCE)
+    return TemplateRecogniser(graph, bank, settings, front_end=front_end, source=Source.SPELLED)
 
 
 def make_barge_in_detector() -> BargeInDetector:

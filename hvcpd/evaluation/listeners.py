@@ -18,7 +18,8 @@ from hvcpd.evaluation.sphinx import WIDE_BEAMS, make_decoder, sphinx_installed
 from hvcpd.evaluation.sphinx import heard as heard_by_sphinx
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Recognised, SpeechRecogniser
+from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_pass import SpeechRecogniser
 
 OURS, PEER = "hvcpd", "PocketSphinx"
 CALLED, CALLER = "Ted", "Mia"

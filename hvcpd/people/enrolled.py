@@ -19,7 +19,7 @@ from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.back_pointers import Costs, TracedWord
 from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts
-from hvcpd.recognition.events import Recognised, WordSpan
+from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
 from hvcpd.recognition.network import MAX_ADVANCE, Beam, Network
@@ -192,7 +192,7 @@ class EnrolledRecogniser:
         beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
         sure = probability(path, deficits, passed_over, -best.cost / max(int(inside.sum()), 1))
-        spans = tuple(
+        spans = [
             WordSpan(
                 self._net.word[step.instance],
                 origin + step.start_frame * HOP_SAMPLES,
@@ -200,9 +200,8 @@ class EnrolledRecogniser:
                 sure,
             )
             for step in path
-        )
-        words, voice = tuple(span.word for span in spans), self._net.voice_of_node(best.node)
-        return Recognised(words, voice, spans[0].start_sample, spans[-1].end_sample, sure, math.nan, spans)
+        ]
+        return Recognised.of(spans, self._net.voice_of_node(best.node), sure, Source.TEMPLATES)
 
 
 def probability(path: Sequence[TracedWord], deficits: Sequence[float], passed_over: float, above_noise: float) -> float:

@@ -325,10 +325,8 @@ def _recognised(fused: FusedHypothesis, hypotheses: Hypotheses, segment: Segment
     if known is not None and known.words == words and known.confidence >= MIN_PROBABILITY:
         return replace(known, confidence=max(fused.probability, known.confidence))
     first = max(segment.lead - segment.before, 0) + segment.origin
-    spans = tuple(
+    spans = [
         WordSpan(word, first + start * FRAME_SAMPLES, first + end * FRAME_SAMPLES, fused.probability)
         for word, (start, end) in zip(words, hypotheses.spans(words), strict=True)
-    )
-    return Recognised(
-        words, STRANGER, spans[0].start_sample, spans[-1].end_sample, sure, math.nan, spans, Source.PEOPLE
-    )
+    ]
+    return Recognised.of(spans, STRANGER, sure, Source.PEOPLE)

@@ -1,17 +1,15 @@
-"""The recogniser's events, and the interfaces of its stages. Positions are numbers of samples since the recogniser was
-made."""
+"""The recogniser's events. Positions are numbers of samples since the recogniser was made."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Protocol, Self
 
 import numpy as np
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.stream import Chunk, History
 
 
 class Source(StrEnum):
@@ -73,6 +71,21 @@ class Recognised:
     received: Received | None = field(default=None, compare=False, repr=False)
     """Its sound as it was received, if that is known to the sample."""
 
+    @classmethod
+    def of(
+        cls,
+        spans: Iterable[WordSpan],
+        voice: str,
+        confidence: float,
+        source: Source,
+        snr_db: float = math.nan,
+        received: Received | None = None,
+    ) -> Recognised:
+        """A sentence of these words, one or more, from the beginning of the first to the end of the last."""
+        said = tuple(spans)
+        words, start, end = tuple(span.word for span in said), said[0].start_sample, said[-1].end_sample
+        return cls(words, voice, start, end, confidence, snr_db, said, source, received)
+
 
 @dataclass(frozen=True)
 class Span:
@@ -106,90 +119,3 @@ class Urgent(Span):
 
 Event = Recognised | Garbled | Held | Released | Urgent
 """The recogniser's events. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""
-
-
-class FirstPass(Protocol):
-    """The first pass, a streaming recogniser, as the stages around it see it."""
-
-    @property
-    def speaking(self) -> bool:
-        """Whether somebody else is speaking right now, or paused a moment ago."""
-
-    @property
-    def possible_speech(self) -> bool:
-        """Whether the most recent sound may be speech, however faint."""
-
-    @property
-    def chunks(self) -> Sequence[Chunk]:
-        """The frames of the last push."""
-
-    @property
-    def history(self) -> History:
-        """What was heard in the last seconds, up to the last push."""
-
-    @property
-    def ending_word(self) -> str:
-        """The last word of a robot's sentence that may have ended just now, and may be reported soon; "" if there is
-        none."""
-
-    @property
-    def sentence_since(self) -> int | None:
-        """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
-        beginning; None if none is."""
-
-    @property
-    def sentence_gain(self) -> float:
-        """How much better a robot's sentence explains the last half second than other sound would, in units of the
-        templates' distance; 0 if none is in progress."""
-
-    def snr_db(self, start_sample: int, end_sample: int) -> float:
-        """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
-
-
-class SpeechRecogniser(Protocol):
-    """A speech recogniser, as the robot uses it: the first pass, alone or with stages around it."""
-
-    @property
-    def first_pass(self) -> FirstPass:
-        """The innermost stage."""
-
-    @property
-    def busy(self) -> bool:
-        """Whether somebody else is speaking, or has spoken and may still be understood."""
-
-    def flush(self) -> list[Event]:
-        """The events that the end of a recording completes."""
-
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """The events that the next samples complete, shape (n,), any n; `masked` while the robot itself speaks."""
-
-    def lost(self, n_samples: int) -> list[Event]:
-        """The events of advancing time by lost samples, 0 if their number is unknown."""
-
-    def adopt(self, others: Self) -> None:
-        """Take over, between two sentences, the vocabulary of another recogniser with the same stages, which has heard
-        nothing."""
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make the slow first-time preparations while `go_on` holds, in any thread."""
-
-
-class RecogniserStage:
-    """A stage around another recogniser; what it does not change passes through."""
-
-    def __init__(self, inner: SpeechRecogniser) -> None:
-        self._inner = inner
-        self.first_pass = inner.first_pass
-
-    @property
-    def busy(self) -> bool:
-        """As `SpeechRecogniser.busy`."""
-        return self._inner.busy
-
-    def adopt(self, others: Self) -> None:
-        """As `SpeechRecogniser.adopt`."""
-        self._inner.adopt(others._inner)
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `SpeechRecogniser.prepare`."""
-        self._inner.prepare(go_on)

@@ -16,9 +16,17 @@ from typing import Protocol
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import Event, Garbled, Recognised, SpeechRecogniser
+from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.second_pass import AFTER_S, PAUSES_S, SecondPassStage, Segment, SegmentSearcher, Worker
+from hvcpd.recognition.second_pass import (
+    AFTER_S,
+    PAUSES_S,
+    SecondPassStage,
+    Segment,
+    SegmentSearcher,
+    SpeechRecogniser,
+    Worker,
+)
 from hvcpd.recognition.shared_front_end import WAIT_FRAMES
 from hvcpd.recognition.stream import Chunk
 

@@ -1,5 +1,5 @@
-"""Second-pass recognition: a worker searches a segment of sound, at once or in a thread, and its result is reported
-with a later block. Nothing here blocks.
+"""The stages around the first pass. Those of the second pass have a worker search a segment of sound, at once or in a
+thread, and report its result with a later block. Nothing here blocks.
 """
 
 from __future__ import annotations
@@ -10,7 +10,58 @@ from dataclasses import dataclass, replace
 from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Recognised, RecogniserStage, SpeechRecogniser
+from hvcpd.recognition.events import Event, Recognised
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
+
+
+class SpeechRecogniser(Protocol):
+    """A speech recogniser, as the robot uses it: the first pass, alone or with stages around it."""
+
+    @property
+    def first_pass(self) -> TemplateRecogniser:
+        """The innermost stage."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether somebody else is speaking, or has spoken and may still be understood."""
+
+    def flush(self) -> list[Event]:
+        """The events that the end of a recording completes."""
+
+    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
+        """The events that the next samples complete, shape (n,), any n; `masked` while the robot itself speaks."""
+
+    def lost(self, n_samples: int) -> list[Event]:
+        """The events of advancing time by lost samples, 0 if their number is unknown."""
+
+    def adopt(self, others: Self) -> None:
+        """Take over, between two sentences, the vocabulary of another recogniser with the same stages, which has heard
+        nothing."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """Make the slow first-time preparations while `go_on` holds, in any thread."""
+
+
+class RecogniserStage:
+    """A stage around another recogniser; what it does not change passes through."""
+
+    def __init__(self, inner: SpeechRecogniser) -> None:
+        self._inner = inner
+        self.first_pass = inner.first_pass
+
+    @property
+    def busy(self) -> bool:
+        """As `SpeechRecogniser.busy`."""
+        return self._inner.busy
+
+    def adopt(self, others: Self) -> None:
+        """As `SpeechRecogniser.adopt`."""
+        self._inner.adopt(others._inner)
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:
+        """As `SpeechRecogniser.prepare`."""
+        self._inner.prepare(go_on)
+
 
 BEFORE_S, AFTER_S = 0.5, 0.4
 """Margins around the noticed speech, for its faint beginning and end; AFTER_S has been heard when the event is

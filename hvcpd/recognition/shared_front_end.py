@@ -8,7 +8,7 @@ level.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -148,9 +148,6 @@ RECENT_FRAMES = 160
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 
-ConsumerEvents = tuple[list[Event], ...]
-"""The events of each consumer."""
-
 
 class FrameConsumer(Protocol):
     """Receives the chunks of the front end, each the same ones."""
@@ -188,34 +185,32 @@ class SharedFrontEnd:
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
 
-    def push(self, samples: Samples, masked: bool, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
-        """Pass the next samples, shape (n,), to the watchers. Iterate to the end, or samples are lost."""
+    def push(self, samples: Samples, masked: bool, consumers: Sequence[FrameConsumer]) -> list[Event]:
+        """Pass the next samples, shape (n,), to the consumers; return their events."""
         self.chunks = []
         samples = np.asarray(samples).reshape(-1)
         self.history.push(samples, masked)
-        for chunk in self.stream.push(samples, masked):
-            yield from self._take(chunk, consumers)
+        return self._take(self.stream.push(samples, masked), consumers)
 
-    def lose(self, n_samples: int, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
-        """Advance time by lost samples; iterate likewise. Raises ValueError for a negative number."""
+    def lose(self, n_samples: int, consumers: Sequence[FrameConsumer]) -> list[Event]:
+        """Advance time by lost samples; likewise. Raises ValueError for a negative number."""
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
         self.chunks = []
         self.history.lose(n_samples)
-        yield self._break_off(self.stream.next_frame, consumers)
-        for chunk in self.stream.lose(n_samples):
-            yield from self._take(chunk, consumers)
+        events = self._break_off(self.stream.next_frame, consumers)
+        return events + self._take(self.stream.lose(n_samples), consumers)
 
-    def flush(self, consumers: Sequence[FrameConsumer], silent_chunks: int) -> Iterator[ConsumerEvents]:
+    def flush(self, consumers: Sequence[FrameConsumer], silent_chunks: int) -> list[Event]:
         """Pass on the frames that fill no chunk yet, and this number of chunks of the room's noise after them."""
         self.chunks = []
         rest = self.stream.rest()
-        if len(rest.energies):
-            yield from self._take(rest, consumers)
+        events = self._take([rest] if len(rest.energies) else [], consumers)
         frame = rest.first_frame + len(rest.energies)
         silence = np.tile(self.noise.estimate * np.exp(STEADY_NOISE.mean_log), (CHUNK_FRAMES, 1))
         for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
-            yield from self._distribute(Chunk(at, silence, False), consumers)
+            events += self._distribute(Chunk(at, silence, False), consumers)
+        return events
 
     def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
         """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
@@ -225,32 +220,37 @@ class SharedFrontEnd:
         noise = float(self._noise_power[slots].mean())
         return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
 
-    def _take(self, chunk: Chunk, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
-        if chunk.masked:  # the robot's own voice covers everything
-            yield self._break_off(chunk.first_frame, consumers)
-            return
-        self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in consumers))
-        if not any(w.surely_under_way for w in consumers) and self.noise.follow_step():
-            # The noise stepped up: activity since then was noise, and speech before it is lost.
-            yield self._break_off(chunk.first_frame - STEP_FRAMES, consumers)
-        yield from self._distribute(chunk, consumers)
+    def _take(self, chunks: Iterable[Chunk], consumers: Sequence[FrameConsumer]) -> list[Event]:
+        events: list[Event] = []
+        for chunk in chunks:
+            if chunk.masked:  # the robot's own voice covers everything
+                events += self._break_off(chunk.first_frame, consumers)
+                continue
+            self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in consumers))
+            if not any(w.surely_under_way for w in consumers) and self.noise.follow_step():
+                # The noise stepped up: activity since then was noise, and speech before it is lost.
+                events += self._break_off(chunk.first_frame - STEP_FRAMES, consumers)
+            events += self._distribute(chunk, consumers)
+        return events
 
-    def _break_off(self, frame: int, consumers: Sequence[FrameConsumer]) -> ConsumerEvents:
-        found = tuple(w.break_off(frame) for w in consumers)
+    def _break_off(self, frame: int, consumers: Sequence[FrameConsumer]) -> list[Event]:
+        events = [event for w in consumers for event in w.break_off(frame)]
         self.activity.reset()
         self.recent = self.recent[:0]
-        return found
+        return events
 
-    def _distribute(self, chunk: Chunk, consumers: Sequence[FrameConsumer]) -> Iterator[ConsumerEvents]:
+    def _distribute(self, chunk: Chunk, consumers: Sequence[FrameConsumer]) -> list[Event]:
         self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
         self._before_noise_estimate.append(chunk)
+        events: list[Event] = []
         if not self.noise.ready:
-            return
+            return events
         for each in self._before_noise_estimate:
             self.activity.push(each.energies, self.noise.estimate)
             slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
             self._speech_power[slots] = each.energies @ self._power_weights
             self._noise_power[slots] = self.noise.estimate @ self._power_weights
             self.chunks.append(each)
-            yield tuple(w.consume(each) for w in consumers)
+            events += [event for w in consumers for event in w.consume(each)]
         self._before_noise_estimate = []
+        return events

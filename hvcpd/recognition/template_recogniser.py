@@ -7,13 +7,13 @@ counted from the first sample, so the size of the pushed blocks changes no resul
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confidence_features
-from hvcpd.recognition.events import Event, Recognised, Source, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.shared_front_end import LONGER_WAIT_FRAMES, RECENT_FRAMES, Segmenter, SharedFrontEnd
@@ -64,13 +64,16 @@ class TemplateRecogniser:
         settings: RecogniserSettings | None = None,
         front_end: SharedFrontEnd | None = None,
         make_spelling_recogniser: Callable[[SharedFrontEnd], TemplateRecogniser] | None = None,
+        source: Source = Source.TEMPLATES,
     ) -> None:
         """`templates[voice][word]`: one or a few takes of the word. `front_end`: shared with another recogniser on the
-        same microphone. `make_spelling_recogniser` makes the one for spelled names, in `prepare`.
+        same microphone. `make_spelling_recogniser` makes the one for spelled names, in `prepare`, whose `source` is
+        SPELLED: it reports no garbled speech.
 
         Raises ValueError if a voice lacks a template of a word of `graph`.
         """
         self._settings = settings or RecogniserSettings()
+        self._source = source
         bank = TemplateBank(templates)
         self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
         self.front_end = front_end or SharedFrontEnd()
@@ -119,7 +122,8 @@ class TemplateRecogniser:
 
     @property
     def ending_word(self) -> str:
-        """As `SpeechRecogniser.ending_word`."""
+        """The last word of a robot's sentence that may have ended just now, and may be reported soon; "" if there is
+        none."""
         return self._session.ending_word
 
     @property
@@ -129,22 +133,25 @@ class TemplateRecogniser:
 
     @property
     def sentence_since(self) -> int | None:
-        """As `FirstPass.sentence_since`."""
+        """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
+        beginning; None if none is."""
         since = self._session.since
         return since * HOP_SAMPLES if since is not None else None
 
     @property
     def sentence_gain(self) -> float:
-        """As `FirstPass.sentence_gain`."""
+        """How much better a robot's sentence explains the last half second than other sound would, in units of the
+        templates' distance; 0 if none is in progress."""
         return self._session.gain
 
     @property
     def _all(self) -> list[TemplateRecogniser]:
-        return [self] if self._spelling is None else [self, self._spelling]
+        """Spelled names come first: the stages around drop what else was made of the same sound."""
+        return [self] if self._spelling is None else [self._spelling, self]
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
-        return _merged(self.front_end.push(samples, masked, self._all))
+        return self.front_end.push(samples, masked, self._all)
 
     def lost(self, n_samples: int) -> list[Event]:
         """Advance time by `n_samples` that were lost before they arrived, 0 if the number is unknown.
@@ -152,7 +159,7 @@ class TemplateRecogniser:
         Speech in progress is reported as garbled. So is a sentence that seems to begin right after the gap: it may be
         the end of a longer one. Raises ValueError for a negative number.
         """
-        found = _merged(self.front_end.lose(n_samples, self._all))
+        found = self.front_end.lose(n_samples, self._all)
         for recogniser in self._all:
             recogniser.note_lost_sound()
         return found
@@ -174,14 +181,14 @@ class TemplateRecogniser:
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
-        return _merged(self.front_end.flush([self], LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8))
+        return self.front_end.flush([self], LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8)
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
         speech = self._segments.close(frame)
         self._session.sleep()
         self._speech_age = 0
-        return [speech] if speech else []
+        return self._as_events(speech)
 
     def consume(self, chunk: Chunk) -> list[Event]:
         """Process the newest chunk of the front end."""
@@ -230,11 +237,12 @@ class TemplateRecogniser:
 
     def _report_garbled(self, end_frame: int) -> list[Event]:
         speech = self._segments.ended(end_frame, self._session.under_way)
-        if speech is None:
-            return []
-        self._segments.close(end_frame)
-        self._continue_after(speech.end_sample // HOP_SAMPLES)
-        return [speech]
+        if speech is not None:
+            self._continue_after(speech.end_sample // HOP_SAMPLES)
+        return self._as_events(speech)
+
+    def _as_events(self, speech: Garbled | None) -> list[Event]:
+        return [speech] if speech is not None and self._source is Source.TEMPLATES else []
 
     def _continue_after(self, frame: int) -> None:
         """Mark speech until `frame` as handled; the next speaker may be much fainter."""
@@ -252,7 +260,7 @@ class TemplateRecogniser:
             return None
         if sentence.pause > s.max_pause or self._session.lead_in(sentence.steps[0].start_frame) > s.max_lead_in:
             return None
-        spans = tuple(
+        spans = [
             WordSpan(
                 self._session.word_of(step),
                 step.start_frame * HOP_SAMPLES,
@@ -260,27 +268,10 @@ class TemplateRecogniser:
                 confidence_features(sentence, k).probability,
             )
             for k, step in enumerate(sentence.steps)
-        )
-        return Recognised(
-            tuple(span.word for span in spans),
-            sentence.voice,
-            spans[0].start_sample,
-            spans[-1].end_sample,
-            confidence,
-            self.snr_db(spans[0].start_sample, spans[-1].end_sample),
-            spans,
-        )
+        ]
+        level_db = self.snr_db(spans[0].start_sample, spans[-1].end_sample)
+        return Recognised.of(spans, sentence.voice, confidence, self._source, level_db)
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
-        """As `FirstPass.snr_db`."""
+        """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
         return snr_db(*self.front_end.powers(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES))
-
-
-def _merged(reported: Iterable[Sequence[Sequence[Event]]]) -> list[Event]:
-    """The events of one recogniser, or of both, after each chunk. Spelled names come first: the stages around drop what
-    else was made of the same sound."""
-    merged: list[Event] = []
-    for sentences, *spelled in reported:
-        merged += [replace(e, source=Source.SPELLED) for events in spelled for e in events if isinstance(e, Recognised)]
-        merged += sentences
-    return merged

@@ -21,7 +21,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, Wheel
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Held, Recognised, Released, SpeechRecogniser, Urgent
+from hvcpd.recognition.events import Held, Recognised, Released, Urgent
+from hvcpd.recognition.second_pass import SpeechRecogniser
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released, Source, SpeechRecogniser, Urgent
+from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, KeywordNet, Posteriors, Weights
 from hvcpd.recognition.keyword.stage import USUAL_GAIN, KeywordRescorer, KeywordStage
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME, SENTENCE_WAIT
+from hvcpd.recognition.second_pass import SpeechRecogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from hvcpd.synthesis.lexicon import Lexicon

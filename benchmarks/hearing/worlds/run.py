@@ -21,8 +21,7 @@ from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.events import SpeechRecogniser
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
 
 MODES = ("first", "acquainted")
 NOISE_DBFS = -50.0

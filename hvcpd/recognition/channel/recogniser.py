@@ -312,10 +312,9 @@ def noise_sample(before: Samples, heard: Samples) -> Samples:
 def _recognised(evidence: Evidence, origin: int, received: Samples) -> Recognised:
     path, sure = evidence.path, evidence.confidence
     delay = path.delay + origin
-    spans = tuple(
+    spans = [
         WordSpan(word, start + delay, start + delay + said.length, sure)
         for word, start, said in zip(path.words, path.starts, path.renderings, strict=True)
-    )
-    start, end = spans[0].start_sample, spans[-1].end_sample
+    ]
     sound = Received(origin, received)
-    return Recognised(path.words, path.book.voice, start, end, sure, math.nan, spans, Source.CHANNEL, sound)
+    return Recognised.of(spans, path.book.voice, sure, Source.CHANNEL, received=sound)

@@ -24,8 +24,8 @@ from hvcpd.recognition.channel.open_segment import (
     OpenSegment,
 )
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
-from hvcpd.recognition.events import Event, Garbled, Recognised, Source, SpeechRecogniser
-from hvcpd.recognition.second_pass import SecondPassStage, Worker
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source
+from hvcpd.recognition.second_pass import SecondPassStage, SpeechRecogniser, Worker
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a segment, for its noise."""

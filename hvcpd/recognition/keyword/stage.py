@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised, RecogniserStage, SpeechRecogniser
+from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
 from hvcpd.recognition.keyword.net import (
@@ -28,6 +28,7 @@ from hvcpd.recognition.keyword.verification import (
     Verdict,
     may_open_sentence,
 )
+from hvcpd.recognition.second_pass import RecogniserStage, SpeechRecogniser
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 
 KEYWORD = "stop"
