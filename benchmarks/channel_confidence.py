@@ -34,8 +34,8 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.estimation import WhitenedSound
 from hvcpd.recognition.channel.path import Path as Sentence
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, Evidence, SearchResult, noise_sample
-from hvcpd.recognition.channel.search import ChannelSearch
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser, Evidence, noise_sample
+from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
 from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker

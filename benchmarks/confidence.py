@@ -59,8 +59,8 @@ class Watched(TemplateRecogniser):
         self.judged: list[tuple[Sentence, tuple[str, ...]]] = []
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
-        words = tuple(self._session.word_of(step) for step in sentence.steps)
-        if self._session.lead_in(sentence.steps[0].start_frame) < self._settings.max_lead_in:
+        words = tuple(self.session.word_of(step) for step in sentence.steps)
+        if self.session.lead_in(sentence.steps[0].start_frame) < self._settings.max_lead_in:
             self.judged.append((sentence, words))
         return super()._accepted(sentence)
 

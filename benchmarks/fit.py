@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks import channel_confidence, confidence, fusion, vocabulary
 from hvcpd.recognition.frontend import HOP_SAMPLES, energies_of
-from hvcpd.recognition.noise import PERCENTILE, SteadyNoise
+from hvcpd.recognition.noise import PERCENTILE
 
 Section = dict[str, object]
 WEIGHTS = Path("hvcpd/recognition/fitted.json")
@@ -29,18 +29,19 @@ NOISE_FRAMES = 4000
 """40 s: estimates good to about 1 %."""
 
 
-def measured(energies: NDArray[np.float32]) -> SteadyNoise:
+def measured(energies: NDArray[np.float32]) -> dict[str, NDArray[np.float32]]:
     """Statistics of steady noise whose mel energies have shape (frames, N_BANDS)."""
     mean = energies.mean(axis=0)
     logs = np.log(energies / mean)
     ratio = np.percentile(energies, PERCENTILE, axis=0) / mean
-    return SteadyNoise(*(np.asarray(each, np.float32) for each in (ratio, logs.mean(axis=0), logs.std(axis=0))))
+    found = {"percentile_ratio": ratio, "mean_log": logs.mean(axis=0), "std_log": logs.std(axis=0)}
+    return {name: np.asarray(values, np.float32) for name, values in found.items()}
 
 
 def steady_noise(_data: Path | None, _quick: bool) -> Section:
     """Of white noise through the front end."""
     white = np.random.default_rng(1).standard_normal(NOISE_FRAMES * HOP_SAMPLES).astype(np.float32)
-    found = vars(measured(energies_of(white)))
+    found = measured(energies_of(white))
     weights = {name: [float(f"{value:.8g}") for value in values] for name, values in found.items()}
     return {"data": "40 s of white noise through the front end; seed 1", "score": "to about 1 %", "weights": weights}
 

@@ -57,7 +57,7 @@ SOURCES = (
         "templates",
         "sentences of the network of templates (it still runs: its cost is not saved)",
         answering(f"{RECOGNISER}._accepted", None),
-        _files("recognition", "decoder_session decoder network back_pointers templates"),
+        _files("recognition", "decoder_session decoder network templates"),
     ),
 )
 RULES = (
@@ -65,7 +65,7 @@ RULES = (
         "beginnings",
         "sentences' beginnings are sought without signs of speech",
         answering(f"{HEARING}.channel.recogniser:ChannelRecogniser.onset", None),
-        _files("recognition/channel", "onsets"),
+        _files("recognition/channel", "endpoints"),
     ),
     Mechanism("follows-silence", "a sentence follows silence", defaults(SETTINGS, max_lead_in=inf)),
     Mechanism("confidence", "the least confidence of a template sentence", defaults(SETTINGS, min_confidence=0.0)),

@@ -25,7 +25,8 @@ from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.barge_in import BargeInDetector
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Source
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
@@ -224,10 +225,10 @@ def make_channel_stage(
 ) -> ChannelStage:
     """Return the stage that also hears these robots through an unknown channel."""
     check = partial(loss_of_sentence, sound.lexicon.sounds)
-    listener = ChannelRecogniser(phrasebook.robots_graph, books, prepared, check)
     others = set(phrasebook.marked_graph.words) - set(phrasebook.robots_graph.words)
     unmodelled = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
-    return ChannelStage(recogniser, listener, worker, frozenset(unmodelled))
+    listener = ChannelRecogniser(phrasebook.robots_graph, books, prepared, check, frozenset(unmodelled))
+    return ChannelStage(recogniser, listener, worker)
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

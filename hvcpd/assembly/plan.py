@@ -12,7 +12,7 @@ from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose, WheelReading
-from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics

@@ -36,7 +36,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
-from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.robot.robot import Robot

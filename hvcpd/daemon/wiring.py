@@ -27,7 +27,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.people import enrolled_people
 from hvcpd.people.enrolled import Person
-from hvcpd.recognition.channel.recogniser import ChannelSegment, SearchResult
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.second_pass import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics

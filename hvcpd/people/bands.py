@@ -79,13 +79,12 @@ def mel_bands(sound: Samples) -> Bands:
     return np.asarray((spectra.real**2 + spectra.imag**2) @ _filters())
 
 
-def level_normalised(sound: Samples, speech: Samples) -> tuple[Samples, Samples]:
-    """A sound and its speech part, scaled to the level of the nets' training."""
+def level_gain(speech: Samples) -> np.float32:
+    """The gain that brings speech to the level of the nets' training."""
     if not len(speech):
-        return sound, speech
+        return np.float32(1.0)
     loud = np.sort(np.abs(speech))[-max(len(speech) // 4, 1) :]
-    gain = np.float32(min(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), 1e-6), 1e3))
-    return gain * sound, gain * speech
+    return np.float32(min(LEVEL_RMS / max(float(np.sqrt(np.mean(loud.astype(np.float64) ** 2))), 1e-6), 1e3))
 
 
 def estimated_noise(sound: Samples, lead: int) -> NDArray[np.float64]:
@@ -129,8 +128,8 @@ def log_bands(sound: Samples, noise: NDArray[np.float64]) -> Bands:
 
 def log_bands_of_segment(segment: Segment) -> Bands:
     """`log_bands` of the speech in a segment, whose noise is estimated from the sound before the speech."""
-    sound, speech = level_normalised(segment.sound, segment.speech)
-    return log_bands(speech, estimated_noise(sound, segment.lead))
+    gain = level_gain(segment.speech)
+    return log_bands(gain * segment.speech, estimated_noise(gain * segment.sound, segment.lead))
 
 
 def masking_energy(energies: NDArray[np.floating]) -> float:

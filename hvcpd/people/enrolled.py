@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.back_pointers import Costs, TracedWord
-from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts
+from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts, TracedWord
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
-from hvcpd.recognition.network import MAX_ADVANCE, Beam, Network
+from hvcpd.recognition.network import MAX_ADVANCE, Beam, Costs, Network
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.recognition.templates import Noise, TemplateBank, distances, noise_features, norms_of
 

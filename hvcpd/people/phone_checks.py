@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 
 from hvcpd.language.graph import graph_of
-from hvcpd.people.bands import estimated_noise, level_normalised, log_bands
+from hvcpd.people.bands import estimated_noise, level_gain, log_bands
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, mean_normalised, near_net, nets
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import frame_powers
@@ -46,10 +46,9 @@ calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions
 def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples, noise: Samples) -> float:
     """The loss of these words' phones against the likeliest ones in a sound, shape (n,), nats per phone; less where the
     net hears hardly any. `noise`: the sound of the room alone, shape (m,)."""
-    both, speech = level_normalised(np.concatenate([noise, sound]), sound)
-    log_posteriors = (
-        near_net().output(mean_normalised(log_bands(speech, estimated_noise(both, len(noise))))).log_posteriors
-    )
+    gain = level_gain(sound)
+    alone = estimated_noise(gain * np.concatenate([noise, sound]), len(noise))
+    log_posteriors = near_net().output(mean_normalised(log_bands(gain * sound, alone))).log_posteriors
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(log_posteriors)
     if fit is None:
@@ -64,7 +63,7 @@ def loss_of_call(sound: Samples) -> float:
     in noise."""
     if not _stands_out(sound):
         return 0.0
-    _, speech = level_normalised(sound, sound)
+    speech = level_gain(sound) * sound
     logs = mean_normalised(log_bands(speech, estimated_noise(speech, 0)))
     readings = [net.output(logs).log_posteriors for net in nets()]
     if not all(map(_is_alone, readings)):

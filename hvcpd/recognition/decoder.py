@@ -20,17 +20,73 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.back_pointers import PAUSE, BackPointers, Costs, Tokens, TracedWord, start_token
-from hvcpd.recognition.network import (
-    MAX_ADVANCE,
-    PADDING,
-    ActiveStates,
-    Beam,
-    Network,
-    active_states,
-    shared_states,
-    survivors,
-)
+from hvcpd.recognition.arrays import first_occurrences, lazy_zeros
+from hvcpd.recognition.network import MAX_ADVANCE, PADDING, ActiveStates, Beam, Costs, Network
+
+CAPACITY = 1 << 17
+"""Number of records: about ten a frame while somebody speaks, so two minutes; 3 MB if a path ever lives that long."""
+PAUSE = -1
+"""The instance in the record of a pause."""
+_RECORD = np.dtype([("frame", "i4"), ("instance", "i4"), ("token", "i4"), ("cost", "f4"), ("rival", "f4")])
+
+Tokens = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class TracedWord:
+    """A word of a traced path: its instance, its first frame, the frame after its last, its cost, and the `margin`, the
+    extra cost of the best other word in the same place."""
+
+    instance: int
+    start_frame: int
+    end_frame: int
+    cost: float
+    margin: float
+
+
+class BackPointers:
+    """The word ends and pauses that paths have passed. The decoder's tokens point to them: a token is the number of a
+    record, or, when negative, the start of a sentence: -1 - frame."""
+
+    def __init__(self) -> None:
+        self._records = lazy_zeros((CAPACITY,), _RECORD)
+        self._count = 0
+
+    def clear(self) -> None:
+        """Forget all records: no path is left that points to one."""
+        self._count = 0
+
+    def add(self, frame: int, instance: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
+        """Store records of paths that end a word (or a pause) with `frame`; return their tokens."""
+        numbers = np.arange(self._count, self._count + len(token), dtype=np.int32) % CAPACITY
+        self._count += len(token)
+        new = np.empty(len(token), _RECORD)
+        new["frame"], new["instance"], new["token"], new["cost"], new["rival"] = frame, instance, token, cost, rival
+        self._records[numbers] = new
+        return numbers
+
+    def frame_of(self, token: Tokens) -> Tokens:
+        """The last frame of the word or pause that each record ends."""
+        frames: Tokens = np.where(token < 0, -2 - token, self._records["frame"][np.maximum(token, 0)])
+        return frames
+
+    @property
+    def is_full(self) -> bool:
+        """Whether few records are left."""
+        return self._count > CAPACITY * 7 // 8
+
+    def trace(self, token: int) -> list[TracedWord]:
+        """The words of the path that ends in `token`, first to last."""
+        steps: list[TracedWord] = []
+        while token >= 0:
+            frame, instance, before, cost, rival = self._records[token].item()
+            if instance != PAUSE:
+                start_frame = int(self.frame_of(np.array([before], np.int32))[0]) + 1
+                before_cost = float(self._records["cost"][before]) if before >= 0 else 0.0
+                steps.append(TracedWord(instance, start_frame, frame + 1, cost - before_cost, rival - cost))
+            token = before
+        return steps[::-1]
+
 
 UNREACHABLE = np.float32(1e9)
 """A cost that no path reaches: over any sum of distances, within float32's range."""
@@ -107,7 +163,6 @@ class Decoder:
         self._is_start = np.zeros(network.n_nodes, np.bool_)
         self._is_start[network.start_nodes] = True
         self._back_pointers = BackPointers()
-        self._frame = 0
         self.reset(0)
 
     def reset(self, frame: int) -> None:
@@ -118,8 +173,7 @@ class Decoder:
         self._rest_best = float(UNREACHABLE)
         self._bound = np.float32(self._beam.above_filler)
         """The cost from which on no path leaves a word."""
-        nothing = np.zeros(0, np.intp)
-        self._set_active(active_states(self._net, self._n_hypotheses, nothing, nothing, nothing))
+        self._set_active(ActiveStates.of(self._net, self._n_hypotheses, *[np.zeros(0, np.intp)] * 3))
         self.prune()
         self._begin_sentences()
 
@@ -142,17 +196,15 @@ class Decoder:
         low, high = np.full(n_pairs, -1, np.intp), np.zeros(n_pairs, np.intp)
         reached = (self._rest < self._beam.above_filler) & net.may_pause
         if len(old.pair):
-            hypothesis, instance = np.divmod(old.pair, net.n_instances)
-            target = hypothesis * net.n_nodes + net.target_node[instance]
-            kept, lows, highs, bound, soon = survivors(old, net.length[instance], target, cost, self._beam)
+            kept, lows, highs, bound, soon = old.survivors(net, cost, self._beam)
             low[kept], high[kept], self._bound = lows, highs, np.float32(bound)
             reached.reshape(-1)[soon] = True
         entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
         low[entering] = 0
         high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], MAX_ADVANCE))
         pairs = np.flatnonzero(low >= 0)
-        self._set_active(active_states(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
-        were, are = shared_states(old, self.active)
+        self._set_active(ActiveStates.of(net, self._n_hypotheses, pairs, low[pairs], high[pairs]))
+        were, are = old.shared_with(self.active)
         self._cost[are] = cost[were]
         self._token[are] = token[were]
         return self.active
@@ -190,7 +242,7 @@ class Decoder:
 
     def _begin_sentences(self) -> None:
         self._cost[self._start_entry] = 0.0
-        self._token[self._start_entry] = start_token(self._frame)
+        self._token[self._start_entry] = -1 - self._frame
 
     def _pass_nodes(self, passing: NDArray[np.intp], ends: Costs, noise_cost: np.float32) -> None:
         """Pass paths from words that end to their nodes, and from there to pauses and the next words."""
@@ -222,10 +274,7 @@ class Decoder:
         states = self.active
         place = states.target[passing]
         order = np.lexsort((ends, place))
-        sorted_place = place[order]
-        first = np.ones(len(order), np.bool_)
-        first[1:] = sorted_place[1:] != sorted_place[:-1]
-        winner = order[first]
+        winner = order[first_occurrences(place[order])]
         at, cost, instance = place[winner], ends[winner], states.end_instance[passing[winner]]
         rival = self._rivals(states.end_instance[passing], ends, instance)
         record = self._back_pointers.add(self._frame, instance, self._token[states.last[passing[winner]]], cost, rival)
@@ -264,7 +313,7 @@ class Decoder:
         top = np.searchsorted(old.pair, (self._n_hypotheses - 1) * self._net.n_instances)
         pair = np.concatenate([old.pair[lower:] - self._net.n_instances, old.pair[top:]])
         low, high = (np.concatenate([a[lower:], a[top:]]) for a in (old.low, old.high))
-        self._set_active(active_states(self._net, self._n_hypotheses, pair, low, high))
+        self._set_active(ActiveStates.of(self._net, self._n_hypotheses, pair, low, high))
         moved, highest = old.hypothesis_begins[1], old.hypothesis_begins[-2]
         self._cost[:] = np.concatenate([cost[moved:], cost[highest:]])
         self._token[:] = np.concatenate([token[moved:], token[highest:]])

@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from hvcpd.recognition.back_pointers import TracedWord
-from hvcpd.recognition.decoder import BestPath, Decoder
+from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted, logistic_regression
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
+    HOP_SAMPLES,
     N_BANDS,
     SILENT_POWER,
     Energies,
@@ -165,7 +165,7 @@ class DecoderSession:
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=SURE_BLOCKS)
         self._since: int | None = None
-        """The frame at which a sentence that may be in progress was first seen."""
+        """The sample at which a sentence that may be in progress was first seen."""
         self.awake = False
         self.best = BestPath(0.0)
         """The best path after the last frame."""
@@ -182,19 +182,20 @@ class DecoderSession:
 
     @property
     def gain(self) -> float:
-        """How much better than the filler a sentence in progress fits the last half second; 0 if none is."""
+        """How much better than the filler a sentence in progress fits the last half second, in units of the templates'
+        distance; 0 if none is."""
         known = self.under_way and len(self._bests) == SURE_BLOCKS
         return max(self._bests[0] - self._bests[-1], 0.0) if known else 0.0
 
     @property
     def since(self) -> int | None:
-        """The frame at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
+        """The sample at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
         there is none."""
         return self._since if self.best.cost < -2.0 * SURE_GAIN else None
 
     @property
     def ending_word(self) -> str:
-        """The last word of the best path, if that may have ended; else ""."""
+        """The last word of the best path, if that may have ended just now, and may be reported soon; else ""."""
         return self.word_of(self._decoder.trace(self.best.token)[-1]) if self.best.node >= 0 else ""
 
     def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
@@ -239,7 +240,7 @@ class DecoderSession:
         if not self.under_way:
             self._since = None
         elif self._since is None:
-            self._since = self._next
+            self._since = self._next * HOP_SAMPLES
 
     def _decode(self, features: Features) -> None:
         active = self._decoder.prune()

@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.recognition.arrays import first_occurrences
-from hvcpd.recognition.back_pointers import Costs
 from hvcpd.recognition.templates import Template
 
 Index = NDArray[np.intp]
+Costs = NDArray[np.float32]
 
 
 class Network:
@@ -92,6 +92,24 @@ class Network:
         return self.voices[node // self.nodes_per_voice]
 
 
+HORIZON_FRAMES = 8
+"""Number of frames (80 ms) between two prunings: fewer cost more time, more delay the end of a sentence."""
+MAX_ADVANCE = 2 * HORIZON_FRAMES
+"""Largest number of states that a path advances in that time, by steps of two at most."""
+
+
+@dataclass(frozen=True)
+class Beam:
+    """Pruning thresholds; costs in units of distance."""
+
+    width: float = 30.0
+    """A path is dropped if it costs this much more than the best one."""
+    above_filler: float = 10.0
+    """A path is dropped if it costs this much more than the filler."""
+    max_pairs: int = 100
+    """Maximum number of active pairs of instance and hypothesis."""
+
+
 PADDING = 3
 """Padding states before each stretch, as many as a path can step at once."""
 
@@ -126,78 +144,55 @@ class ActiveStates:
         """All states, those ahead of the stretches among them."""
         return len(self.row)
 
+    @classmethod
+    def of(cls, network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> ActiveStates:
+        """The active states of these stretches."""
+        hypothesis, instance = np.divmod(pair, network.n_instances)
+        length = network.length[instance]
+        size = high - low + PADDING
+        ends = np.cumsum(size)
+        begin = ends - size
+        frame = np.arange(int(size.sum())) - np.repeat(begin - low + PADDING, size)
+        first_row = np.repeat(network.first_row[instance], size)
+        is_open, is_ending = low == 0, high == length
+        bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
+        node = hypothesis * network.n_nodes
+        return cls(
+            pair,
+            low,
+            high,
+            begin,
+            np.repeat(pair * (network.longest + PADDING), size) + frame + PADDING,
+            first_row + np.maximum(frame, 0),
+            tuple(int(bound) for bound in bounds),
+            begin[is_open] + PADDING - 1,
+            (node + network.source_node[instance])[is_open],
+            ends[is_ending] - 1,
+            instance[is_ending],
+            (node + network.target_node[instance])[is_ending],
+        )
 
-def active_states(network: Network, n_hypotheses: int, pair: Index, low: Index, high: Index) -> ActiveStates:
-    """The active states of these stretches."""
-    hypothesis, instance = np.divmod(pair, network.n_instances)
-    length = network.length[instance]
-    size = high - low + PADDING
-    ends = np.cumsum(size)
-    begin = ends - size
-    frame = np.arange(int(size.sum())) - np.repeat(begin - low + PADDING, size)
-    first_row = np.repeat(network.first_row[instance], size)
-    is_open, is_ending = low == 0, high == length
-    bounds = np.concatenate([[0], ends])[np.searchsorted(hypothesis, np.arange(n_hypotheses + 1))]
-    node = hypothesis * network.n_nodes
-    return ActiveStates(
-        pair,
-        low,
-        high,
-        begin,
-        np.repeat(pair * (network.longest + PADDING), size) + frame + PADDING,
-        first_row + np.maximum(frame, 0),
-        tuple(int(bound) for bound in bounds),
-        begin[is_open] + PADDING - 1,
-        (node + network.source_node[instance])[is_open],
-        ends[is_ending] - 1,
-        instance[is_ending],
-        (node + network.target_node[instance])[is_ending],
-    )
+    def shared_with(self, new: ActiveStates) -> tuple[Index, NDArray[np.bool_]]:
+        """The states that map to the masked states of `new`."""
+        at = np.searchsorted(self.key, new.key)
+        at[at == len(self.key)] = 0
+        found = self.key[at] == new.key if len(self.key) else np.zeros(len(new.key), np.bool_)
+        return at[found], found
 
-
-def shared_states(old: ActiveStates, new: ActiveStates) -> tuple[Index, NDArray[np.bool_]]:
-    """The states of `old` that map to the masked states of `new`."""
-    at = np.searchsorted(old.key, new.key)
-    at[at == len(old.key)] = 0
-    found = old.key[at] == new.key if len(old.key) else np.zeros(len(new.key), np.bool_)
-    return at[found], found
-
-
-HORIZON_FRAMES = 8
-"""Number of frames (80 ms) between two prunings: fewer cost more time, more delay the end of a sentence."""
-MAX_ADVANCE = 2 * HORIZON_FRAMES
-"""Largest number of states that a path advances in that time, by steps of two at most."""
-
-
-@dataclass(frozen=True)
-class Beam:
-    """Pruning thresholds; costs in units of distance."""
-
-    width: float = 30.0
-    """A path is dropped if it costs this much more than the best one."""
-    above_filler: float = 10.0
-    """A path is dropped if it costs this much more than the filler."""
-    max_pairs: int = 100
-    """Maximum number of active pairs of instance and hypothesis."""
-
-
-def survivors(
-    layout: ActiveStates, length: Index, target: Index, cost: Costs, beam: Beam
-) -> tuple[Index, Index, Index, float, Index]:
-    """The stretches of a layout that hold promising paths: each one's pair, low and high; the cost from which on paths
-    are dropped; and the nodes that they may reach soon. For each pair: `length` in frames and `target`; for each state:
-    `cost`."""
-    lowest = np.minimum.reduceat(cost, layout.begin)
-    bound = min(float(lowest.min()) + beam.width, beam.above_filler)
-    if len(lowest) > beam.max_pairs:
-        bound = min(bound, float(np.partition(lowest, beam.max_pairs)[beam.max_pairs]))
-    at = np.flatnonzero(cost < bound)
-    owner = np.searchsorted(layout.begin, at, side="right") - 1
-    first = first_occurrences(owner)  # in whose order they are
-    last = np.flatnonzero(np.diff(owner, append=len(layout.begin)))
-    alive = owner[first]
-    offset = at - layout.begin[owner] - PADDING + layout.low[owner]
-    low = np.maximum(offset[first], 0)
-    far = offset[last] + 1 + MAX_ADVANCE
-    ends_soon = far >= length[alive]
-    return layout.pair[alive], low, np.minimum(far, length[alive]), bound, target[alive[ends_soon]]
+    def survivors(self, network: Network, cost: Costs, beam: Beam) -> tuple[Index, Index, Index, float, Index]:
+        """The stretches that hold promising paths, by the `cost` of each state: each one's pair, low and high;
+        the cost from which on paths are dropped; and the nodes that they may reach soon, as in `target`."""
+        lowest = np.minimum.reduceat(cost, self.begin)
+        bound = min(float(lowest.min()) + beam.width, beam.above_filler)
+        if len(lowest) > beam.max_pairs:
+            bound = min(bound, float(np.partition(lowest, beam.max_pairs)[beam.max_pairs]))
+        at = np.flatnonzero(cost < bound)
+        owner = np.searchsorted(self.begin, at, side="right") - 1
+        first = first_occurrences(owner)  # in whose order they are
+        last = np.flatnonzero(np.diff(owner, append=len(self.begin)))
+        pair = self.pair[owner[first]]
+        hypothesis, instance = np.divmod(pair, network.n_instances)
+        length, target = network.length[instance], hypothesis * network.n_nodes + network.target_node[instance]
+        offset = at - self.begin[owner] - PADDING + self.low[owner]
+        far = offset[last] + 1 + MAX_ADVANCE
+        return pair, np.maximum(offset[first], 0), np.minimum(far, length), bound, target[far >= length]

@@ -7,8 +7,6 @@ speech leaves gaps in every band, so its presence hardly moves that percentile.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,24 +52,12 @@ PERCENTILE = 20.0
 """Low enough that speech present four fifths of the time leaves the estimate of the noise alone."""
 
 
-@dataclass(frozen=True)
-class SteadyNoise:
-    """The spread of steady noise's energies in the front end, band by band, without its spectrum. `python -m
-    benchmarks.fit --only steady_noise` measures it on 40 s of white noise (estimates good to about 1 %).
-
-    `percentile_ratio`: PERCENTILE of a band's energies over their mean; `mean_log`, `std_log`: mean and standard
-    deviation of the natural logarithm of energy over mean energy. All have shape (N_BANDS,).
-    """
-
-    percentile_ratio: NDArray[np.float32]
-    mean_log: NDArray[np.float32]
-    std_log: NDArray[np.float32]
-
-
 _WEIGHTS = fitted("steady_noise")["weights"]
-STEADY_NOISE = SteadyNoise(
-    *(np.array(_WEIGHTS[name], np.float32) for name in ("percentile_ratio", "mean_log", "std_log"))
-)
+STEADY_RATIO = np.array(_WEIGHTS["percentile_ratio"], np.float32)
+"""PERCENTILE of a band's energies in steady noise over their mean, shape (N_BANDS,). `python -m benchmarks.fit --only
+steady_noise` measures it on 40 s of white noise, like the next two (estimates good to about 1 %)."""
+STEADY_MEAN_LOG, STEADY_STD_LOG = (np.array(_WEIGHTS[name], np.float32) for name in ("mean_log", "std_log"))
+"""Mean and standard deviation of the natural logarithm of energy over mean energy there, shape (N_BANDS,)."""
 
 
 class NoiseTracker:
@@ -113,13 +99,13 @@ class NoiseTracker:
             drift, spread = _drift_and_spread(window)
             moved |= risen & (spread < TONE_SPREAD) & (drift < TONE_DRIFT_NEPER)
         if moved.any():
-            self._past[:-TONE_FRAMES, moved] = (level * STEADY_NOISE.percentile_ratio)[moved]
+            self._past[:-TONE_FRAMES, moved] = (level * STEADY_RATIO)[moved]
             estimate[moved] = np.maximum(level, ENERGY_FLOOR)[moved]
 
     def _renew(self, most: NDArray[np.float32] | None) -> None:
         rank = int(PERCENTILE / 100.0 * (len(self._past) - 1))
         ranked = np.partition(self._past, rank, axis=0)
-        np.maximum(ranked[rank] / STEADY_NOISE.percentile_ratio, ENERGY_FLOOR, out=self.estimate)
+        np.maximum(ranked[rank] / STEADY_RATIO, ENERGY_FLOOR, out=self.estimate)
         if most is not None:
             np.minimum(self.estimate, most, out=self.estimate)
 
@@ -147,4 +133,4 @@ def _drift_and_spread(window: Energies) -> tuple[NDArray[np.float32], NDArray[np
     logs = np.log(window)
     half = len(window) // 2
     drift = np.abs(logs[:half].mean(axis=0) - logs[half:].mean(axis=0))
-    return drift, logs.std(axis=0) / STEADY_NOISE.std_log
+    return drift, logs.std(axis=0) / STEADY_STD_LOG

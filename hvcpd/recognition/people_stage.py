@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -120,8 +120,9 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
                 out += [*self._let_go(), event]
         ends = [event.end_sample for event in out if isinstance(event, Recognised)]
         self._understood_until = max([self._understood_until, *ends])
-        while self._stretches:
-            self._look_within(self._stretches.pop(0))
+        for stretch in self._stretches:
+            self._look_within(stretch)
+        self._stretches = []
         for segment, found in self._worker.results():
             if segment in self._waiting:
                 self._waiting.remove(segment)
@@ -136,7 +137,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
 
     def _submitted(self, event: Garbled) -> bool:
         """Submit speech, with the speech kept before it, to the second pass; whether that was possible."""
-        segment = self._segment(event)
+        segment = self._segment(event.start_sample, event.end_sample)
         if segment is None:
             return False
         joined = self._joined(segment)
@@ -152,9 +153,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         last = self._last
         if last is None or segment.start - last.end > PATIENCE_S * SAMPLE_RATE_HZ:
             return None
-        whole = self._segment(Garbled(last.start, segment.end))
-        later = (*last.later, segment.start)[-MOST_PAUSES:]
-        return replace(whole, later=later) if whole is not None else None
+        return self._segment(last.start, segment.end, (*last.later, segment.start)[-MOST_PAUSES:])
 
     def _taken(self, segment: Segment, found: Recognised | None) -> list[Event]:
         """The events of a finished second pass."""
@@ -185,32 +184,26 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         """Submit a part of talk for a second pass."""
         heard_from = max(self._understood_until, self._torn_until)
         starts = [start for start in stretch.starts if start >= heard_from]
-        if not starts:
-            return
-        begin, end = starts[0] - round(LEAD_S * SAMPLE_RATE_HZ), stretch.end + round(PAUSES_S * SAMPLE_RATE_HZ)
-        sound, lead = self.first_pass.history.unmasked(begin, starts[0], end)
-        if len(sound) - lead < stretch.end - starts[0]:
-            return
-        later = tuple(starts[1:])
-        segment = Segment(sound, lead, starts[0], stretch.end, starts[0] - lead, within_talk=True, later=later)
-        if self._worker.submit(segment, self._searcher):
+        segment = self._cut(starts, stretch.end, within_talk=True) if starts else None
+        if segment is not None and self._worker.submit(segment, self._searcher):
             self._waiting.append(segment)
 
-    def _segment(self, event: Garbled) -> Segment | None:
-        """The sound of an event; None if it is too long, may be torn, or is no longer kept."""
-        if event.start_sample < self._torn_until:
+    def _segment(self, start: int, end: int, later: Sequence[int] = ()) -> Segment | None:
+        """The speech between two samples; None if it is too long, may be torn, is being searched, or no longer kept."""
+        is_searched = any(each.start < end and start < each.end for each in self._waiting)
+        if start < self._torn_until or end - start > LONGEST_S * SAMPLE_RATE_HZ or is_searched:
             return None
-        if event.end_sample - event.start_sample > LONGEST_S * SAMPLE_RATE_HZ or self._waiting_at(event):
-            return None
-        begin = event.start_sample - round(LEAD_S * SAMPLE_RATE_HZ)
-        end = event.end_sample + round(AFTER_S * SAMPLE_RATE_HZ)
-        sound, lead = self.first_pass.history.unmasked(begin, event.start_sample, end)
-        if len(sound) - lead < event.end_sample - event.start_sample:
-            return None
-        return Segment(sound, lead, event.start_sample, event.end_sample, event.start_sample - lead)
+        return self._cut((start, *later), end)
 
-    def _waiting_at(self, event: Garbled) -> bool:
-        return any(p.start < event.end_sample and event.start_sample < p.end for p in self._waiting)
+    def _cut(self, starts: Sequence[int], end: int, within_talk: bool = False) -> Segment | None:
+        """The sound of speech that begins at the first of `starts`, or later, with what comes before it; None if that
+        is no longer kept."""
+        start, after_s = starts[0], PAUSES_S if within_talk else AFTER_S
+        begin, until = start - round(LEAD_S * SAMPLE_RATE_HZ), end + round(after_s * SAMPLE_RATE_HZ)
+        sound, lead = self.first_pass.history.unmasked(begin, start, until)
+        if len(sound) - lead < end - start:
+            return None
+        return Segment(sound, lead, start, end, start - lead, within_talk, tuple(starts[1:]))
 
 
 @dataclass(frozen=True)

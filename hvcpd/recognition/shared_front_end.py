@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
+from hvcpd.recognition.decoder_session import DecoderSession
 from hvcpd.recognition.events import Event, Garbled
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, power_weights
-from hvcpd.recognition.noise import STEADY_NOISE, STEP_FRAMES, NoiseTracker
+from hvcpd.recognition.noise import STEADY_MEAN_LOG, STEP_FRAMES, NoiseTracker
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream, History
 
 FAST_FRAMES = 8
@@ -81,7 +82,7 @@ class VoiceActivityDetector:
     def push(self, energies: Energies, noise: NDArray[np.float32]) -> None:
         """Take the next frames, shape (n, N_BANDS), n at most FAST_FRAMES, and the noise estimate (N_BANDS,)."""
         n = len(energies)
-        ratio = np.log(energies / noise) - STEADY_NOISE.mean_log
+        ratio = np.log(energies / noise) - STEADY_MEAN_LOG
         np.minimum(np.maximum(ratio, _LEAST, out=ratio), _MOST, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
@@ -153,12 +154,9 @@ class FrameConsumer(Protocol):
     """Receives the chunks of the front end, each the same ones."""
 
     @property
-    def under_way(self) -> bool:
-        """Whether a sentence may be in progress, so that the sound is not noise."""
-
-    @property
-    def surely_under_way(self) -> bool:
-        """Whether a sentence surely is in progress, so that a rise in level is not noise."""
+    def session(self) -> DecoderSession:
+        """Tells whether a sentence may be in progress, so that the sound is not noise; or surely is, so that a rise in
+        level is not noise."""
 
     def consume(self, chunk: Chunk) -> list[Event]:
         """The next frames, once the noise is known."""
@@ -207,7 +205,7 @@ class SharedFrontEnd:
         rest = self.stream.rest()
         events = self._take([rest] if len(rest.energies) else [], consumers)
         frame = rest.first_frame + len(rest.energies)
-        silence = np.tile(self.noise.estimate * np.exp(STEADY_NOISE.mean_log), (CHUNK_FRAMES, 1))
+        silence = np.tile(self.noise.estimate * np.exp(STEADY_MEAN_LOG), (CHUNK_FRAMES, 1))
         for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
             events += self._distribute(Chunk(at, silence, False), consumers)
         return events
@@ -226,8 +224,8 @@ class SharedFrontEnd:
             if chunk.masked:  # the robot's own voice covers everything
                 events += self._break_off(chunk.first_frame, consumers)
                 continue
-            self.noise.push(chunk.energies, speech=self.activity.busy or any(w.under_way for w in consumers))
-            if not any(w.surely_under_way for w in consumers) and self.noise.follow_step():
+            self.noise.push(chunk.energies, speech=self.activity.busy or any(w.session.under_way for w in consumers))
+            if not any(w.session.surely_under_way for w in consumers) and self.noise.follow_step():
                 # The noise stepped up: activity since then was noise, and speech before it is lost.
                 events += self._break_off(chunk.first_frame - STEP_FRAMES, consumers)
             events += self._distribute(chunk, consumers)

@@ -75,7 +75,7 @@ class TemplateRecogniser:
         self._settings = settings or RecogniserSettings()
         self._source = source
         bank = TemplateBank(templates)
-        self._session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
+        self.session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
         self.front_end = front_end or SharedFrontEnd()
         self.history = self.front_end.history
         self._make_spelling = make_spelling_recogniser
@@ -98,7 +98,7 @@ class TemplateRecogniser:
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still being decoded."""
-        return self.front_end.activity.busy or self.under_way
+        return self.front_end.activity.busy or self.session.under_way
 
     @property
     def speaking(self) -> bool:
@@ -111,38 +111,9 @@ class TemplateRecogniser:
         return self.busy or self.front_end.activity.possible_speech
 
     @property
-    def under_way(self) -> bool:
-        """Whether some path may be a sentence in progress."""
-        return self._session.under_way
-
-    @property
     def chunks(self) -> Sequence[Chunk]:
         """The frames of the last push."""
         return self.front_end.chunks
-
-    @property
-    def ending_word(self) -> str:
-        """The last word of a robot's sentence that may have ended just now, and may be reported soon; "" if there is
-        none."""
-        return self._session.ending_word
-
-    @property
-    def surely_under_way(self) -> bool:
-        """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self._session.surely_under_way
-
-    @property
-    def sentence_since(self) -> int | None:
-        """The sample at which a robot's sentence that is surely in progress was first seen, 0.1 to 0.3 s after its
-        beginning; None if none is."""
-        since = self._session.since
-        return since * HOP_SAMPLES if since is not None else None
-
-    @property
-    def sentence_gain(self) -> float:
-        """How much better a robot's sentence explains the last half second than other sound would, in units of the
-        templates' distance; 0 if none is in progress."""
-        return self._session.gain
 
     @property
     def _all(self) -> list[TemplateRecogniser]:
@@ -170,7 +141,7 @@ class TemplateRecogniser:
 
     def adopt(self, others: TemplateRecogniser) -> None:
         """As `SpeechRecogniser.adopt`."""
-        self._session = others._session
+        self.session = others.session
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
         """Prepare what takes long, while `go_on` holds; from then on spelled names are recognised, too."""
@@ -186,7 +157,7 @@ class TemplateRecogniser:
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
         speech = self._segments.close(frame)
-        self._session.sleep()
+        self.session.sleep()
         self._speech_age = 0
         return self._as_events(speech)
 
@@ -195,13 +166,13 @@ class TemplateRecogniser:
         energies, noise = chunk.energies, self.front_end.noise.estimate
         end_frame = self._heard_until = chunk.first_frame + len(energies)
         recent = self.front_end.recent[-(end_frame - self._reported_until) :]
-        if self._session.awake:
-            self._session.feed(energies, recent, noise)
+        if self.session.awake:
+            self.session.feed(energies, recent, noise)
         elif self._should_wake(len(energies)):
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
-            self._session.wake(recent, end_frame - len(recent), noise)
+            self.session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
         events = self._report(end_frame)
         self._sleep_when_quiet(len(energies))
@@ -219,12 +190,12 @@ class TemplateRecogniser:
 
     def _sleep_when_quiet(self, n_frames: int) -> None:
         self._calm_frames = 0 if self.front_end.activity.possible_speech else self._calm_frames + n_frames
-        if self._session.awake and self._calm_frames >= SLEEP_FRAMES and not self.under_way:
-            self._session.sleep()
+        if self.session.awake and self._calm_frames >= SLEEP_FRAMES and not self.session.under_way:
+            self.session.sleep()
 
     def _report(self, end_frame: int) -> list[Event]:
         """Report a sentence that has ended, or speech that has ended without one."""
-        sentence = self._session.ended()
+        sentence = self.session.ended()
         if sentence is not None:
             recognised = self._accepted(sentence)
             if recognised is not None:
@@ -232,11 +203,11 @@ class TemplateRecogniser:
                 self._continue_after(sentence.steps[-1].end_frame)
                 return [recognised]
             if not sentence.unfinished:
-                self._session.forget()
+                self.session.forget()
         return self._report_garbled(end_frame)
 
     def _report_garbled(self, end_frame: int) -> list[Event]:
-        speech = self._segments.ended(end_frame, self._session.under_way)
+        speech = self._segments.ended(end_frame, self.session.under_way)
         if speech is not None:
             self._continue_after(speech.end_sample // HOP_SAMPLES)
         return self._as_events(speech)
@@ -246,7 +217,7 @@ class TemplateRecogniser:
 
     def _continue_after(self, frame: int) -> None:
         """Mark speech until `frame` as handled; the next speaker may be much fainter."""
-        self._session.sleep()
+        self.session.sleep()
         self._speech_age = 0
         self._reported_until = frame
         self.front_end.activity.account_for(self._heard_until - frame)
@@ -258,11 +229,11 @@ class TemplateRecogniser:
         confidence = confidence_features(sentence).probability
         if sentence.unfinished or confidence < s.min_confidence or sentence.cost > -s.min_gain:
             return None
-        if sentence.pause > s.max_pause or self._session.lead_in(sentence.steps[0].start_frame) > s.max_lead_in:
+        if sentence.pause > s.max_pause or self.session.lead_in(sentence.steps[0].start_frame) > s.max_lead_in:
             return None
         spans = [
             WordSpan(
-                self._session.word_of(step),
+                self.session.word_of(step),
                 step.start_frame * HOP_SAMPLES,
                 step.end_frame * HOP_SAMPLES,
                 confidence_features(sentence, k).probability,

@@ -10,7 +10,7 @@ from pathlib import Path
 from hvcpd.daemon import journal_service
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_UNREAD_BYTES
-from hvcpd.recognition import back_pointers
+from hvcpd.recognition import decoder
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
@@ -72,4 +72,4 @@ def test_the_bounds_are_those_of_the_code() -> None:
     assert f"{MAX_CLIENTS} clients, {MAX_LINE_BYTES >> 10} KiB a line, {MAX_UNREAD_BYTES >> 10} KiB unread each" in PAGE
     assert f"{journal_service.MAX_WAITING} records; further" in PAGE
     recognition = (ROOT / "docs" / "recognition.md").read_text(encoding="utf-8")
-    assert f"There are {back_pointers.CAPACITY:,} back-pointers" in recognition
+    assert f"There are {decoder.CAPACITY:,} back-pointers" in recognition

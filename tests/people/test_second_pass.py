@@ -23,8 +23,9 @@ from hvcpd.people.enrolled import STRANGER, Person, probability
 from hvcpd.people.phones import NetOutput
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.back_pointers import TracedWord
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.search import ChannelSegment
+from hvcpd.recognition.decoder import TracedWord
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.people_stage import PeopleStage

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import Generic
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import Job, Result, SegmentSearcher, SynchronousWorker, Worker
@@ -29,10 +30,10 @@ class Script:
 
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
-        self.now, self.first_pass = 0, self
+        self.now, self.first_pass, self.session = 0, self, self
         self.possible_speech = self.speaking = self.busy = self.prepared = False
-        self.sentence_since: int | None = None
-        self.ending_word, self.sentence_gain = "", 0.0
+        self.since: int | None = None
+        self.ending_word, self.gain = "", 0.0
         self.learned: object = None
         self.chunks: Sequence[Chunk] = ()
         self.history = History()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvcpd.recognition.frontend import N_BANDS, Energies
-from hvcpd.recognition.noise import STEADY_NOISE
+from hvcpd.recognition.noise import STEADY_MEAN_LOG
 from hvcpd.recognition.shared_front_end import LONG_FRAMES, VoiceActivityDetector
 
 NOISE = np.full(N_BANDS, 1e-6, np.float32)
@@ -14,7 +14,7 @@ NOISE = np.full(N_BANDS, 1e-6, np.float32)
 
 def _frames(n: int, level: float) -> Energies:
     """As steady as the mean of noise, `level` times as loud."""
-    return np.tile(level * NOISE * np.exp(STEADY_NOISE.mean_log), (n, 1)).astype(np.float32)
+    return np.tile(level * NOISE * np.exp(STEADY_MEAN_LOG), (n, 1)).astype(np.float32)
 
 
 @pytest.mark.parametrize("explained", [False, True])

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hvcpd.recognition.back_pointers import CAPACITY, PAUSE, BackPointers, start_token
-from hvcpd.recognition.network import PADDING, ActiveStates, Network, active_states, shared_states
+from hvcpd.recognition.decoder import CAPACITY, PAUSE, BackPointers
+from hvcpd.recognition.network import PADDING, ActiveStates, Network
 from hvcpd.recognition.templates import TemplateBank
 from tests.recognition.signals import graph, templates
 
@@ -22,7 +22,7 @@ def one(value: float, kind: type = np.float32) -> np.ndarray:
 
 @pytest.mark.parametrize("frame", [0, 1, 8_640_000])
 def test_a_negative_token_is_the_beginning_of_a_sentence(frame: int) -> None:
-    token = one(start_token(frame), np.int32)
+    token = one(-1 - frame, np.int32)
     assert BackPointers().frame_of(token)[0] == frame - 1
     assert BackPointers().trace(int(token[0])) == []
 
@@ -34,7 +34,7 @@ def test_a_negative_token_is_the_beginning_of_a_sentence(frame: int) -> None:
 )
 def test_a_path_is_traced_as_it_was_recorded(begin: int, parts: list[tuple[int, bool, float]]) -> None:
     back_pointers = BackPointers()
-    token, frame, total = one(start_token(begin), np.int32), begin - 1, 0.0
+    token, frame, total = one(-1 - begin, np.int32), begin - 1, 0.0
     said = []
     for number, (length, is_pause, cost) in enumerate(parts):
         start, frame, total = frame + 1, frame + length, total + cost
@@ -54,7 +54,7 @@ def test_it_is_full_before_a_record_is_overwritten() -> None:
     n = 1 << 12
     tokens = []
     while not back_pointers.is_full:
-        starts = np.full(n, start_token(len(tokens)), np.int32)
+        starts = np.full(n, -1 - len(tokens), np.int32)
         tokens.append(back_pointers.add(len(tokens), 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32)))
     assert 0.85 * CAPACITY < n * len(tokens) < 0.95 * CAPACITY
     assert all((back_pointers.frame_of(each) == frame).all() for frame, each in enumerate(tokens))
@@ -66,7 +66,7 @@ def test_more_records_at_once_than_are_left_overwrite_the_oldest() -> None:
     """Whether it is full is asked every few frames only; between them it raised ValueError."""
     back_pointers = BackPointers()
     for n in (CAPACITY - 1, 3):
-        starts = np.full(n, start_token(n), np.int32)
+        starts = np.full(n, -1 - n, np.int32)
         tokens = back_pointers.add(n, 0, starts, np.zeros(n, np.float32), np.zeros(n, np.float32))
     assert tokens.tolist() == [CAPACITY - 1, 0, 1]
     assert (back_pointers.frame_of(tokens) == 3).all()
@@ -80,7 +80,7 @@ def layouts(draw: st.DrawFn) -> ActiveStates:
     length = [int(NET.length[p % NET.n_instances]) for p in pairs]
     low = [draw(st.integers(0, n - 1)) for n in length]
     high = [draw(st.integers(at + 1, n)) for at, n in zip(low, length, strict=True)]
-    return active_states(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
+    return ActiveStates.of(NET, N_RUNGS, *(np.array(a, np.intp) for a in (pairs, low, high)))
 
 
 @settings(max_examples=80, deadline=None)
@@ -115,7 +115,7 @@ def test_open_pairs_have_an_entry_and_ending_pairs_an_end(layout: ActiveStates) 
 @settings(max_examples=80, deadline=None)
 @given(layouts(), layouts())
 def test_states_that_two_layouts_share_are_found_and_no_others(old: ActiveStates, new: ActiveStates) -> None:
-    were, are = shared_states(old, new)
+    were, are = old.shared_with(new)
     assert (old.key[were] == new.key[are]).all()
     assert (old.row[were] == new.row[are]).all()
     assert set(new.key[~are]).isdisjoint(old.key)

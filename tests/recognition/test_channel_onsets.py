@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.recognition.channel.onsets import SIZE, STEP, Onset, OnsetDetector
+from hvcpd.recognition.channel.endpoints import SIZE, STEP, Onset, OnsetDetector
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
 DETECTOR = OnsetDetector(GRAPH, (BOOKS["oak"],))

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.channel.onsets import Onset
-from hvcpd.recognition.channel.open_segment import CUT_AFTER, CUT_AGAIN_AFTER, QUIET, USUAL_LENGTH, OpenSegment
+from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER, QUIET, USUAL_LENGTH, Onset, OpenSegment
 from hvcpd.recognition.channel.path import Path
-from hvcpd.recognition.channel.recogniser import SearchResult
+from hvcpd.recognition.channel.search import SearchResult
 from tests.recognition.hisses import BOOKS
 
 GREETING = Onset(0, greeting=True)

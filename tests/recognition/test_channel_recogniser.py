@@ -11,14 +11,8 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.path import Rendering
-from hvcpd.recognition.channel.recogniser import (
-    CHECK_MARGIN,
-    MOST_LOSS,
-    ChannelRecogniser,
-    ChannelSegment,
-    SearchResult,
-    noise_sample,
-)
+from hvcpd.recognition.channel.recogniser import CHECK_MARGIN, MOST_LOSS, ChannelRecogniser, noise_sample
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Source
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
 from hvcpd.recognition.channel.estimation import _blocks_of
-from hvcpd.recognition.channel.open_segment import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
-from hvcpd.recognition.channel.recogniser import CUT_MARGIN, ChannelRecogniser, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.recogniser import CUT_MARGIN, ChannelRecogniser
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import MAX_WAIT, MEMORY_TIME, ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
-from tests.recognition.hisses import GRAPH, Book, scene, spoken, through_a_room
+from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,
     BLOCK,
@@ -170,7 +171,8 @@ def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_to
     sound, event = scene(160_000, (AT, whole[: len(whole) // 2])), guess(end=end)
     for unmodelled, soon, late in (("lily", [event], []), ("rose", [], [Garbled(AT, end, True)])):
         script = Script([(end + 800, event)], [(AT, end)])
-        listening = ChannelStage(script, LISTENER, SynchronousWorker(), frozenset((unmodelled,)))
+        searcher = ChannelRecogniser(GRAPH, (BOOKS["oak"],), unmodelled=frozenset((unmodelled,)))
+        listening = ChannelStage(script, searcher, SynchronousWorker())
         assert (run(listening, 0, end + 10_000, sound), listening.flush()) == (soon, late)
 
 

@@ -10,14 +10,8 @@ import pytest
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.estimation import WhitenedSound, channel_responses
 from hvcpd.recognition.channel.path import Path
-from hvcpd.recognition.channel.recogniser import (
-    LEAST_WORD_FIT,
-    ChannelRecogniser,
-    ChannelSegment,
-    is_preceded,
-    worst_fit,
-)
-from hvcpd.recognition.channel.search import ChannelSearch
+from hvcpd.recognition.channel.recogniser import LEAST_WORD_FIT, ChannelRecogniser, is_preceded, worst_fit
+from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 from tests.recognition.way import response
 

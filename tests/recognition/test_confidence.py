@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from hvcpd.recognition.back_pointers import TracedWord
+from hvcpd.recognition.decoder import TracedWord
 from hvcpd.recognition.decoder_session import Sentence, confidence_features
 
 STEPS = (TracedWord(0, 0, 30, -24.0, 20.0), TracedWord(1, 30, 70, -30.0, 9.0), TracedWord(2, 70, 110, -36.0, 30.0))

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.recognition.back_pointers import CAPACITY
-from hvcpd.recognition.decoder import Decoder, StepCosts
+from hvcpd.recognition.decoder import CAPACITY, Decoder, StepCosts
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.network import HORIZON_FRAMES, MAX_ADVANCE, PADDING, Beam, Network
 from hvcpd.recognition.templates import TemplateBank

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition import people_stage
-from hvcpd.recognition.channel.open_segment import MAX_LENGTH
+from hvcpd.recognition.channel.endpoints import MAX_LENGTH
 from hvcpd.recognition.channel.stage import LEAD, MAX_WAIT
 from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
 

@@ -105,15 +105,15 @@ class Silent:
     """A recogniser that understands nothing and passes chunks on."""
 
     busy = speaking = possible_speech = False
-    sentence_since: int | None = None
+    since: int | None = None
     ending_word = ""
-    sentence_gain = 0.0
+    gain = 0.0
 
     def __init__(self) -> None:
         self.chunks: list[Chunk] = []
         self.history = History()
         self.events: list[Event] = []
-        self.first_pass = self
+        self.first_pass = self.session = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.history.push(samples, masked)
@@ -150,7 +150,7 @@ class Bench:
         told: list[Event] = []
         for self.net.probability in probabilities:
             energies = np.full((CHUNK_FRAMES, N_BANDS), 1e-7, np.float32)
-            self.recogniser.chunks, self.recogniser.ending_word = [Chunk(self._frame, energies, False)], ending
+            self.recogniser.chunks, self.recogniser.session.ending_word = [Chunk(self._frame, energies, False)], ending
             told += self.listener.push(np.zeros(CHUNK_SAMPLES, np.float32))
             self._frame += CHUNK_FRAMES
         return [type(event) for event in told]
@@ -160,10 +160,10 @@ def test_a_certain_word_with_which_a_sentence_may_have_begun_waits_for_it() -> N
     alone, within = Bench(), Bench()
     for bench, goes_on in ((alone, False), (within, True)):
         bench.live(*[0.0] * 20)
-        bench.recogniser.sentence_since = 20 * CHUNK_SAMPLES if goes_on else None
+        bench.recogniser.since = 20 * CHUNK_SAMPLES if goes_on else None
         told = bench.live(*[ACCEPT_PROBABILITY] * 12)
         assert told == [Held if goes_on else Urgent]
-    within.recogniser.sentence_since = None
+    within.recogniser.since = None
     assert within.live(*[0.0] * 40) == [Urgent]
 
 
@@ -188,7 +188,7 @@ def test_a_word_that_a_robots_sentence_explains_must_be_more_likely(
 ) -> None:
     """In a furnished room, three in five halts in the talk of robots were at words that the templates followed well."""
     bench = Bench()
-    bench.recogniser.sentence_gain = USUAL_GAIN + 15.0
+    bench.recogniser.session.gain = USUAL_GAIN + 15.0
     assert bench.live(*[0.0] * 50, probability, probability, *[0.0] * DOUBT_CHUNKS, ending=ending) == then
 
 

@@ -30,7 +30,7 @@ class Script:
         self.chunks: list[Chunk] = []
         self._frames = FrameStream()
         self.history = History()
-        self.first_pass = self
+        self.first_pass = self.session = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.blocks += 1

@@ -205,8 +205,8 @@ def test_how_well_a_sentence_in_progress_fits_and_its_last_word_are_known_while_
         r = recogniser()
         for block in np.split(sound, range(640, len(sound), 640)):
             r.push(block)
-            gain.append(r.sentence_gain)
-            ending.append(r.ending_word)
+            gain.append(r.session.gain)
+            ending.append(r.session.ending_word)
     assert max(gains[0]) > USUAL_GAIN > max(gains[1])
     assert gains[0][-1] == 0.0
     assert [word for word, _ in groupby(endings[0])] == ["", "rob", "", "stop", ""]

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.search import ChannelSegment
 from hvcpd.recognition.channel.whitening import (
     CELL_STEP,
     CELLS,

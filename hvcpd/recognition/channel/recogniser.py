@@ -14,10 +14,10 @@ import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, free_memory
-from hvcpd.recognition.channel.onsets import Onset, OnsetDetector
 from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
-from hvcpd.recognition.channel.search import ChannelSearch
+from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic_regression
@@ -138,32 +138,6 @@ MAX_SPEAKERS = 2
 """Maximum number of simultaneous speakers."""
 
 
-@dataclass(frozen=True, eq=False)
-class ChannelSegment:
-    """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech.
-    `cut`: sound went on after it. `earlier`: the `in_progress` of the search before."""
-
-    sound: Samples
-    origin: int
-    lead: int
-    cut: bool = False
-    earlier: tuple[Path, ...] = ()
-
-
-@dataclass(frozen=True)
-class SearchResult:
-    """The sentences in a segment; whether a robot said something else there; and the paths in progress at its end, the
-    best first, in samples of the stream."""
-
-    sentences: tuple[Recognised, ...] = ()
-    robot: bool = False
-    in_progress: tuple[Path, ...] = ()
-    likeliest: tuple[str, ...] = ()
-    """The words of the likeliest whole sentence, however unsure; none if no robot spoke."""
-    sure_at: int = sys.maxsize
-    """The sample by which a sentence has ended that is sure unless more words follow."""
-
-
 class ChannelRecogniser:
     """Recognises robots' sentences in segments of sound."""
 
@@ -173,10 +147,13 @@ class ChannelRecogniser:
         books: Sequence[RenderedVoice],
         prepared: bool = True,
         check: SentenceCheck | None = None,
+        unmodelled: frozenset[str] = frozenset(),
     ) -> None:
         """`prepared`: words may be rendered when they are needed; otherwise no onset is found before `prepare`.
-        `check`: verifies a sentence before it is reported."""
+        `check`: verifies a sentence before it is reported. `unmodelled`: words that are also said, or followed by
+        others, in ways that the search lacks."""
         self._check = check
+        self.unmodelled = unmodelled
         rates: list[list[RenderedVoice]] = []
         for book in books:
             rate = next((rate for rate in rates if all(other.voice != book.voice for other in rate)), None)

@@ -7,13 +7,15 @@ later, because each tap explains one variance of noise by chance.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph, lengths_of
-from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, TAPS, Taps, WhitenedSound
 from hvcpd.recognition.channel.path import (
     FIRST_TAPS,
@@ -28,6 +30,7 @@ from hvcpd.recognition.channel.path import (
     most_explaining,
     pruned,
 )
+from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import TINY
 
 ENERGY_PER_TAP = 6.0
@@ -53,6 +56,32 @@ ECHO_LEAD = round(0.6 * SAMPLE_RATE_HZ)
 """Longest time (0.6 s) before a reported sentence within which a path in the same voice is an echo of it."""
 MAX_LAGS = 12_000
 """Number of starts that one transform covers."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChannelSegment:
+    """Sound, shape (n,), from sample `origin` on. Its first `lead` samples are from before the speech.
+    `cut`: sound went on after it. `earlier`: the `in_progress` of the search before."""
+
+    sound: Samples
+    origin: int
+    lead: int
+    cut: bool = False
+    earlier: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """The sentences in a segment; whether a robot said something else there; and the paths in progress at its end, the
+    best first, in samples of the stream."""
+
+    sentences: tuple[Recognised, ...] = ()
+    robot: bool = False
+    in_progress: tuple[Path, ...] = ()
+    likeliest: tuple[str, ...] = ()
+    """The words of the likeliest whole sentence, however unsure; none if no robot spoke."""
+    sure_at: int = sys.maxsize
+    """The sample by which a sentence has ended that is sure unless more words follow."""
 
 
 class ChannelSearch:

@@ -8,11 +8,9 @@ garbled speech.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Self
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.onsets import SIZE, STEP
-from hvcpd.recognition.channel.open_segment import (
+from hvcpd.recognition.channel.endpoints import (
     CLATTER,
     CUT_AFTER,
     CUT_AGAIN_AFTER,
@@ -21,9 +19,12 @@ from hvcpd.recognition.channel.open_segment import (
     MIN_LENGTH,
     ONSET_LAG,
     QUIET,
+    SIZE,
+    STEP,
     OpenSegment,
 )
-from hvcpd.recognition.channel.recogniser import ChannelRecogniser, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
+from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.second_pass import SecondPassStage, SpeechRecogniser, Worker
 
@@ -52,11 +53,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         recogniser: SpeechRecogniser,
         searcher: ChannelRecogniser,
         worker: Worker[ChannelSegment, SearchResult],
-        unmodelled: frozenset[str] = frozenset(),
     ) -> None:
-        """`unmodelled`: words that are also said, or followed by others, in ways that the channel search lacks."""
         super().__init__(recogniser, searcher, worker)
-        self._unmodelled = unmodelled
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._searched_until = 0
@@ -82,11 +80,6 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         """Whether somebody else is speaking, or has spoken and may still be understood."""
         greeted = self._open is not None and self._open.greeted
         return self._inner.busy or greeted or any(each.result is None for each in self._closed)
-
-    def adopt(self, others: Self) -> None:
-        """As `SecondPassStage.adopt`."""
-        super().adopt(others)
-        self._unmodelled = others._unmodelled
 
     def take(self, events: Sequence[Event]) -> list[Event]:
         """As `SecondPassStage.take`."""
@@ -284,7 +277,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         robot."""
         if isinstance(event, Garbled):
             return not result.robot
-        return event.words == result.likeliest or not self._unmodelled.isdisjoint(event.words)
+        return event.words == result.likeliest or not self._searcher.unmodelled.isdisjoint(event.words)
 
     def _is_over(self, segment: OpenSegment) -> bool:
         return self._now - segment.closed_at > MAX_WAIT

@@ -54,7 +54,7 @@ CHECKED_FLOOR = 0.71
 calls in vain."""
 
 USUAL_GAIN = 25.0
-"""Gain of a robot's sentence (`FirstPass.gain`) up to which a call over it is likely; sentences alone have 25 to 45."""
+"""Gain of a robot's sentence (`DecoderSession`) up to which a call over it is likely; sentences alone have 25 to 45."""
 NATS_PER_GAIN = 0.04
 """Nats by which each unit beyond that lowers the log odds of a detection (docs/decisions/keyword.md)."""
 
@@ -211,17 +211,14 @@ class KeywordStage(RecogniserStage):
         return events + following
 
     def _detect(self, chunk: Chunk) -> list[Event]:
+        session = self.first_pass.session
         self._rescorer.push(chunk)
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         events: list[Event] = []
         found = self._spotter.push(chunk)
         if found is not None:
             if self._detection is None or found.start_frame != self._detection.start_frame:
-                self._excess_gain = (
-                    max(self.first_pass.sentence_gain - USUAL_GAIN, 0.0)
-                    if self.first_pass.ending_word != KEYWORD
-                    else 0.0
-                )
+                self._excess_gain = max(session.gain - USUAL_GAIN, 0.0) if session.ending_word != KEYWORD else 0.0
             self._detection = found
             self._span = (found.start_frame * HOP_SAMPLES, found.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
@@ -229,7 +226,7 @@ class KeywordStage(RecogniserStage):
         if self._detection is not None and now >= self._span[1] + CALL_DELAY:
             events += self._reconsider(self._detection.call, now)
             self._detection = None
-        return events + self._as_events(self._verifier.advance(now, self.first_pass.sentence_since))
+        return events + self._as_events(self._verifier.advance(now, session.since))
 
     def _reconsider(self, call: float, now: int) -> list[Event]:
         """Apply the net again, with noise, if the detection is still uncertain now that all of it has been heard."""
@@ -243,7 +240,8 @@ class KeywordStage(RecogniserStage):
             nats = self._check(sound) if sound is not None else 0.0
             checked = logistic(logit(call) - nats)
             call = max(checked, CHECKED_FLOOR) if checked < ACCEPT_PROBABILITY <= call else checked
-        awaited = bool(self.first_pass.ending_word) or may_open_sentence(self.first_pass.sentence_since, self._span[0])
+        session = self.first_pass.session
+        awaited = bool(session.ending_word) or may_open_sentence(session.since, self._span[0])
         return self._as_events(self._verifier.detected(*self._span, call, now, awaited, self._is_explained()))
 
     def _is_explained(self) -> bool:

@@ -93,6 +93,8 @@ class _Detection:
     first_heard: int
     accept_from: int
     """The time from which on a sufficient probability is accepted."""
+    pending: bool = True
+    """Not decided yet. What is dropped counts if the call is repeated, or remains when a sentence is subtracted."""
 
     @property
     def is_sure(self) -> bool:
@@ -122,9 +124,7 @@ class CallVerifier:
 
     def __init__(self, residual: ResidualWithout) -> None:
         self._residual = residual
-        self._pending: list[_Detection] = []
-        self._dropped: list[_Detection] = []
-        """Uncertain detections; they count if the call is repeated, or remains when a sentence is subtracted."""
+        self._detections: list[_Detection] = []
         self._last_sentence: Recognised | None = None
         """It may have been reported before the detection in it."""
         self._recheck_at: int | None = None
@@ -133,85 +133,81 @@ class CallVerifier:
     @property
     def pending(self) -> bool:
         """Whether a detection is not decided yet."""
-        return bool(self._pending)
+        return any(d.pending for d in self._detections)
 
     def is_uncertain(self, start: int) -> bool:
         """Whether the detection from sample `start` on is not decided yet, and not probable enough by itself."""
-        return any(d.start == start and not d.is_sure for d in (*self._pending, *self._dropped))
+        return any(d.start == start and not d.is_sure for d in self._detections)
 
     def detected(
         self, start: int, end: int, probability: float, now: int, awaited: bool = False, followed: bool = False
     ) -> Verdict:
         """Take a detection between two samples, or its higher probability. `awaited`: a sentence may soon account for
         it; `followed`: a sentence in progress seems to, so that the robot stands still only if it is certain."""
-        pending = any(d.start == start for d in self._pending)
-        before = [d for d in (*self._pending, *self._dropped) if d.start == start]
-        accept_from = now + (SENTENCE_WAIT if awaited else 0)
-        first_heard, accept_from = (before[0].first_heard, before[0].accept_from) if before else (now, accept_from)
-        highest = max([probability, *(d.probability for d in before)])
-        detection = _Detection(start, end, highest, first_heard, accept_from)
+        before = next((d for d in self._detections if d.start == start), None)
+        detection = _Detection(start, end, probability, now, now + (SENTENCE_WAIT if awaited else 0))
+        if before is not None:
+            highest = max(probability, before.probability)
+            detection = replace(before, end=end, probability=highest)
         if self._last_sentence is not None and self._belongs_to(self._last_sentence, detection):
             return None
         self._recheck_at = self._recheck_at or now + WORD_LAG
-        self._pending = [d for d in self._pending if d.start != start]
-        self._dropped = [d for d in self._dropped if d.start != start]
-        if self._is_repeated(detection) or (detection.is_sure and now >= accept_from):
+        self._detections = [d for d in self._detections if d.start != start]
+        if self._is_repeated(detection) or (detection.is_sure and now >= detection.accept_from):
             return self._accept()
-        if followed and not pending and not detection.is_sure:
-            self._dropped.append(detection)
-            return None
-        self._pending.append(detection)
-        return None if pending else Held
+        pending = before is not None and before.pending
+        held = pending or detection.is_sure or not followed
+        self._detections.append(replace(detection, pending=held))
+        return Held if held and not pending else None
 
     def recognised(self, sentence: Recognised) -> Verdict:
         """Take a sentence that was recognised."""
         self._last_sentence = sentence
         explained = []
         end = sentence.end_sample - POSITION_TOLERANCE
-        for detection in [d for d in (*self._pending, *self._dropped) if d.start < end]:
+        for detection in [d for d in self._detections if d.start < end]:
             is_there = detection.is_within(sentence) or detection.opens(sentence)
             residual = self._residual(sentence, detection.start, detection.end) if is_there else None
             if _explains(sentence, detection, residual):
                 explained.append(detection)
             elif residual is not None and logit(detection.probability) + residual.log_odds >= JOINT_LOG_ODDS:
                 return self._accept()
-        is_news = any(d in self._pending for d in explained)
-        self._pending = [d for d in self._pending if d not in explained]
-        self._dropped = [d for d in self._dropped if d not in explained]
+        is_news = any(d.pending for d in explained)
+        self._detections = [d for d in self._detections if d not in explained]
         return Released if is_news and not self.pending else None
 
     def not_recognised(self) -> Verdict:
         """Note that speech was not understood, or was lost."""
         self._last_sentence = None
-        return self._accept() if any(d.is_sure for d in self._pending) else None
+        return self._accept() if any(d.pending and d.is_sure for d in self._detections) else None
 
     def advance(self, now: int, since: int | None = None) -> Verdict:
         """Let time go on to sample `now`. `since`: where a sentence in progress was first seen; a detection that may
         have opened it waits for it."""
-        wait = now + SENTENCE_WAIT
-        self._pending = [
-            replace(d, accept_from=wait) if may_open_sentence(since, d.start) else d for d in self._pending
+        self._detections = [
+            replace(d, accept_from=now + SENTENCE_WAIT) if d.pending and may_open_sentence(since, d.start) else d
+            for d in self._detections
         ]
         if self._recheck_at is not None and now >= self._recheck_at:
             self._recheck_at = None
             if self._last_sentence is not None and (verdict := self.recognised(self._last_sentence)) is not None:
                 return verdict
-        if any(d.is_sure and now >= d.accept_from for d in self._pending):
+        if any(d.pending and d.is_sure and now >= d.accept_from for d in self._detections):
             return self._accept()
-        self._dropped = [d for d in self._dropped if now - d.first_heard < DROPPED_MEMORY]
-        expired = [d for d in self._pending if not d.is_sure and now - d.first_heard >= HOLD_TIME]
-        if not expired:
-            return None
-        self._dropped += expired
-        self._pending = [d for d in self._pending if d not in expired]
-        return None if self.pending else Released
+        expired = [d for d in self._detections if d.pending and not d.is_sure and now - d.first_heard >= HOLD_TIME]
+        self._detections = [
+            replace(d, pending=d.pending and d not in expired)
+            for d in self._detections
+            if d.pending or now - d.first_heard < DROPPED_MEMORY
+        ]
+        return Released if expired and not self.pending else None
 
     def _is_repeated(self, detection: _Detection) -> bool:
         """Whether it and the unexplained detections shortly before it are certain together: as independent
         observations, their log odds add up."""
         earlier = [
             logit(d.probability)
-            for d in (*self._pending, *self._dropped)
+            for d in self._detections
             if d.end - POSITION_TOLERANCE <= detection.start
             and detection.first_heard - d.first_heard <= REPEAT_WINDOW
             and d.probability >= PLAUSIBLE_PROBABILITY
@@ -221,8 +217,7 @@ class CallVerifier:
         return plausible and together >= logit(ACCEPT_PROBABILITY)
 
     def _accept(self) -> Verdict:
-        self._pending.clear()
-        self._dropped.clear()
+        self._detections.clear()
         return Urgent
 
     def _belongs_to(self, sentence: Recognised, detection: _Detection) -> bool:
