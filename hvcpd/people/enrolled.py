@@ -60,11 +60,6 @@ class Person:
     sentences: tuple[SpokenSentence, ...] = ()
 
     @property
-    def words(self) -> frozenset[str]:
-        """The words with takes."""
-        return frozenset(self.takes)
-
-    @property
     def n_takes(self) -> int:
         """Number of takes of all words."""
         return sum(map(len, self.takes.values()))

@@ -174,19 +174,6 @@ class CtcSentence:
     loss: float
 
 
-@dataclass(frozen=True, eq=False)
-class _BackPointers:
-    """Back pointers of the Viterbi search.
-
-    `since[t, n]`: the frame at which the best path that is at node n after frame t came there, or -1; `scores[t, w]`:
-    the score of the word w that ends in frame t, and `began[t, w]` the frame at which it began.
-    """
-
-    since: Index
-    scores: Scores
-    began: Index
-
-
 class CtcSearch:
     """Viterbi search and forward algorithm over a word network, its words' phones side by side in one vector."""
 
@@ -213,14 +200,23 @@ class CtcSearch:
 
     def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
         """The likeliest sentence, by its best path over all frames; None if they are too few for any."""
-        ends, rest = self._forward(log_posteriors)
+        since, scores, began, rest = self._forward(log_posteriors)
         finals = sorted(self._graph.finals)
         node = finals[int(rest[finals].argmax())]
         if rest[node] <= LOG_ZERO / 2 or not len(log_posteriors):
             return None
-        most = float(log_posteriors.max(axis=1).sum())
-        words, spans = self._back(ends, node)
-        return CtcSentence(tuple(words), tuple(spans), most - float(rest[node]))
+        loss = float(log_posteriors.max(axis=1).sum()) - float(rest[node])
+        words: list[str] = []
+        spans: list[tuple[int, int]] = []
+        frame = int(since[-1, node])
+        while frame >= 0:
+            first, after = np.searchsorted(self._target, (node, node + 1))
+            way = int(first + scores[frame, first:after].argmax())
+            begin, node = int(began[frame, way]), int(self._source[way])
+            words.append(self._words[way])
+            spans.append((begin, frame + 1))
+            frame = int(since[begin - 1, node]) if begin > 0 else -1
+        return CtcSentence(tuple(words[::-1]), tuple(spans[::-1]), loss)
 
     def fit(self, log_posteriors: LogPosteriors, words: Sequence[str]) -> CtcSentence | None:
         """The best path of one sentence; None if there are too few frames for it."""
@@ -262,14 +258,18 @@ class CtcSearch:
         """Number of phones in the shortest pronunciation of a word."""
         return min(len(said) for said in self._pronounce(word) if said)
 
-    def _forward(self, log_posteriors: LogPosteriors) -> tuple[_BackPointers, Scores]:
-        """Back pointers, and the score of the best path to each node after the last frame."""
+    def _forward(self, log_posteriors: LogPosteriors) -> tuple[Index, Scores, Index, Scores]:
+        """The back pointers of the Viterbi search, and the score of the best path to each node after the last frame.
+
+        `since[t, n]`: the frame at which the best path that is at node n after frame t came there, or -1; `scores[t,
+        w]`: the score of the word w that ends in frame t, and `began[t, w]` the frame at which it began.
+        """
         n, n_nodes = len(log_posteriors), self._graph.n_nodes
-        words = n, len(self._words)
-        ends = _BackPointers(np.full((n, n_nodes), -1), np.empty(words, np.float32), np.empty(words, np.int64))
+        since, scores = np.full((n, n_nodes), -1), np.empty((n, len(self._words)), np.float32)
+        began = np.empty(scores.shape, np.int64)
         rest = np.full(n_nodes, LOG_ZERO, np.float32)
         rest[self._graph.start] = 0.0
-        since = np.full(n_nodes, -1)
+        came = np.full(n_nodes, -1)
         phone = gap = np.full(len(self._phones), LOG_ZERO, np.float32)
         phone_began = gap_began = np.zeros(len(phone), np.int64)
         for frame, row in enumerate(log_posteriors):
@@ -280,12 +280,12 @@ class CtcSearch:
             phone_began = np.where(entered > phone, entered_began, phone_began)
             phone = np.maximum(entered, phone) + row[self._phones]
             rest = rest + row[-1]
-            ends.scores[frame], ends.began[frame] = phone[self._last], phone_began[self._last]
-            best = np.maximum.reduceat(ends.scores[frame], self._begins)
+            scores[frame], began[frame] = phone[self._last], phone_began[self._last]
+            best = np.maximum.reduceat(scores[frame], self._begins)
             arrived = best > rest[self._nodes]
-            rest[self._nodes[arrived]], since[self._nodes[arrived]] = best[arrived], frame
-            ends.since[frame] = since
-        return ends, rest
+            rest[self._nodes[arrived]], came[self._nodes[arrived]] = best[arrived], frame
+            since[frame] = came
+        return since, scores, began, rest
 
     def _entered(self, phone: Scores, gap: Scores, phone_began: Index, gap_began: Index) -> tuple[Scores, Index]:
         """Scores of entering each phone from the phone or from the blank before it."""
@@ -294,17 +294,6 @@ class CtcSearch:
         around = _before(gap)
         began = np.where(around > straight, _before(gap_began), _before(phone_began))
         return np.maximum(straight, around), began
-
-    def _back(self, ends: _BackPointers, node: int) -> tuple[list[str], list[tuple[int, int]]]:
-        words, spans, frame = [], [], int(ends.since[-1, node])
-        while frame >= 0:
-            first, after = np.searchsorted(self._target, (node, node + 1))
-            way = int(first + ends.scores[frame, first:after].argmax())
-            begin, node = int(ends.began[frame, way]), int(self._source[way])
-            words.append(self._words[way])
-            spans.append((begin, frame + 1))
-            frame = int(ends.since[begin - 1, node]) if begin > 0 else -1
-        return words[::-1], spans[::-1]
 
 
 def word_loop(words: Iterable[str], pronounce: Pronounce, word_cost: float) -> CtcSearch:

@@ -306,7 +306,7 @@ class SecondPassRecogniser:
     def _listener(self) -> EnrolledRecogniser | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""
         words = set(self._graph.words)
-        people = tuple(person for person in tuple(self._people.values()) if person.words & words)
+        people = tuple(person for person in tuple(self._people.values()) if person.takes.keys() & words)
         if not people:
             return None
         known = self._enrolled

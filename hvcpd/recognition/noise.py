@@ -116,16 +116,14 @@ class NoiseTracker:
             return False
         window = self._past[-STEP_FRAMES:]
         rise = np.log(np.add.reduce(window, axis=0) / (STEP_FRAMES * self.estimate))
-        if float(np.add.reduce(rise)) < N_BANDS * STEP_NEPER or not _is_steady(window):
+        if float(np.add.reduce(rise)) < N_BANDS * STEP_NEPER:
+            return False
+        drift, spread = _drift_and_spread(window)
+        if float(drift.mean()) >= STEADY_DRIFT_NEPER or float(spread.mean()) >= STEADY_SPREAD:
             return False
         self._past = self._past[:0]
         self.push(window)
         return True
-
-
-def _is_steady(window: Energies) -> bool:
-    drift, spread = _drift_and_spread(window)
-    return float(drift.mean()) < STEADY_DRIFT_NEPER and float(spread.mean()) < STEADY_SPREAD
 
 
 def _drift_and_spread(window: Energies) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

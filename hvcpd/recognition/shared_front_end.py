@@ -51,26 +51,16 @@ LONGER_WAIT_FRAMES = 110
 """The same while a sentence seems to be under way (1.1 s): its faint end may still come (a final n in noise)."""
 
 
-def _group_matrix() -> NDArray[np.float32]:
-    """Weights of the bands in the means over each group, and over all bands, shape (N_BANDS, N_GROUPS + 1)."""
-    groups = np.kron(np.eye(N_GROUPS), np.full((N_BANDS // N_GROUPS, 1), N_GROUPS / N_BANDS))
-    return np.hstack([groups, np.full((N_BANDS, 1), 1.0 / N_BANDS)]).astype(np.float32)
-
-
-def _window_matrix() -> NDArray[np.float32]:
-    """Weights of the history's frames in the means over its last FAST_FRAMES, SLOW_FRAMES and LONG_FRAMES."""
-    windows = np.zeros((3, LONG_FRAMES), np.float32)
-    for row, length in zip(windows, (FAST_FRAMES, SLOW_FRAMES, LONG_FRAMES), strict=True):
-        row[-length:] = 1.0 / length
-    return windows
-
-
 class VoiceActivityDetector:
     """Voice activity detection, chunk by chunk; `busy` and `possible_speech` describe the most recent frames."""
 
     def __init__(self) -> None:
-        self._groups = _group_matrix()
-        self._windows = _window_matrix()
+        groups = np.kron(np.eye(N_GROUPS), np.full((N_BANDS // N_GROUPS, 1), N_GROUPS / N_BANDS))
+        self._groups = np.hstack([groups, np.full((N_BANDS, 1), 1.0 / N_BANDS)]).astype(np.float32)
+        """Weights of the bands in the means over each group, and over all bands, shape (N_BANDS, N_GROUPS + 1)."""
+        lengths = np.array([[FAST_FRAMES], [SLOW_FRAMES], [LONG_FRAMES]])
+        self._windows = ((np.arange(LONG_FRAMES) >= LONG_FRAMES - lengths) / lengths).astype(np.float32)
+        """Weights of the history's frames in the means over the last of them, shape (3, LONG_FRAMES)."""
         self._history = np.zeros((LONG_FRAMES, N_GROUPS + 1), np.float32)
         self.quiet_frames = 0
         """Number of quiet frames since speech ended."""

@@ -102,10 +102,6 @@ def reverberated(energies: Energies) -> Energies:
     return out
 
 
-def _as_energies(take: Take) -> Energies:
-    return take if take.ndim == 2 else trimmed_energies(take)
-
-
 class TemplateBank:
     """All templates of all voices, one below the other.
 
@@ -118,7 +114,8 @@ class TemplateBank:
         blocks: list[HalfEnergies] = []
         first = 0
         for voice, words in takes.items():
-            rows = [(word, _as_energies(take)) for word, of_word in words.items() for take in of_word]
+            takes_of = [(word, take) for word, of_word in words.items() for take in of_word]
+            rows = [(word, take if take.ndim == 2 else trimmed_energies(take)) for word, take in takes_of]
             if not rows:
                 raise ValueError(f"voice {voice!r} has no templates")
             block = np.concatenate([energies for _, energies in rows])

@@ -202,7 +202,7 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
             (more,) = (await talk.ask("reload"))["result"]["changed"]
             assert more == {"key": "takes of Anna", "before": 1, "now": 2}
             kept = bench.body.wiring.people["anna"]
-            assert kept.words == {"stop", "rob"}
+            assert kept.takes.keys() == {"stop", "rob"}
             assert joined == [[]], "what the net makes of the new word is found out before it is needed"
             assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
             assert bench.body.wiring.people["anna"] is kept

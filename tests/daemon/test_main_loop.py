@@ -252,4 +252,4 @@ def test_who_is_enrolled_while_it_lives_is_known_after_a_reload(tmp_path: Path, 
     assert [line["name"] for line in logs if line["event"] == "name learned"] == ["Clara"]
     assert daemon.robot is not None
     assert daemon.robot.phrasebook.known_name("Clara") == "Clara"
-    assert daemon.wiring.people["clara"].words == {"stop"}
+    assert daemon.wiring.people["clara"].takes.keys() == {"stop"}

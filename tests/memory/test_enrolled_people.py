@@ -33,7 +33,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
     write_person(path, ANNA)
     again = read_person(path)
     assert again.name == "Anna"
-    assert again.words == {"stop", "hi"}
+    assert again.takes.keys() == {"stop", "hi"}
     for word, takes in ANNA.takes.items():
         assert len(again.takes[word]) == len(takes)
         for one, other in zip(takes, again.takes[word], strict=True):
@@ -84,7 +84,7 @@ def test_sentences_are_read_again_and_the_newest_are_kept(tmp_path: Path) -> Non
     assert [each.words for each in again.sentences] == [each.words for each in said[-MAX_SENTENCES:]]
     for one, other in zip(said[-MAX_SENTENCES:], again.sentences, strict=True):
         np.testing.assert_allclose(one.logs, other.logs, atol=0.01)
-    assert again.words == ANNA.words
+    assert again.takes.keys() == ANNA.takes.keys()
     assert not again.same_as(ANNA)
     assert again.same_as(read_person(path))
 

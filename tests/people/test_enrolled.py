@@ -18,7 +18,7 @@ ANNA = Person("Anna", {"stop": [take(1), take(2)], "hi": [take(3, 30)]})
 def test_only_the_newest_takes_are_kept() -> None:
     person = ANNA.with_takes({"stop": [take(k, 20 + k) for k in range(MAX_TAKES)], "all": [take(9)]})
     assert [len(t) for t in person.takes["stop"]] == [20 + k for k in range(MAX_TAKES)]
-    assert person.words == {"stop", "hi", "all"}
+    assert person.takes.keys() == {"stop", "hi", "all"}
 
 
 def test_templates_are_as_loud_as_one_another() -> None:

@@ -153,7 +153,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     report.words, report.takes = len(found), sum(map(len, found.values()))
     report.sentences = len(sentences)
     person = known.with_takes(found).with_sentences(sentences)
-    report.missing = sorted(set(team.phrasebook.people_graph.words) - person.words) if person.words else []
+    report.missing = sorted(set(team.phrasebook.people_graph.words) - person.takes.keys()) if person.takes else []
     report.confusable = confusable(person.takes, _competing(team, found))
     if found or sentences:
         write_person(path, person)

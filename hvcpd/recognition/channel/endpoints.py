@@ -30,6 +30,7 @@ from hvcpd.recognition.channel.whitening import (
     inverse_spectrum,
     loudness_weights,
     power_spectra,
+    smoothed,
 )
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.recognition.frontend import TINY, rfft
@@ -120,7 +121,7 @@ class OnsetDetector:
         power to the noise's, as in the optimum detector of a faint sound of known spectrum (H. Van Trees, "Detection,
         Estimation, and Modulation Theory", part III, 1971)."""
         usual = power_spectra(noise).mean(axis=0)
-        usual = np.convolve(np.pad(usual, 2, mode="edge"), np.full(5, 0.2), "valid")[VOICED]
+        usual = smoothed(usual, 2)[VOICED]
         usual += 1e-4 * usual.mean() + TINY
         rises = np.log(np.maximum(0.5 * power_spectra(heard)[:, VOICED] / usual, 1.0)) - MEAN_RISE
         above = self._voices[:, VOICED] / usual

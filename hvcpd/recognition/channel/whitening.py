@@ -60,7 +60,7 @@ def transform_size(n: int) -> int:
 
 def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
     """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
-    usual = _smooth(_spectrum(noise), 3) + LATE_ECHO_SHARE * _smooth(_spectrum(heard), 6)
+    usual = smoothed(_spectrum(noise), 3) + LATE_ECHO_SHARE * smoothed(_spectrum(heard), 6)
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
     inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
     return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
@@ -139,7 +139,7 @@ def power_spectra(sound: Samples) -> Spectrum:
     return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
 
 
-def _smooth(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
+def smoothed(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
     """The mean over `reach` neighbours on either side."""
     return np.convolve(np.pad(values, reach, mode="edge"), np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
 
