@@ -8,17 +8,15 @@ level.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Protocol
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.decoder_session import DecoderSession
-from hvcpd.recognition.events import Event, Garbled
+from hvcpd.recognition.events import Garbled
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, power_weights
-from hvcpd.recognition.noise import STEADY_MEAN_LOG, STEP_FRAMES, NoiseTracker
+from hvcpd.recognition.noise import STEADY_MEAN_LOG, NoiseTracker
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream, History
 
 FAST_FRAMES = 8
@@ -140,23 +138,8 @@ POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 
 
-class FrameConsumer(Protocol):
-    """Receives the chunks of the front end, each the same ones."""
-
-    @property
-    def session(self) -> DecoderSession:
-        """Tells whether a sentence may be in progress, so that the sound is not noise; or surely is, so that a rise in
-        level is not noise."""
-
-    def consume(self, chunk: Chunk) -> list[Event]:
-        """The next frames, once the noise is known."""
-
-    def break_off(self, frame: int) -> list[Event]:
-        """Note that speech before `frame` will not be understood."""
-
-
 class SharedFrontEnd:
-    """Passes the chunks of one microphone to its consumers."""
+    """Cuts the sound of one microphone into chunks, and follows its noise and activity."""
 
     def __init__(self) -> None:
         self.stream = FrameStream()
@@ -166,39 +149,60 @@ class SharedFrontEnd:
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
         self.chunks: list[Chunk] = []
-        """What was passed on in the last push."""
+        """The chunks of the last push that were analysed."""
         self._before_noise_estimate: list[Chunk] = []
         """The chunks from before the first noise estimate."""
         self._power_weights = power_weights()
         self._speech_power = np.zeros(POWER_FRAMES)
         self._noise_power = np.zeros(POWER_FRAMES)
 
-    def push(self, samples: Samples, masked: bool, consumers: Sequence[FrameConsumer]) -> list[Event]:
-        """Pass the next samples, shape (n,), to the consumers; return their events."""
+    def push(self, samples: Samples, masked: bool) -> Iterator[Chunk]:
+        """Keep the next samples, shape (n,); yield the chunks that they complete. Iterate to the end, or samples are
+        lost."""
         self.chunks = []
         samples = np.asarray(samples).reshape(-1)
         self.history.push(samples, masked)
-        return self._take(self.stream.push(samples, masked), consumers)
+        return self.stream.push(samples, masked)
 
-    def lose(self, n_samples: int, consumers: Sequence[FrameConsumer]) -> list[Event]:
+    def lose(self, n_samples: int) -> Iterator[Chunk]:
         """Advance time by lost samples; likewise. Raises ValueError for a negative number."""
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
         self.chunks = []
         self.history.lose(n_samples)
-        events = self._break_off(self.stream.next_frame, consumers)
-        return events + self._take(self.stream.lose(n_samples), consumers)
+        return self.stream.lose(n_samples)
 
-    def flush(self, consumers: Sequence[FrameConsumer], silent_chunks: int) -> list[Event]:
-        """Pass on the frames that fill no chunk yet, and this number of chunks of the room's noise after them."""
-        self.chunks = []
-        rest = self.stream.rest()
-        events = self._take([rest] if len(rest.energies) else [], consumers)
-        frame = rest.first_frame + len(rest.energies)
-        silence = np.tile(self.noise.estimate * np.exp(STEADY_MEAN_LOG), (CHUNK_FRAMES, 1))
-        for at in range(frame, frame + silent_chunks * CHUNK_FRAMES, CHUNK_FRAMES):
-            events += self._distribute(Chunk(at, silence, False), consumers)
-        return events
+    def silence(self, frame: int, n_chunks: int) -> list[Chunk]:
+        """Chunks of the room's noise from a frame on, after the end of the sound."""
+        energies = np.tile(self.noise.estimate * np.exp(STEADY_MEAN_LOG), (CHUNK_FRAMES, 1))
+        return [Chunk(at, energies, False) for at in range(frame, frame + n_chunks * CHUNK_FRAMES, CHUNK_FRAMES)]
+
+    def follow_noise(self, chunk: Chunk, under_way: bool, surely: bool) -> bool:
+        """Update the noise estimate; whether the noise stepped up in the last STEP_FRAMES. `under_way`: a sentence may
+        be in progress, so that the sound is not noise; `surely`: it is, so that a rise in level is not noise."""
+        self.noise.push(chunk.energies, speech=self.activity.busy or under_way)
+        return not surely and self.noise.follow_step()
+
+    def analysed(self, chunk: Chunk) -> Iterator[Chunk]:
+        """Yield the chunk once its activity is known; none before the noise is, and then all since. Iterate to the
+        end."""
+        self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
+        self._before_noise_estimate.append(chunk)
+        if not self.noise.ready:
+            return
+        for each in self._before_noise_estimate:
+            self.activity.push(each.energies, self.noise.estimate)
+            slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
+            self._speech_power[slots] = each.energies @ self._power_weights
+            self._noise_power[slots] = self.noise.estimate @ self._power_weights
+            self.chunks.append(each)
+            yield each
+        self._before_noise_estimate = []
+
+    def reset(self) -> None:
+        """Start again in silence."""
+        self.activity.reset()
+        self.recent = self.recent[:0]
 
     def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
         """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
@@ -207,38 +211,3 @@ class SharedFrontEnd:
             return 0.0, 0.0
         noise = float(self._noise_power[slots].mean())
         return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
-
-    def _take(self, chunks: Iterable[Chunk], consumers: Sequence[FrameConsumer]) -> list[Event]:
-        events: list[Event] = []
-        for chunk in chunks:
-            if chunk.masked:  # the robot's own voice covers everything
-                events += self._break_off(chunk.first_frame, consumers)
-                continue
-            self.noise.push(chunk.energies, speech=self.activity.busy or any(w.session.under_way for w in consumers))
-            if not any(w.session.surely_under_way for w in consumers) and self.noise.follow_step():
-                # The noise stepped up: activity since then was noise, and speech before it is lost.
-                events += self._break_off(chunk.first_frame - STEP_FRAMES, consumers)
-            events += self._distribute(chunk, consumers)
-        return events
-
-    def _break_off(self, frame: int, consumers: Sequence[FrameConsumer]) -> list[Event]:
-        events = [event for w in consumers for event in w.break_off(frame)]
-        self.activity.reset()
-        self.recent = self.recent[:0]
-        return events
-
-    def _distribute(self, chunk: Chunk, consumers: Sequence[FrameConsumer]) -> list[Event]:
-        self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
-        self._before_noise_estimate.append(chunk)
-        events: list[Event] = []
-        if not self.noise.ready:
-            return events
-        for each in self._before_noise_estimate:
-            self.activity.push(each.energies, self.noise.estimate)
-            slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
-            self._speech_power[slots] = each.energies @ self._power_weights
-            self._noise_power[slots] = self.noise.estimate @ self._power_weights
-            self.chunks.append(each)
-            events += [event for w in consumers for event in w.consume(each)]
-        self._before_noise_estimate = []
-        return events

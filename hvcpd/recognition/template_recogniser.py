@@ -7,7 +7,7 @@ counted from the first sample, so the size of the pushed blocks changes no resul
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from hvcpd.language.graph import WordGraph
@@ -16,6 +16,7 @@ from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confiden
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.network import Beam, Network
+from hvcpd.recognition.noise import STEP_FRAMES
 from hvcpd.recognition.shared_front_end import LONGER_WAIT_FRAMES, RECENT_FRAMES, Segmenter, SharedFrontEnd
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 from hvcpd.recognition.templates import Take, TemplateBank
@@ -122,7 +123,7 @@ class TemplateRecogniser:
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         """Push the next samples, shape (n,), any n; `masked` while the robot itself speaks. Never raises on content."""
-        return self.front_end.push(samples, masked, self._all)
+        return self._take(self.front_end.push(samples, masked))
 
     def lost(self, n_samples: int) -> list[Event]:
         """Advance time by `n_samples` that were lost before they arrived, 0 if the number is unknown.
@@ -130,7 +131,8 @@ class TemplateRecogniser:
         Speech in progress is reported as garbled. So is a sentence that seems to begin right after the gap: it may be
         the end of a longer one. Raises ValueError for a negative number.
         """
-        found = self.front_end.lose(n_samples, self._all)
+        chunks = self.front_end.lose(n_samples)
+        found = self._break_off_all(self.front_end.stream.next_frame) + self._take(chunks)
         for recogniser in self._all:
             recogniser.note_lost_sound()
         return found
@@ -152,7 +154,33 @@ class TemplateRecogniser:
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
-        return self.front_end.flush([self], LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8)
+        self.front_end.chunks = []
+        rest = self.front_end.stream.rest()
+        events = self._take([rest] if len(rest.energies) else [])
+        silence = self.front_end.silence(rest.first_frame + len(rest.energies), LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8)
+        return events + [event for chunk in silence for event in self._analyse(chunk)]
+
+    def _take(self, chunks: Iterable[Chunk]) -> list[Event]:
+        """The events of the next chunks, by all recognisers on this microphone."""
+        events: list[Event] = []
+        for chunk in chunks:
+            if chunk.masked:  # the robot's own voice covers everything
+                events += self._break_off_all(chunk.first_frame)
+                continue
+            sessions = [each.session for each in self._all]
+            under_way, surely = any(s.under_way for s in sessions), any(s.surely_under_way for s in sessions)
+            if self.front_end.follow_noise(chunk, under_way, surely):  # speech before the step is lost
+                events += self._break_off_all(chunk.first_frame - STEP_FRAMES)
+            events += self._analyse(chunk)
+        return events
+
+    def _break_off_all(self, frame: int) -> list[Event]:
+        events = [event for each in self._all for event in each.break_off(frame)]
+        self.front_end.reset()
+        return events
+
+    def _analyse(self, chunk: Chunk) -> list[Event]:
+        return [event for one in self.front_end.analysed(chunk) for each in self._all for event in each.consume(one)]
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""

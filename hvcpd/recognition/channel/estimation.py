@@ -254,15 +254,6 @@ def autocorrelations(fits: Sequence[SignalFit]) -> Taps:
     return np.asarray(np.fft.irfft(np.stack([fit.density for fit in fits]), SIZE)[:, :TAPS], np.float32)
 
 
-def energy_weights(taps: Taps) -> Spectrum:
-    """The weights that turn a signal's `density`, multiplied and summed, into the signal's energy after the response
-    `taps`, shape (SIZE / 2 + 1,)."""
-    response = rfft(taps, SIZE)
-    weights = (response.real**2 + response.imag**2) * (2.0 / SIZE)
-    weights[[0, -1]] *= 0.5
-    return np.asarray(weights, np.float32)
-
-
 def _frames_of(sound: Samples) -> NDArray[np.complex64]:
     """The spectra of SIZE samples from every GRID-th on; the first one and the last one are of silence."""
     frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (SIZE, SIZE + GRID)), SIZE)[::GRID]

@@ -19,6 +19,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.channel.estimation import (
     MAX_SHIFT,
     PRE_TAPS,
+    SIZE,
     TAPS,
     Signal,
     SignalFit,
@@ -26,7 +27,6 @@ from hvcpd.recognition.channel.estimation import (
     WhitenedSound,
     autocorrelations,
     channel_responses,
-    energy_weights,
 )
 from hvcpd.recognition.channel.whitening import Spectrum, transform_size
 from hvcpd.recognition.frontend import TINY, rfft
@@ -159,8 +159,12 @@ class Path:
 
     @cached_property
     def tap_weights(self) -> Spectrum:
-        """The `energy_weights` of its taps."""
-        return energy_weights(self.taps)
+        """The weights that turn a signal's `density`, multiplied and summed, into the signal's energy after its taps,
+        shape (SIZE / 2 + 1,)."""
+        response = rfft(self.taps, SIZE)
+        weights = (response.real**2 + response.imag**2) * (2.0 / SIZE)
+        weights[[0, -1]] *= 0.5
+        return np.asarray(weights, np.float32)
 
     def around(self, fit: SignalFit) -> Taps:
         """The correlation with a signal at the lags of this path's response, and MAX_SHIFT more on either side."""

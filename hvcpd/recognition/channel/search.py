@@ -119,25 +119,20 @@ class ChannelSearch:
         begun: list[Extension] = []
         for book in self._books:
             for word, node in self._graph.following[self._graph.start]:
-                empty = Path.empty(book, self._graph.start)
                 said = list(self._said(book, word, 0, node))
-                places = sorted(_starts(sound, said), key=lambda place: -place[0])
-                begun += [
-                    Extension(empty, word, node, 0, way, at, MAX_SHIFT, 0.0)
-                    for _, way, at in places[:MAX_STARTS_OF_WORD]
-                ]
+                places = sorted(_starts(sound, said), key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
+                begun += [self._beginning(book, word, node, way, at) for _, way, at in places]
         return extended(sound, begun, FIRST_TAPS)
 
     def _resumed(self, sound: WhitenedSound, earlier: Sequence[Path]) -> list[Path]:
         """The first words of paths that were found in a shorter part of this sound."""
         nodes = dict(self._graph.following[self._graph.start])
         known = dict.fromkeys((path.book, path.words[0], path.renderings[0], path.starts[0]) for path in earlier)
-        words = [
-            Extension(Path.empty(book, self._graph.start), word, nodes[word], 0, said, at, MAX_SHIFT, 0.0)
-            for book, word, said, at in known
-            if book in self._books
-        ]
-        return extended(sound, words, FIRST_TAPS)
+        begun = [self._beginning(b, word, nodes[word], said, at) for b, word, said, at in known if b in self._books]
+        return extended(sound, begun, FIRST_TAPS)
+
+    def _beginning(self, book: RenderedVoice, word: str, node: int, said: Rendering, at: int) -> Extension:
+        return Extension(Path.empty(book, self._graph.start), word, node, 0, said, at, MAX_SHIFT, 0.0)
 
     def _extend(self, sound: WhitenedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
