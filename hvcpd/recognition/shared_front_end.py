@@ -148,8 +148,6 @@ class SharedFrontEnd:
         self.activity = VoiceActivityDetector()
         self.recent: Energies = np.zeros((0, N_BANDS), np.float32)
         """The last frames, shape (n, N_BANDS), n at most RECENT_FRAMES; none from before a break."""
-        self.chunks: list[Chunk] = []
-        """The chunks of the last push that were analysed."""
         self._before_noise_estimate: list[Chunk] = []
         """The chunks from before the first noise estimate."""
         self._power_weights = power_weights()
@@ -159,7 +157,6 @@ class SharedFrontEnd:
     def push(self, samples: Samples, masked: bool) -> Iterator[Chunk]:
         """Keep the next samples, shape (n,); yield the chunks that they complete. Iterate to the end, or samples are
         lost."""
-        self.chunks = []
         samples = np.asarray(samples).reshape(-1)
         self.history.push(samples, masked)
         return self.stream.push(samples, masked)
@@ -168,7 +165,6 @@ class SharedFrontEnd:
         """Advance time by lost samples; likewise. Raises ValueError for a negative number."""
         if n_samples < 0:
             raise ValueError(f"{n_samples} samples cannot be lost")
-        self.chunks = []
         self.history.lose(n_samples)
         return self.stream.lose(n_samples)
 
@@ -195,7 +191,6 @@ class SharedFrontEnd:
             slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
             self._speech_power[slots] = each.energies @ self._power_weights
             self._noise_power[slots] = self.noise.estimate @ self._power_weights
-            self.chunks.append(each)
             yield each
         self._before_noise_estimate = []
 

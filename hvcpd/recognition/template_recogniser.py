@@ -79,13 +79,13 @@ class TemplateRecogniser:
         self.session = DecoderSession(Network(graph, bank.templates), bank, self._settings.beam)
         self.front_end = front_end or SharedFrontEnd()
         self.history = self.front_end.history
+        self.chunks: list[Chunk] = []
+        """The frames of the last push."""
         self._make_spelling = make_spelling_recogniser
         self._spelling: TemplateRecogniser | None = None
         self._segments = Segmenter()
         self._speech_age = 0
         self._calm_frames = 0
-        self._heard_until = 0
-        """The frame after the last one."""
         self._reported_until = 0
         """The frame up to which everything has been reported."""
         self._unheard_until = -UNHEARD_LEAD_FRAMES
@@ -110,11 +110,6 @@ class TemplateRecogniser:
     def possible_speech(self) -> bool:
         """Whether the most recent sound may be speech, however faint."""
         return self.busy or self.front_end.activity.possible_speech
-
-    @property
-    def chunks(self) -> Sequence[Chunk]:
-        """The frames of the last push."""
-        return self.front_end.chunks
 
     @property
     def _all(self) -> list[TemplateRecogniser]:
@@ -154,7 +149,6 @@ class TemplateRecogniser:
 
     def flush(self) -> list[Event]:
         """Return the events that the end of a file completes; call it once, after the last `push`."""
-        self.front_end.chunks = []
         rest = self.front_end.stream.rest()
         events = self._take([rest] if len(rest.energies) else [])
         silence = self.front_end.silence(rest.first_frame + len(rest.energies), LONGER_WAIT_FRAMES // CHUNK_FRAMES + 8)
@@ -163,6 +157,7 @@ class TemplateRecogniser:
     def _take(self, chunks: Iterable[Chunk]) -> list[Event]:
         """The events of the next chunks, by all recognisers on this microphone."""
         events: list[Event] = []
+        self.chunks = []
         for chunk in chunks:
             if chunk.masked:  # the robot's own voice covers everything
                 events += self._break_off_all(chunk.first_frame)
@@ -180,7 +175,11 @@ class TemplateRecogniser:
         return events
 
     def _analyse(self, chunk: Chunk) -> list[Event]:
-        return [event for one in self.front_end.analysed(chunk) for each in self._all for event in each.consume(one)]
+        events: list[Event] = []
+        for one in self.front_end.analysed(chunk):
+            self.chunks.append(one)
+            events += [event for each in self._all for event in each.consume(one)]
+        return events
 
     def break_off(self, frame: int) -> list[Event]:
         """Forget all paths; speech before `frame` is reported as garbled."""
@@ -192,7 +191,7 @@ class TemplateRecogniser:
     def consume(self, chunk: Chunk) -> list[Event]:
         """Process the newest chunk of the front end."""
         energies, noise = chunk.energies, self.front_end.noise.estimate
-        end_frame = self._heard_until = chunk.first_frame + len(energies)
+        end_frame = chunk.first_frame + len(energies)
         recent = self.front_end.recent[-(end_frame - self._reported_until) :]
         if self.session.awake:
             self.session.feed(energies, recent, noise)
@@ -228,7 +227,7 @@ class TemplateRecogniser:
             recognised = self._accepted(sentence)
             if recognised is not None:
                 self._segments.close(end_frame)
-                self._continue_after(sentence.steps[-1].end_frame)
+                self._continue_after(sentence.steps[-1].end_frame, end_frame)
                 return [recognised]
             if not sentence.unfinished:
                 self.session.forget()
@@ -237,18 +236,18 @@ class TemplateRecogniser:
     def _report_garbled(self, end_frame: int) -> list[Event]:
         speech = self._segments.ended(end_frame, self.session.under_way)
         if speech is not None:
-            self._continue_after(speech.end_sample // HOP_SAMPLES)
+            self._continue_after(speech.end_sample // HOP_SAMPLES, end_frame)
         return self._as_events(speech)
 
     def _as_events(self, speech: Garbled | None) -> list[Event]:
         return [speech] if speech is not None and self._source is Source.TEMPLATES else []
 
-    def _continue_after(self, frame: int) -> None:
-        """Mark speech until `frame` as handled; the next speaker may be much fainter."""
+    def _continue_after(self, frame: int, now: int) -> None:
+        """Mark speech until `frame` as handled, `now` a later one; the next speaker may be much fainter."""
         self.session.sleep()
         self._speech_age = 0
         self._reported_until = frame
-        self.front_end.activity.account_for(self._heard_until - frame)
+        self.front_end.activity.account_for(now - frame)
 
     def _accepted(self, sentence: Sentence) -> Recognised | None:
         s = self._settings

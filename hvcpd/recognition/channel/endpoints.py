@@ -192,8 +192,6 @@ class OpenSegment:
     closed_at: int = 0
     whole_from: int = 0
     """A sentence that begins before this sample may lack its beginning."""
-    earlier: tuple[Path, ...] = ()
-    """Paths in progress at the end of the segment with which it was joined."""
     job: ChannelSegment | None = None
     result: SearchResult | None = None
 

@@ -23,6 +23,7 @@ from hvcpd.recognition.channel.endpoints import (
     STEP,
     OpenSegment,
 )
+from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
@@ -207,9 +208,10 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             segment.end = self._now
             self._open_after(segment)
         before = next((each for each in self._closed if each.in_progress), None)
+        earlier: tuple[Path, ...] = ()
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < CONTINUES_WITHIN:
             segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * MAX_LENGTH)
-            segment.earlier = before.in_progress
+            earlier = before.in_progress
             segment.held_events = before.held_events + segment.held_events
             self._closed.remove(before)
         segment.closed_at = self._now
@@ -220,7 +222,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return
         sound, lead = self.first_pass.history.unmasked(segment.begin - LEAD, segment.begin, self._now)
         origin = segment.begin - lead
-        segment.job = ChannelSegment(sound, origin, lead, cut, segment.earlier)
+        segment.job = ChannelSegment(sound, origin, lead, cut, earlier)
         self._searched_at = self._now
         if not self._worker.submit(segment.job, self._searcher):
             segment.result = SearchResult()
