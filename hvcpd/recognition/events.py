@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -72,19 +72,10 @@ class Recognised:
     """Its sound as it was received, if that is known to the sample."""
 
     @classmethod
-    def of(
-        cls,
-        spans: Iterable[WordSpan],
-        voice: str,
-        confidence: float,
-        source: Source,
-        snr_db: float = math.nan,
-        received: Received | None = None,
-    ) -> Recognised:
+    def of(cls, spans: Sequence[WordSpan], voice: str, confidence: float, source: Source) -> Recognised:
         """A sentence of these words, one or more, from the beginning of the first to the end of the last."""
-        said = tuple(spans)
-        words, start, end = tuple(span.word for span in said), said[0].start_sample, said[-1].end_sample
-        return cls(words, voice, start, end, confidence, snr_db, said, source, received)
+        words, start, end = tuple(span.word for span in spans), spans[0].start_sample, spans[-1].end_sample
+        return cls(words, voice, start, end, confidence, math.nan, tuple(spans), source)
 
 
 @dataclass(frozen=True)

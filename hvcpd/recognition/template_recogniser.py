@@ -8,7 +8,7 @@ counted from the first sample, so the size of the pushed blocks changes no resul
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
@@ -267,8 +267,8 @@ class TemplateRecogniser:
             )
             for k, step in enumerate(sentence.steps)
         ]
-        level_db = self.snr_db(spans[0].start_sample, spans[-1].end_sample)
-        return Recognised.of(spans, sentence.voice, confidence, self._source, level_db)
+        found = Recognised.of(spans, sentence.voice, confidence, self._source)
+        return replace(found, snr_db=self.snr_db(found.start_sample, found.end_sample))
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
         """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""

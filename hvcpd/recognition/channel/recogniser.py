@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -265,12 +265,10 @@ def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:
     """For each word, the words that may be said right before it."""
-    into: dict[int, set[str]] = {}
     before: dict[str, set[str]] = {}
     for arc in graph.arcs:
-        into.setdefault(arc.target, set()).add(arc.word)
-    for arc in graph.arcs:
-        before.setdefault(arc.word, set()).update(into.get(arc.source, ()))
+        for word, _ in graph.following[arc.target]:
+            before.setdefault(word, set()).add(arc.word)
     return before
 
 
@@ -293,5 +291,5 @@ def _recognised(evidence: Evidence, origin: int, received: Samples) -> Recognise
         WordSpan(word, start + delay, start + delay + said.length, sure)
         for word, start, said in zip(path.words, path.starts, path.renderings, strict=True)
     ]
-    sound = Received(origin, received)
-    return Recognised.of(spans, path.book.voice, sure, Source.CHANNEL, received=sound)
+    found = Recognised.of(spans, path.book.voice, sure, Source.CHANNEL)
+    return replace(found, received=Received(origin, received))
