@@ -245,7 +245,8 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     people_too = f" and {8 * o.sentences} people" if o.data is not None else ""
     talk = f"; talk of {4 * o.sentences} unknown robots{people_too}; {o.minutes:g} min of sounds, and recorded ones"
     data = f"{o.sentences} sentences each of {o.conditions.replace(',', ', ')}; names {o.names}; seed {o.seed}{talk}"
-    return {"data": data, "score": score, "weights": {"features": rounded[:-1], "bias": rounded[-1]}}
+    names = ("log_lead", "fit", "log_words")
+    return {"data": data, "score": score, "bias": rounded[-1], "weights": dict(zip(names, rounded[:-1], strict=True))}
 
 
 def parser() -> argparse.ArgumentParser:
@@ -265,10 +266,11 @@ def parser() -> argparse.ArgumentParser:
 def main() -> None:
     o = parser().parse_args()
     if not o.check:
-        print(fitted(o)["weights"])
+        found = fitted(o)
+        print(found["bias"], found["weights"])
         return
-    cases, weights = collect(o), weights_of("channel_confidence")["weights"]
-    logits = np.array([each.features for each in cases]) @ np.array(weights["features"]) + weights["bias"]
+    cases, model = collect(o), weights_of("channel_confidence")
+    logits = np.array([each.features for each in cases]) @ [*model["weights"].values()] + model["bias"]
     print(tell(cases, 1.0 / (1.0 + np.exp(-logits))))
 
 

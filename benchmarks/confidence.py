@@ -33,7 +33,6 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.decoder_session import ConfidenceFeatures, Sentence, confidence_features
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.fitted import logistic_regression
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser
 from hvcpd.synthesis.speaker import Speaker
@@ -149,7 +148,7 @@ def fitted(o: argparse.Namespace) -> dict[str, object]:
     y = np.array([right for _, right in found])
     features = np.array([astuple(confidence_features(sentence)) for sentence, _ in found])
     *weights, bias = fit(features, y)
-    probability = np.array([logistic_regression(bias, weights, each) for each in features])
+    probability = 1.0 / (1.0 + np.exp(-(features @ weights + bias)))
     for low, high in pairwise((0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 1.0)):
         there = (probability >= low) & (probability < high)
         share = f"{y[there].mean():.3f} right" if there.any() else "-"

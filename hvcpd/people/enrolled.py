@@ -19,7 +19,7 @@ from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts, TracedWord
 from hvcpd.recognition.events import Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import fitted, logistic_regression
+from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
 from hvcpd.recognition.network import MAX_ADVANCE, Beam, Costs, Network
 from hvcpd.recognition.second_pass import Segment
@@ -212,5 +212,4 @@ def probability(path: Sequence[TracedWord], deficits: Sequence[float], passed_ov
     margin = min(max(min(step.margin for step in path), LEAST_MARGIN), MOST_MARGIN)
     audible = math.log(max(above_noise, LEAST_ABOVE_NOISE))
     features = (deficit, worst, passed_over, math.log(len(path)), math.log(margin), audible)
-    weights = fitted("enrolled_confidence")
-    return logistic_regression(weights["bias"], weights["weights"].values(), features)
+    return fitted_probability("enrolled_confidence", features)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
-from hvcpd.recognition.fitted import fitted, logistic_regression
+from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     HOP_SAMPLES,
@@ -125,8 +125,7 @@ class ConfidenceFeatures:
     def probability(self) -> float:
         """The probability, 0 to 1, that a hypothesis with these features is right: logistic regression, fitted by
         `python -m benchmarks.fit`."""
-        weights = fitted("sentence_confidence")
-        return logistic_regression(weights["bias"], astuple(ConfidenceFeatures(**weights["weights"])), astuple(self))
+        return fitted_probability("sentence_confidence", astuple(self))
 
 
 def confidence_features(sentence: Sentence, word: int | None = None) -> ConfidenceFeatures:

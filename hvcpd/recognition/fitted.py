@@ -32,9 +32,11 @@ def logistic(logit: float) -> float:
     return 1.0 / (1.0 + math.exp(-max(logit, -700.0)))
 
 
-def logistic_regression(bias: float, weights: Iterable[float], features: Iterable[float]) -> float:
-    """The probability whose log odds are the weighted sum of the features."""
-    return logistic(bias + sum(w * x for w, x in zip(weights, features, strict=True)))
+def fitted_probability(section: str, features: Iterable[float]) -> float:
+    """The probability by a model of logistic regression: its log odds are the bias and the weighted sum of the
+    features, in the order of the weights. Raises KeyError as `fitted`."""
+    model = fitted(section)
+    return logistic(model["bias"] + sum(w * x for w, x in zip(model["weights"].values(), features, strict=True)))
 
 
 def logit(probability: float) -> float:

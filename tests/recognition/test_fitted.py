@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from datetime import date
 
 import pytest
@@ -31,6 +32,7 @@ def test_weights_tell_where_they_come_from(model: str) -> None:
 
 def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
     weights = ConfidenceFeatures(**fitted("sentence_confidence")["weights"])
+    assert list(fitted("sentence_confidence")["weights"].values()) == list(astuple(weights))  # in the same order
     assert max(weights.deficit, weights.worst, weights.slowness, weights.haste) < 0.0
     assert min(weights.log_margin, weights.log_gain, weights.log_fit, weights.word_fit) > 0.0
     unclear, log_odds, _, nearest_logit = WEIGHTS[1:]

@@ -20,7 +20,7 @@ from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
 from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
-from hvcpd.recognition.fitted import fitted, logistic_regression
+from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import TINY
 
 LEAST_EXPECTED = 60.0
@@ -54,8 +54,7 @@ class Evidence:
     def confidence(self) -> float:
         """The probability, 0 to 1, that the sentence is right: logistic regression, fitted by `python -m
         benchmarks.fit --only channel_confidence`."""
-        weights = fitted("channel_confidence")["weights"]
-        return logistic_regression(weights["bias"], weights["features"], self.features)
+        return fitted_probability("channel_confidence", self.features)
 
 
 def evidence_of(sound: WhitenedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:

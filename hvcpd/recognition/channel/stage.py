@@ -50,10 +50,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
     _searcher: ChannelRecogniser
 
     def __init__(
-        self,
-        recogniser: SpeechRecogniser,
-        searcher: ChannelRecogniser,
-        worker: Worker[ChannelSegment, SearchResult],
+        self, recogniser: SpeechRecogniser, searcher: ChannelRecogniser, worker: Worker[ChannelSegment, SearchResult]
     ) -> None:
         super().__init__(recogniser, searcher, worker)
         self._whole_from = 0
