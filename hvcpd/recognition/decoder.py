@@ -199,7 +199,10 @@ class Decoder:
             kept, lows, highs, bound, soon = old.survivors(net, cost, self._beam)
             low[kept], high[kept], self._bound = lows, highs, np.float32(bound)
             reached.reshape(-1)[soon] = True
-        entering = np.flatnonzero(self._open(reached)[:, net.source_node].reshape(-1))
+        opened = reached | self._is_start  # paths may leave these nodes soon, at the neighbouring hypotheses, too
+        opened[1:] |= reached[:-1]
+        opened[:-1] |= reached[1:]
+        entering = np.flatnonzero(opened[:, net.source_node].reshape(-1))
         low[entering] = 0
         high[entering] = np.maximum(high[entering], np.minimum(net.length[entering % net.n_instances], MAX_ADVANCE))
         pairs = np.flatnonzero(low >= 0)
@@ -208,14 +211,6 @@ class Decoder:
         self._cost[are] = cost[were]
         self._token[are] = token[were]
         return self.active
-
-    def _open(self, reached: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """The nodes that paths may leave soon: starts, and those reached, at their own and the neighbouring
-        hypotheses."""
-        opened = reached | self._is_start
-        opened[1:] |= reached[:-1]
-        opened[:-1] |= reached[1:]
-        return opened
 
     def advance(self, distances: Costs, noise_cost: float) -> None:
         """Advance all paths by one frame.

@@ -118,15 +118,11 @@ class TemplateBank:
             rows = [(word, take if take.ndim == 2 else trimmed_energies(take)) for word, take in takes_of]
             if not rows:
                 raise ValueError(f"voice {voice!r} has no templates")
-            block = np.concatenate([energies for _, energies in rows])
-            scale = np.float32(1.0) / block.sum(axis=1).mean()
-            at = 0
+            scale = np.float32(1.0) / np.concatenate([energies for _, energies in rows]).sum(axis=1).mean()
             for word, energies in rows:
-                templates.append(Template(voice, word, first + at, len(energies)))
-                block[at : at + len(energies)] = reverberated(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale)
-                at += len(energies)
-            blocks.append(block.astype(np.float16))
-            first += at
+                templates.append(Template(voice, word, first, len(energies)))
+                blocks.append(reverberated(np.maximum(energies - ENERGY_FLOOR, 0.0) * scale).astype(np.float16))
+                first += len(energies)
         if not blocks:
             raise ValueError("no templates")
         self.templates = tuple(templates)

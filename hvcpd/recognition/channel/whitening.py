@@ -60,7 +60,8 @@ def transform_size(n: int) -> int:
 
 def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
     """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
-    usual = smoothed(_spectrum(noise), 3) + LATE_ECHO_SHARE * smoothed(_spectrum(heard), 6)
+    alone, received = (power_spectra(sound).mean(axis=0) for sound in (noise, heard))
+    usual = smoothed(alone, 3) + LATE_ECHO_SHARE * smoothed(received, 6)
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
     inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
     return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
@@ -127,19 +128,15 @@ def filtered(sound: Samples, gains: NDArray[np.floating]) -> Samples:
     return np.asarray(np.fft.irfft(rfft(sound, size) * interpolated(gains, size), size)[: len(sound)])
 
 
-def _spectrum(sound: Samples) -> NDArray[np.float64]:
-    """Mean power at BINS frequencies (Welch's method), shape (BINS,)."""
-    return np.asarray(np.mean(power_spectra(sound), axis=0), np.float64)
-
-
 def power_spectra(sound: Samples) -> Spectrum:
-    """Power at BINS frequencies in frames of FRAME samples, half a frame apart, shape (frames, BINS)."""
+    """Power at BINS frequencies in frames of FRAME samples, half a frame apart (for Welch's method), shape (frames,
+    BINS)."""
     padded = np.pad(sound, (0, max(FRAME - len(sound), 0)))
     spectra = rfft(np.lib.stride_tricks.sliding_window_view(padded, FRAME)[:: FRAME // 2] * _HANN)
     return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
 
 
-def smoothed(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
+def smoothed(values: NDArray[np.floating], reach: int) -> NDArray[np.float64]:
     """The mean over `reach` neighbours on either side."""
     return np.convolve(np.pad(values, reach, mode="edge"), np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
 
