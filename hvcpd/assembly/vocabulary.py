@@ -17,8 +17,9 @@ from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, Voi
 from hvcpd.assembly.sound import Sound
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.files import write_whole
+from hvcpd.language.clashes import RESERVED_WORDS
 from hvcpd.language.competition import Pair, Phrase, competing_phrases
-from hvcpd.language.phrasebook import RESERVED_WORDS, Phrasebook, Vocabulary
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.language.rewording import (
     SYNONYMS_PATH,
     example_sentences,

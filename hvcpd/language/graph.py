@@ -5,9 +5,10 @@ It is the interface between `language` and `recognition`; neither needs to know 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,3 +106,26 @@ def ends_of(graph: WordGraph, source: int, phrase: Sequence[str]) -> frozenset[i
     for word in phrase:
         nodes = frozenset(target for node in nodes for said, target in graph.following[node] if said == word)
     return nodes
+
+
+def shortest_with(graph: WordGraph, phrase: Sequence[str]) -> tuple[str, ...] | None:
+    """The shortest of the sentences in which these words stand in a row, or None."""
+    found = (
+        (*before, *phrase, *after)
+        for before, node in _ways_from(graph, graph.start)
+        for end in ends_of(graph, node, phrase)
+        for after, _ in islice((way for way in _ways_from(graph, end) if way[1] in graph.finals), 1)
+    )
+    return min(found, key=len, default=None)
+
+
+def _ways_from(graph: WordGraph, start: int) -> Iterator[tuple[tuple[str, ...], int]]:
+    """The words to each node that can be reached, and the node, nearest first."""
+    ways: list[tuple[tuple[str, ...], int]] = [((), start)]
+    seen = {start}
+    for words, node in ways:
+        yield words, node
+        for word, target in graph.following[node]:
+            if target not in seen:
+                seen.add(target)
+                ways.append(((*words, word), target))

@@ -8,13 +8,14 @@ from functools import cached_property
 from itertools import chain
 from typing import Protocol, TypeVar
 
-from hvcpd.errors import PhraseError, VocabularyError
+from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.automaton import build_graph
-from hvcpd.language.binding import CompiledForm, bindings_of, build, compile_form
+from hvcpd.language.binding import CompiledForm, bindings_of, build
+from hvcpd.language.clashes import COMPILED, NUMBER_SLOTS, refuse_clashes, refuse_reserved
 from hvcpd.language.codebook import Codebook
 from hvcpd.language.explaining import why_not
-from hvcpd.language.forms import CHANGES, FORMS, OPEN_KINDS, Form, Kind
+from hvcpd.language.forms import CHANGES, OPEN_KINDS, Form, Kind
 from hvcpd.language.graph import WordGraph, with_phrases
 from hvcpd.language.marks import CIPHER_TAG_BYTES, hidden, mark_words, markable, split_mark, with_marks
 from hvcpd.language.pattern import COMMA, LETTERS_SLOT, Bindings, Node, SlotValues, Words, as_rendered, match, render
@@ -37,11 +38,6 @@ VOLTS_STEP = 0.5
 VOLTS = {n + half: f"{n}{' and a half' if half else ''}" for n in range(9, 13) for half in (0.0, VOLTS_STEP)}
 """Of a battery, in V: a TurtleBot3's has 12.6 V when full and is cut off at 11.0 V (ROBOTIS e-Manual); half a volt
 tells whether it lasts another shift."""
-
-_FREE = {"task": 99, "place": 99, "remark": 99, "reason": 99, "team": 3, "addressee": 3, "speaker": 3}
-"""Slots whose words a team chooses, and in how many forms each value is tested for a second reading. Task names and
-remarks are whole sentences; they are tested in all forms, and first, because a name before one that reads twice is not
-to blame. Names and teams stand in the opening, which all forms share."""
 
 _KEEP_CASE = {"i": "I"}
 
@@ -69,14 +65,6 @@ class Vocabulary:
     """Kinds of forms that this team uses; each makes every listener's network larger."""
 
 
-_COMPILED = tuple(map(compile_form, FORMS))
-
-SAFETY_WORDS = frozenset({"stop", "resume"})
-"""Spoken alone they halt and release robots, so that nothing of a team's own may have one in it."""
-RESERVED_WORDS = frozenset({"all", "team"}).union(*(compiled.all_words for compiled in _COMPILED))
-"""The words of the forms themselves; no robot may be called so."""
-
-
 class Phrasebook:
     """Everything that can be said with a vocabulary: `parse(render(u)) == u` for every utterance of its forms.
 
@@ -87,8 +75,9 @@ class Phrasebook:
     def __init__(self, vocabulary: Vocabulary) -> None:
         self.vocabulary = vocabulary
         self.slots = _slot_values(vocabulary)
-        self._forms = tuple(compiled for compiled in _COMPILED if compiled.form.kind in vocabulary.kinds)
-        self._refuse_ambiguity()
+        self._forms = tuple(compiled for compiled in COMPILED if compiled.form.kind in vocabulary.kinds)
+        refuse_reserved(vocabulary.names)
+        refuse_clashes(list(self._usable_forms()), self.slots, self.render, self._readings)
         if vocabulary.alternatives:
             refuse_senseless(self.graph, self.alternatives)
 
@@ -189,7 +178,7 @@ class Phrasebook:
     def spelling_graph(self) -> WordGraph:
         """The network of spelled names; it holds no name, so it is the same for all robots with the same teams."""
         addressees = {to: words for to, words in self.slots["addressee"].items() if not isinstance(to, m.ToRobot)}
-        forms = [c.node for c in _COMPILED if c.form.spelled]
+        forms = [c.node for c in COMPILED if c.form.spelled]
         return build_graph(forms, {**self.slots, "addressee": addressees})
 
     @cached_property
@@ -268,40 +257,6 @@ class Phrasebook:
         """The name as the vocabulary writes it, whatever its case; None if it is not known."""
         return next((known for known in self.vocabulary.names if known.lower() == name.lower()), None)
 
-    def _refuse_ambiguity(self) -> None:
-        for name in self.vocabulary.names:
-            if name.lower() in RESERVED_WORDS:
-                text = f"'{name}' is a word of the phrasebook and cannot be a robot's name: choose another"
-                raise VocabularyError(text, "names")
-        for slot, values in self.slots.items():
-            spoken: dict[Words, object] = {}
-            for value, words in values.items():
-                if not words:
-                    raise VocabularyError(f"{_describe(slot, value)} has no word that can be spoken", _key(slot, value))
-                if words in spoken:
-                    both = f"{_describe(slot, value)} and {_describe(slot, spoken[words])}"
-                    raise VocabularyError(f"{both} are spoken the same way: rename one", _key(slot, value))
-                spoken[words] = value
-        for slot in ("team", "place", "task", "remark", "reason"):  # inside other sentences no command may be heard
-            for value, words in self.slots[slot].items():
-                if SAFETY_WORDS.intersection(words) or any(True for _ in self._readings(words)):
-                    text = f"{_describe(slot, value)} can be mistaken for a command: rename it"
-                    raise VocabularyError(text, _key(slot, value))
-        usable = list(self._usable_forms())
-        for slot, tries in _FREE.items():
-            for compiled in [c for c in usable if slot in c.slots][:tries]:
-                for value in self.slots[slot]:
-                    self._refuse_second_reading(compiled, slot, value)
-
-    def _refuse_second_reading(self, compiled: CompiledForm, slot: str, value: object) -> None:
-        bindings = {s: next(iter(self.slots[s])) for s in compiled.slots if self.slots.get(s)} | {slot: value}
-        utterance = build(compiled.form, bindings)
-        readings = set(self._readings(self.render(utterance)))
-        if readings != {utterance}:
-            name = _describe(slot, value)
-            text = f"{name} can be mistaken for another sentence of the phrasebook: rename it"
-            raise VocabularyError(text, _key(slot, value))
-
 
 def _slot_values(vocabulary: Vocabulary) -> SlotValues:
     numbers = sorted({*range(1, HIGHEST_NUMBER_ALWAYS_KNOWN + 1), *vocabulary.numbers})
@@ -313,7 +268,7 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "addressee": addressees,
         "speaker": {name: (name.lower(),) for name in vocabulary.names},
         "team": {team: spoken_words(team) for team in vocabulary.teams},
-        **dict.fromkeys(("number", "also", "next", "then", "confirmed", "with", "first", "second", "third"), refs),
+        **dict.fromkeys(NUMBER_SLOTS, refs),
         "other": {name: (name.lower(),) for name in vocabulary.names},
         "metres": {distance_m: spoken_words(text) for distance_m, text in DISTANCES_M.items()},
         "away": {distance_m: spoken_words(text) for distance_m, text in CLAIM_DISTANCES_M.items()},
@@ -325,24 +280,3 @@ def _slot_values(vocabulary: Vocabulary) -> SlotValues:
         "remark": {text: spoken_words(text) for text in vocabulary.remarks},
         "reason": {text: spoken_words(text) for text in vocabulary.failures},
     }
-
-
-def _key(slot: str, value: object) -> str:
-    """The setting that an entry of the vocabulary comes from."""
-    if slot == "team" or isinstance(value, m.ToTeam):
-        return "teams"
-    return "names" if slot in ("addressee", "speaker", "other") else "tasks"
-
-
-def _describe(slot: str, value: object) -> str:
-    match value:
-        case m.TaskByName(name):
-            return f"the task '{name}'"
-        case m.TaskByNumber(number):
-            return f"task number {number}"
-        case m.ToRobot(name):
-            return f"the name '{name}'"
-        case m.ToTeam(name):
-            return f"the team '{name}'"
-        case _:
-            return f"the {slot} '{value}'"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 
-from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.language.clashes import RESERVED_WORDS
 from hvcpd.synthesis.lexicon import Lexicon
 
 _SIMILAR_CONSONANTS = "P T K, B D G, F TH S, V DH Z, M N NG, S SH, Z ZH, CH JH, P B, T TT D DD, K G, F V, S Z, L W, R W"

@@ -24,7 +24,7 @@ from hvcpd.control.say.check_vocabulary import SHOWN
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_CONFIG
-from hvcpd.language.phrasebook import RESERVED_WORDS
+from hvcpd.language.clashes import RESERVED_WORDS
 from hvcpd.language.rewording import SYNONYMS_PATH, known_names
 from hvcpd.synthesis.lexicon import Lexicon, Origin
 from hvcpd.synthesis.voices import VOICES, voice_for

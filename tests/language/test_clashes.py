@@ -1,0 +1,46 @@
+"""Words of a team that could be taken for other words of its phrasebook."""
+
+import pytest
+
+from hvcpd.errors import VocabularyError
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
+
+NUMBERS = (1, 2, 3, 4, 5)
+
+
+def _book(*tasks: str, remarks: tuple[str, ...] = ()) -> Phrasebook:
+    return Phrasebook(Vocabulary(("Rob", "Bot"), ("plant",), ("water the rose", *tasks), NUMBERS, remarks))
+
+
+@pytest.mark.parametrize(
+    ("task", "sentence"),
+    [
+        ("member of team plant", "hi i am rob member of team plant"),
+        ("member of team plant water the rose", "hi i am rob member of team plant water the rose"),
+        ("i am rob", "hello i am rob"),
+        ("task four", "hello i am bot task four again"),
+        ("task forty two", "hello i am bot task forty two again"),
+        ("complete task forty two", "hello i am bot complete task forty two"),
+        ("rob says", "hello i am bot rob says confirmed"),
+        ("two metres", "move back two metres"),
+        ("spell your name", "hello i spell alpha spell your name"),
+    ],
+)
+def test_a_task_that_is_a_part_of_another_sentence_is_refused_with_that_sentence(task: str, sentence: str) -> None:
+    """The team was blamed for the first, and the others were taken."""
+    with pytest.raises(VocabularyError) as refused:
+        _book(task)
+    assert str(refused.value) == (
+        f"the task '{task}' can be mistaken for another sentence of the phrasebook, as in '{sentence}': rename it"
+    )
+    assert refused.value.key == "tasks"
+
+
+def test_so_is_a_remark() -> None:
+    with pytest.raises(VocabularyError, match="^the remark 'task four' can be mistaken for another sentence"):
+        _book(remarks=("task four",))
+
+
+@pytest.mark.parametrize("task", ["say hello", "change the battery", "report to bot", "task force one", "come in"])
+def test_words_of_the_phrasebook_in_another_order_are_a_teams_own(task: str) -> None:
+    assert _book(task).parse_text(f"Hi Rob, I am Bot, {task}")
