@@ -85,6 +85,8 @@ class Parser(argparse.ArgumentParser):
         (file or sys.stderr).write(message)
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        if not arg_string and (action.option_strings or action.type):  # a path would be the current folder
+            raise argparse.ArgumentError(action, "it is empty; give a value, or leave it out")
         if action.type is Path and arg_string == "-":
             raise argparse.ArgumentError(action, "it takes no pipe; name a file (one that is called - is ./-)")
         try:

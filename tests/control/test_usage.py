@@ -50,6 +50,10 @@ from tests.control.conftest import Refuse
             "argument --html: it takes no pipe; name a file (one that is called - is ./-); see",
         ),
         (["mcap", "-", "-"], "argument FILE: it takes no pipe; name a file"),
+        (["simulate", "--report", ""], "argument --report: it is empty; give a value, or leave it out; see"),
+        (["say", "stop", "-o", ""], "argument -o/--output: it is empty; give a value, or leave it out; see"),
+        (["hear", ""], "argument FILE.wav: it is empty; give a value, or leave it out; see"),
+        (["status", "--name", ""], "argument --name: it is empty; give a value, or leave it out; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),
     ],
 )
