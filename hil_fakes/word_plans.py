@@ -47,7 +47,7 @@ def random_tasks(n: int, rng: random.Random) -> tuple[TaskDefinition, ...]:
 
     def task(number: int) -> TaskDefinition:
         place = Place(rng.uniform(-ROOM_M, ROOM_M), rng.uniform(-ROOM_M, ROOM_M))
-        return TaskDefinition(number, f"task {number}", place, (GoTo(place), Tend(rng.uniform(2.0, 8.0))))
+        return TaskDefinition(number, f"job {number}", place, (GoTo(place), Tend(rng.uniform(2.0, 8.0))))
 
     return tuple(task(number) for number in range(1, n + 1))
 

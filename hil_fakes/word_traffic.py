@@ -192,7 +192,7 @@ def corridor_plan(
         there = somewhere(rng.choice((-1, 1)))
         if rng_inside.random() < inside:
             there = Place(rng_inside.uniform(-half_m, half_m), 0.0)
-        return TaskDefinition(number, f"task {number}", there, (GoTo(there), Tend(rng.uniform(2.0, 8.0))))
+        return TaskDefinition(number, f"job {number}", there, (GoTo(there), Tend(rng.uniform(2.0, 8.0))))
 
     tasks = tuple(task(each.number) for each in plan.tasks)
     starts = {name: somewhere(rng.choice((-1, 1))) for name in plan.names}

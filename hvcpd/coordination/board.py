@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from copy import copy
 
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry, new_entry, spoken_name
@@ -98,18 +99,23 @@ class Board:
             self._entries[task.number].definition = task
 
     def replace(self, tasks: Iterable[TaskDefinition]) -> tuple[int, ...]:
-        """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks."""
+        """Use these tasks, and no others. Returns the numbers of those that are gone or have become other tasks.
+
+        A task is the same if its name is: one that was done stays so under another number."""
         new = {task.number: task for task in tasks}
         gone = tuple(e.definition.number for e in self.entries() if _is_another(e.definition, new))
+        done = {spoken_name(self[n].definition): copy(self[n]) for n in gone if self[n].state == DONE}
         for number in gone:
-            self._set(number, DONE, None)
+            if not self[number].known_done:
+                self._set(number, DONE, None)
             self._entries[number].gone = True
         for number, task in new.items():
             entry = self._entries.get(number)
             if entry is None or entry.gone:
-                self._entries[number] = added = new_entry(task)
+                self._entries[number] = added = done.get(spoken_name(task)) or new_entry(task)
+                added.definition = task
                 added.is_due = True  # others that do not know it yet leave it out of their lists
-                self._not_sure += not task.on_demand
+                self._not_sure += not added.known_done
                 self.changed.append(number)
             else:
                 entry.definition = task

@@ -102,7 +102,10 @@ class Entry:
 
     @property
     def lasting_state(self) -> str:
-        """The state to remember after a restart: hearsay is left out, because it would come back as knowledge."""
+        """The state to remember after a restart. Hearsay is left out, because it would come back as knowledge. A task
+        that the team no longer has is not remembered as done: the team may have it again."""
+        if self.gone and self.owner is None:
+            return OPEN
         if self.state == DONE and self.hearsay:
             return OPEN if self.owner is None else CLAIMED
         return self.state

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import cast
 
 from hvcpd.config.tasks import TaskRepository
@@ -57,21 +58,51 @@ class Journal:
         self._names = {**self._names, **{task.number: task.name for task in tasks.tasks}}
 
     def recall(self) -> None:
-        """Save the records that a killed daemon had not written yet. Raises StoreError."""
-        left = self._recent.left() if self._recent is not None else []
-        self.write([record for record in left if record.number in self._names], 0.0)
+        """Save the records that a killed daemon had not written yet, and have all that is known of a task under the
+        number that it has in the task file by now. Raises StoreError."""
+        left = self._recent.left(self._names) if self._recent is not None else []
+        self._renumber()
+        self.write(left, 0.0)
+
+    def _renumber(self) -> None:
+        """Tasks are told apart by their names, as when a robot that runs reads its task file again."""
+        tasks, counters = self._store.tasks(), self._store.counters()
+        now = self._numbers_now(tasks)
+        wrong = [task for task in tasks if now.get(task.number) != task.number and self._is_listed(task)]
+        if not wrong:
+            return
+        with self._store.together():
+            for task in wrong:
+                self._store.forget_task(task.number, [f"{kind}{task.number}" for kind in (DUE, CHANGE)])
+            for task in (task for task in wrong if task.number in now):
+                number = now[task.number]
+                self._store.save_task(replace(task, number=number))
+                for kind in (DUE, CHANGE):
+                    if (value := counters.get(f"{kind}{task.number}")) is not None:
+                        self._store.set_counter(f"{kind}{number}", value)
+
+    def _is_listed(self, task: TaskRecord) -> bool:
+        """Whether the task file has its name or its number; of another task it may have it again one day."""
+        return task.number in self._names or task.name in self._names.values()
+
+    def _numbers_now(self, tasks: Iterable[TaskRecord]) -> dict[int, int]:
+        """The number that each of these tasks has in the task file by now; without those that are not in it."""
+        number_of = {name: number for number, name in self._names.items()}
+        return {task.number: number_of[task.name] for task in tasks if task.name in number_of}
 
     def hold(self, records: Sequence[OfTask], now: float) -> None:
         """Keep these records so that they survive a killed daemon, but not a power cut. Raises StoreError."""
         try:
             if self._recent is not None:
-                self._recent.keep(records)
+                self._recent.keep(records, self._names)
         except OSError:
             self.write(records, now)
 
     def remembered(self) -> dict[int, tuple[str, str | None]]:
         """The tasks' states as the robot last knew them: number → (state, owner)."""
-        return {task.number: (task.state, task.owner) for task in self._store.tasks() if task.number in self._names}
+        tasks = self._store.tasks()
+        now = self._numbers_now(tasks)
+        return {now[task.number]: (task.state, task.owner) for task in tasks if task.number in now}
 
     @property
     def dues(self) -> dict[int, float]:
@@ -84,8 +115,11 @@ class Journal:
         return {number: (value // 2, value % 2 == 1) for number, value in self._counted(CHANGE).items()}
 
     def _counted(self, what: str) -> dict[int, int]:
+        tasks = self._store.tasks()
+        others = self._names.keys() - {task.number for task in tasks}
+        now = self._numbers_now(tasks) | {number: number for number in others}
         found = {name.removeprefix(what): n for name, n in self._store.counters().items() if name.startswith(what)}
-        return {int(number): n for number, n in found.items() if int(number) in self._names}
+        return {now[int(number)]: n for number, n in found.items() if int(number) in now}
 
     @property
     def counters(self) -> dict[str, int]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import astuple
 from pathlib import Path
 
@@ -18,28 +18,33 @@ _KINDS = {kind.__name__: kind for kind in (SaveTask, SaveDue, SaveChange)}
 
 
 class Recent:
-    """The newest record of each kind about each task, in the file `path`; it belongs to the memory of that number."""
+    """The newest record of each kind about each task, in the file `path`; it belongs to the memory of that number.
+
+    A task is kept by its name, since the task file may have another number for it when the daemon starts again."""
 
     def __init__(self, path: Path, memory: int | None) -> None:
         self._path = path
         self._memory = memory
-        self._records: dict[tuple[type, int], OfTask] = {}
+        self._records: dict[tuple[type, str], OfTask] = {}
 
-    def left(self) -> list[OfTask]:
-        """The records that an earlier daemon has left there."""
+    def left(self, names: Mapping[int, str]) -> list[OfTask]:
+        """The records that an earlier daemon has left there, of the tasks of these names, under their present
+        numbers."""
+        now = {name: number for number, name in names.items()}
         try:
             found = json.loads(self._path.read_bytes())
             left = found["records"] if found["memory"] == self._memory else []
-            records = [_KINDS[kind](*values) for kind, *values in left]
+            known = [(now[name], _KINDS[kind], values) for name, kind, *values in left if name in now]
+            records = [kind(number, *values) for number, kind, values in known]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return []  # other robots can tell most of it
-        self._records = {(type(record), record.number): record for record in records}
+        self._records = {(type(record), names[record.number]): record for record in records}
         return records
 
-    def keep(self, records: Iterable[OfTask]) -> None:
-        """Save these records in place of earlier ones. Raises OSError."""
-        self._records |= {(type(record), record.number): record for record in records}
-        lines = [[type(record).__name__, *astuple(record)] for record in self._records.values()]
+    def keep(self, records: Iterable[OfTask], names: Mapping[int, str]) -> None:
+        """Save these records, of the tasks of these names, in place of earlier ones. Raises OSError."""
+        self._records |= {(type(record), names[record.number]): record for record in records}
+        lines = [[name, kind.__name__, *astuple(record)[1:]] for (kind, name), record in self._records.items()]
         partial = self._path.with_name(f"{self._path.name}.new")
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
         with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -114,6 +114,12 @@ class Store:
     def tasks(self) -> tuple[TaskRecord, ...]:
         """All tasks by number."""
         return tuple(TaskRecord(*row) for row in self._read("SELECT * FROM tasks ORDER BY number"))
+
+    def forget_task(self, number: int, counters: Iterable[str] = ()) -> None:
+        """Delete what is known of the task under that number, and these counters."""
+        self._write("DELETE FROM tasks WHERE number = ?", (number,))
+        for name in counters:
+            self._write("DELETE FROM counters WHERE name = ?", (name,))
 
     @contextmanager
     def together(self) -> Iterator[None]:

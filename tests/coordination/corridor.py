@@ -18,7 +18,7 @@ CROSSING = {"Bot": frozenset({2}), "Rob": frozenset({1})}
 
 
 def across(number: int, goal: Place = EAST, wait_s: float = 2.0) -> TaskDefinition:
-    return TaskDefinition(number, f"task {number}", goal, (GoTo(goal), Wait(wait_s)))
+    return TaskDefinition(number, f"job {number}", goal, (GoTo(goal), Wait(wait_s)))
 
 
 class Corridor(TrafficMission):

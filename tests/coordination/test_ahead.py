@@ -21,7 +21,7 @@ WORK_S = 30.0
 def rows(n: int, work_s: float = WORK_S) -> tuple[TaskDefinition, ...]:
     """Two rows of tasks, 8 m apart."""
     places = [Place(-4.0 if i % 2 else 4.0, float(i // 2)) for i in range(n)]
-    return tuple(TaskDefinition(i, f"task {i}", p, (GoTo(p), Wait(work_s))) for i, p in enumerate(places, 1))
+    return tuple(TaskDefinition(i, f"job {i}", p, (GoTo(p), Wait(work_s))) for i, p in enumerate(places, 1))
 
 
 def standing_s(mission: WordMission, step_s: float = 0.25) -> float:

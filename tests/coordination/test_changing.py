@@ -170,6 +170,30 @@ def test_tasks_that_are_added_are_shared_out_and_those_that_are_gone_are_left_al
     assert all(mission.watered[number] == before.get(number, 0) + (number > 2) for number in range(1, 7))
 
 
+def test_a_task_that_is_done_stays_so_under_another_number() -> None:
+    mission = Mission(("Rob", "Bot"), plants(3), seed=1)
+    mission.air.run_until(AGAIN_S)
+    assert mission.watered == {1: 1, 2: 1, 3: 1}
+    one, two, three = plants(3)
+    for robot in mission.robots.values():
+        robot.retask((replace(two, number=1), replace(one, number=2), replace(three, name="x")), AGAIN_S)
+    assert {robot.board.not_done() for robot in mission.robots.values()} == {(3,)}
+    assert not any(robot.board.all_done for robot in mission.robots.values())
+
+
+@pytest.mark.parametrize(("at_s", "state"), [(1.0, "open"), (AGAIN_S, "done")])
+def test_a_task_that_is_gone_is_not_remembered_as_done_unless_it_was(at_s: float, state: str) -> None:
+    """It may come back when the robot starts again, and was never done then."""
+    mission = Mission(("Rob",), plants(2), seed=1)
+    mission.air.run_until(at_s)
+    rob = mission.robots["Rob"]
+    saved = [action for action in rob.actions(at_s) if isinstance(action, SaveTask)]
+    rob.retask(plants(1), at_s)
+    saved += [action for action in rob.actions(at_s) if isinstance(action, SaveTask)]
+    assert [action.state for action in saved if action.number == 2] in ([state], [])
+    assert rob.board[2].lasting_state == state
+
+
 def test_who_drives_to_a_task_that_is_gone_stops_there() -> None:
     mission = Mission(("Rob",), plants(3), seed=1)
     rob = mission.robots["Rob"]

@@ -18,7 +18,7 @@ UNABLE = {name: frozenset({1}) for name in NAMES}
 
 def row(tasks: int, **plan: object) -> Mission:
     """Tasks that are done on the spot, so that nobody comes nearer."""
-    on_the_spot = tuple(TaskDefinition(n, f"task {n}", None, (Wait(20.0), Tend(5.0))) for n in range(1, tasks + 1))
+    on_the_spot = tuple(TaskDefinition(n, f"job {n}", None, (Wait(20.0), Tend(5.0))) for n in range(1, tasks + 1))
     mission = Mission(NAMES, on_the_spot, earshot_m=100.0, limit_s=4000.0, **plan)
     for k, name in enumerate(NAMES):
         mission.bodies[name].place = Place(80.0 * k, 0.0)

@@ -154,15 +154,15 @@ def test_what_others_do_outlives_a_robot_that_is_killed(wiring: Wiring) -> None:
 
 
 def test_what_is_recent_belongs_to_one_memory(tmp_path: Path) -> None:
-    path = tmp_path / "rob.recent"
-    Recent(path, 1).keep([SaveTask(1, "claimed", "Bot")])
-    assert Recent(path, 2).left() == []
+    path, names = tmp_path / "rob.recent", {1: "water the rose"}
+    Recent(path, 1).keep([SaveTask(1, "claimed", "Bot")], names)
+    assert Recent(path, 2).left(names) == []
     again = Recent(path, 1)
-    assert again.left() == [SaveTask(1, "claimed", "Bot")]
-    again.keep([SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)])
-    assert Recent(path, 1).left() == [SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)]
+    assert again.left(names) == [SaveTask(1, "claimed", "Bot")]
+    again.keep([SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)], names)
+    assert Recent(path, 1).left(names) == [SaveTask(1, "done", "Bot"), SaveChange(1, 1, True)]
     path.write_bytes(b"[")
-    assert Recent(path, 1).left() == []
+    assert Recent(path, 1).left(names) == []
 
 
 def test_without_a_runtime_folder_all_is_written_at_once(wiring: Wiring) -> None:

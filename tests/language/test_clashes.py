@@ -37,7 +37,7 @@ def test_a_task_that_is_a_part_of_another_sentence_is_refused_with_that_sentence
 
 
 def test_so_is_a_remark() -> None:
-    with pytest.raises(VocabularyError, match="^the remark 'task four' can be mistaken for another sentence"):
+    with pytest.raises(VocabularyError, match=r"^the remark 'task four' can be mistaken for another sentence"):
         _book(remarks=("task four",))
 
 
