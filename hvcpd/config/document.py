@@ -1,12 +1,14 @@
 """YAML text as plain values, each with its place in the file.
 
-The loader follows YAML 1.1 as PyYAML's SafeLoader does, with four differences that serve a file written by hand:
-every key and value remembers its line, a key given twice is a fault, keys are text, and the size, the nesting and
-the number of values (after aliases) are bounded, so that no file can exhaust a small robot's memory.
+The loader follows YAML 1.1 as PyYAML's SafeLoader does, with six differences that serve a file written by hand:
+every key and value remembers its line, a key given twice is a fault, keys are text, 22:00 is text and no number to the
+base of 60, 010 is a fault and not 8, and the size, the nesting and the number of values (after aliases) are bounded, so
+that no file can exhaust a small robot's memory.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +17,24 @@ from typing import Any
 import yaml
 
 from hvcpd.errors import ConfigError, unreadable
+
+_REMEDY = "correct the line, or the one before it"
+_REMEDIES: tuple[tuple[str, str, bool], ...] = (
+    (r"character '\t'", "use spaces in place of the tab", False),
+    ("mapping values are not allowed", "indent it as the lines around it; put text with a colon in quotes", False),
+    ("could not find expected ':'", "write a colon and a space after the key", True),
+    ("expected <block end>", "indent it as the lines around it; write a quote within quotes twice", False),
+    ("a quoted scalar", "close the quote", True),
+    ("a flow sequence", "close the bracket", True),
+    ("a flow mapping", "close the brace", True),
+    ("that cannot start any token", "put the text in quotes", False),
+    ("alias", "put the text in quotes", False),
+    ("an anchor", "put the text in quotes", False),
+)
+"""What to do for parts of PyYAML's messages, and whether its context has the line to be corrected."""
+
+_BY_EIGHTS = re.compile(r"[-+]?0[0-9_]")
+"""What begins a whole number to the base of 8, which is 8 for 010."""
 
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top of a document: keys and list indices (from 0)."""
@@ -153,10 +173,12 @@ def parse(data: bytes, source: str) -> Document:
         finally:
             loader.dispose()
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        place = Place(source, mark.line + 1, mark.column + 1) if mark else Place(source, 1)
         what = ", ".join(part for part in (error.context, error.problem) if part)
-        raise ConfigError(f"{place}: not valid YAML ({what}); correct the line, or the one before it") from error
+        remedy, is_at_begin = next((cure for part, *cure in _REMEDIES if part in what), (_REMEDY, False))
+        marks = (error.context_mark, error.problem_mark)[:: 1 if is_at_begin else -1]
+        mark = next(filter(None, marks), None)
+        place = Place(source, mark.line + 1, mark.column + 1) if mark else Place(source, 1)
+        raise ConfigError(f"{place}: not valid YAML ({what}); {remedy}") from error
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         raise ConfigError(f"{source}:{line}: YAML does not allow this character; delete it") from error
@@ -230,12 +252,21 @@ class _Reader:
 
     def _scalar(self, node: yaml.ScalarNode, path: KeyPath) -> Any:
         try:
-            return self._loader.construct_object(node)
+            value = self._loader.construct_object(node)
         except yaml.constructor.ConstructorError:
             self._fault(path, node, f"the tag {node.tag} is not supported; delete it")
         except (ValueError, OverflowError, KeyError, IndexError, AttributeError):
             # PyYAML's constructors let these through for text such as "2001-99-99", "0b" or "!!int x".
             self._fault(path, node, f"{_shortened(node.value)} cannot be read; put it in quotes if it is text")
+        else:
+            if type(value) not in (int, float) or node.style is not None:
+                return value
+            if ":" in node.value:  # 22:00 would be 1320
+                return node.value
+            if _BY_EIGHTS.match(node.value):
+                text = f"{_shortened(node.value)} would be read as {value}; write it without the zero before it"
+                self._fault(path, node, text)
+            return value
         return None
 
     def _mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
@@ -245,7 +276,7 @@ class _Reader:
                 self._fault(path, key_node, "merge keys (<<) are not supported; write the keys out")
                 continue
             if not isinstance(key_node, yaml.ScalarNode) or key_node.tag != "tag:yaml.org,2002:str":
-                self._fault(path, key_node, "a key must be text; put it in quotes")
+                self._fault(path, key_node, _instead_of_key(key_node, value_node))
                 continue
             key = key_node.value
             child = (*path, key)
@@ -256,6 +287,12 @@ class _Reader:
             self._document.key_places[child] = self._place(key_node)
             result[key] = self.read(value_node, child)
         return result
+
+
+def _instead_of_key(key: yaml.Node, value: yaml.Node) -> str:
+    is_decimal = key.tag == "tag:yaml.org,2002:int" and value.value == ""
+    remedy = f"a number has a point and no comma, as 1.{key.value}" if is_decimal else "put it in quotes"
+    return f"a key must be text; {remedy}"
 
 
 def _shortened(text: str, length: int = 40) -> str:

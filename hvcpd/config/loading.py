@@ -19,6 +19,7 @@ from cattrs.errors import AttributeValidationNote, BaseValidationError, Forbidde
 from cattrs.gen import make_dict_structure_fn, make_mapping_structure_fn, override
 
 from hvcpd.config.document import Document, KeyPath
+from hvcpd.config.unknown_keys import instead_of_key
 from hvcpd.errors import ConfigError, did_you_mean
 
 T = TypeVar("T")
@@ -33,7 +34,6 @@ MAX_FAULTS_TOLD = 100
 """Lines of one ConfigError; nobody reads more at a time."""
 
 _CHECK = "check"
-_SYNONYMS = "synonyms"
 
 
 class FaultError(ValueError):
@@ -144,17 +144,6 @@ def at_most(most: int, what: str) -> Check:
     return lambda given: None if len(given) <= most else f"at most {most} {what}, found {len(given)}; remove some"
 
 
-def synonyms(*words: str) -> dict[str, tuple[str, ...]]:
-    """Field metadata: words that are no valid keys, but for which the message on an unknown key suggests this field."""
-    return {_SYNONYMS: words}
-
-
-def synonym_of(word: str, cls: Any) -> str | None:
-    """The field of a dataclass that has this word among its `synonyms`."""
-    fields = dataclasses.fields(cls)
-    return next((field.name for field in fields if word.casefold() in field.metadata.get(_SYNONYMS, ())), None)
-
-
 def describe(value: object) -> str:
     """A value in words for people."""
     match value:
@@ -230,7 +219,8 @@ def _special_hook(converter: Converter, read: Hook) -> Callable[[Any, Any], Any]
 def _checked_hook(converter: Converter, check: Check) -> Callable[[Any, Any], Any]:
     def hook(value: Any, type_: Any) -> Any:
         if type_ is str and not isinstance(value, str):
-            raise FaultError(f"expected text, found {describe(value)}; {_remedy(check(str(value)))}")
+            remedy = _remedy(check(str(value)) if not isinstance(value, bool) else None)
+            raise FaultError(f"expected text, found {describe(value)}; {remedy}")
         result = converter.structure(value, type_)
         text = check(result)
         if text is not None:
@@ -247,7 +237,9 @@ def _remedy(wrong: str | None) -> str:
 
 def _int(value: Any, _: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise FaultError(f"expected a whole number, found {describe(value)}; write only digits, as 15")
+        is_quoted = isinstance(value, str) and value.isdecimal()  # or YAML takes it for text: 08
+        remedy = "write it without quotes, and without a zero before it" if is_quoted else "write only digits, as 15"
+        raise FaultError(f"expected a whole number, found {describe(value)}; {remedy}")
     return value
 
 
@@ -321,10 +313,8 @@ def _flatten(error: BaseException, path: KeyPath, document: Document) -> Iterato
                 name = name[:-1]
             yield at, f"{name[-1]}: {error}" if name and not document.named_by_place(name) else str(error)
         case ForbiddenExtraKeysError():
-            known = [field.name for field in dataclasses.fields(error.cl)]
             for key in error.extra_fields:
-                hint = did_you_mean(synonym_of(key, error.cl) or key[:40], known)
-                yield (*path, key), f"unknown key {key[:40]!r}; {hint}"
+                yield (*path, key), f"unknown key {key[:40]!r}; {instead_of_key(key, error.cl)}"
         case KeyError():  # cattrs' way to say that a key is absent
             yield path, f"the key {path[-1]!r} is missing; add it"
         case _:

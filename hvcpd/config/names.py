@@ -30,7 +30,7 @@ MAX_ALTERNATIVE_WORDS = 3
 """Most words of a phrase that counts as another word: the number that the check for confusable phrases compares."""
 
 _UNDECOMPOSED = str.maketrans(
-    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’‘‐«»„", 'oOdDdDlLihHtTeE\'\'-"""', strict=True))
+    dict(zip("øØđĐðÐłŁıħĦŧŦəƏ’‘‐«»„“”", 'oOdDdDlLihHtTeE\'\'-"""""', strict=True))
     | {"ß": "ss", "ẞ": "SS", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "þ": "th", "Þ": "Th", "ŋ": "ng", "Ŋ": "Ng"}
 )
 """Latin letters that Unicode does not take apart into a plain letter and a mark, and typographic punctuation."""
@@ -75,12 +75,24 @@ def valid_task_name(name: str) -> str | None:
     words = name.split(" ")
     if any(character.isdigit() for character in name):
         return f"the task name {name[:40]!r} has digits; write numbers as words (two, not 2)"
-    wrong = next((word for word in words if not _WORD.fullmatch(word) or len(word) > MAX_WORD_LENGTH), None)
-    if wrong is not None:
+    if not all(map(_WORD.fullmatch, words)):
         tidy = _tidy_words(name)
-        hint = f"write for example {tidy!r}" if valid_task_name_length(tidy) is None else "use lower-case words"
+        hint = f"write for example {tidy!r}" if valid_task_name_length(tidy) is None else _without_strange(name)
         return f"the task name {name[:40]!r} is not words of the letters a-z with one space between; {hint}"
+    if (long := next((word for word in words if len(word) > MAX_WORD_LENGTH), None)) is not None:
+        return (
+            f"the word {long[:40]!r} has {len(long)} letters, and a word has {MAX_WORD_LENGTH} at most; choose another"
+        )
     return valid_task_name_length(name)
+
+
+def _without_strange(text: str) -> str:
+    """What to do about the first character that is no plain letter: it may be invisible, or look like one."""
+    strange = next((c for c in plain_letters(text) if not c.isascii()), None)
+    if strange is None:
+        return "use lower-case words"
+    called = unicodedata.name(strange, f"U+{ord(strange):04X}")
+    return f"it has the character {called}; write lower-case words without it"
 
 
 def _tidy_words(text: str) -> str:

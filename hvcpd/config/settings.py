@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from hvcpd.config.loading import at_most, between, checked, synonyms
+from hvcpd.config.loading import at_most, between, checked
 from hvcpd.config.names import Accent, VoiceName, every_fault, valid_robot_name, valid_robot_names, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.shared_places import WITHIN_ROOM
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
 from hvcpd.config.tasks import default_tasks_path
+from hvcpd.config.unknown_keys import synonyms
 from hvcpd.ports import Pose
 
 STATE_DIR = Path("/var/lib/hvcpd")

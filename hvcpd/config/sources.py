@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from hvcpd.config.document import Document, KeyPath, Place, parse
-from hvcpd.config.loading import synonym_of
+from hvcpd.config.unknown_keys import synonym_of
 from hvcpd.errors import ConfigError, did_you_mean
 
 PREFIX = "HVCPD_"

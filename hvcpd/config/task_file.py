@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
@@ -67,6 +68,8 @@ MAX_WAIT_S = 600
 
 MAX_SENTENCE_LENGTH = 200
 """Characters of a sentence to say; the phrasebook's longest are half of this."""
+
+_NAME_AND_NUMBER = re.compile(r"([a-z_ ]*[a-z_])(?:(?: *[:=] *| +)(-?[0-9.]+)(?: *[a-z]+)?)?$")
 
 TO_PLACE = "go to place"
 DOCK = "dock"
@@ -227,7 +230,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
         return _ActionEntry(Dock())
     forms = [TO_PLACE, DOCK, *_ACTIONS, *skills]
     if isinstance(value, str):
-        hint = f"write {{{value}: …}}" if value in _ACTIONS else did_you_mean(value[:40], forms)
+        hint = _with_value(value, (*_ACTIONS, *skills)) or did_you_mean(value[:40], forms)
         raise FaultError(f"{value[:40]!r} is not an action by itself; {hint}")
     if not isinstance(value, dict) or len(value) != 1:
         others = ", ".join((*_ACTIONS, *skills))
@@ -238,7 +241,7 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
     if key in (TO_PLACE, DOCK):
         raise FaultError(f"{key!r} takes no value; write it without the colon", key)
     if key not in _ACTIONS:
-        hint = did_you_mean(key[:40], forms)
+        hint = _with_value(key, (*_ACTIONS, *skills)) or did_you_mean(key[:40], forms)
         raise FaultError(f"unknown action {key[:40]!r}; {hint} (a skill of your own is declared under `skills:`)", key)
     type_, check, make = _ACTIONS[key]
     try:
@@ -251,6 +254,12 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
     except BaseValidationError as error:
         error.add_note(AttributeValidationNote(f"in action {key}", key, type_))
         raise
+
+
+def _with_value(text: str, actions: tuple[str, ...]) -> str | None:
+    """What to write in place of an action's name alone, of `water 5`, or of `water:5` without the space after it."""
+    found = _NAME_AND_NUMBER.match(text)
+    return f"write {{{found[1]}: {found[2] or '…'}}}" if found is not None and found[1] in actions else None
 
 
 def load_tasks(

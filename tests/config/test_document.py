@@ -34,9 +34,43 @@ def all_faults(data: bytes) -> list[str]:
 
 
 def test_a_syntax_error_names_its_line() -> None:
-    assert fault(b"name: Rob\nteam: [a, b\nmode: x\n").startswith("F:3: not valid YAML")
+    assert fault(b"name: Rob\nteam: [a, b\nmode: x\n").startswith("F:2: not valid YAML")
     assert fault(b"a: 1\n\tb: 2\n").startswith("F:2: not valid YAML")
-    assert "correct the line" in fault(b"a: 'unclosed\n")
+    assert "correct the line" in fault(b"a: [1,,2]\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "remedy"),
+    [
+        ("a: 1\nb:\n\t- x\n", 3, "use spaces in place of the tab"),
+        ("a: water: rose\n", 1, "indent it as the lines around it; put text with a colon in quotes"),
+        ("a: 1\n  b: 2\n", 2, "indent it as the lines around it; put text with a colon in quotes"),
+        ("a:\n   b: 1\n  c: 2\n", 3, "indent it as the lines around it; write a quote within quotes twice"),
+        ("a: 'rob's rose'\n", 1, "indent it as the lines around it; write a quote within quotes twice"),
+        ("a: 1\nb:2\nc: 3\n", 2, "write a colon and a space after the key"),
+        ("a: 1\nb: 'x\nc: 3\n", 2, "close the quote"),
+        ("a: 1\nb: {x: 1\nc: 3\n", 2, "close the brace"),
+        ("a: @rob\n", 1, "put the text in quotes"),
+        ("a: *rob\n", 1, "put the text in quotes"),
+    ],
+)
+def test_a_common_mistake_has_its_line_and_its_own_remedy(text: str, line: int, remedy: str) -> None:
+    told = fault(text.encode())
+    assert told.startswith(f"F:{line}: not valid YAML (")
+    assert told.endswith(f"); {remedy}")
+
+
+def test_yaml_1_1_would_count_by_eights_and_by_sixties() -> None:
+    eight = "F:1: '010' would be read as 8; write it without the zero before it"
+    assert lesser_faults("a: 010\n") == [eight]
+    assert parse(b"a: [22:00, 1:30.5, 0, 0.5, -0.5, '010', 0x10, 10]\n", "F").value == {
+        "a": ["22:00", "1:30.5", 0, 0.5, -0.5, "010", 16, 10]
+    }
+
+
+def test_a_comma_in_a_number_is_no_key() -> None:
+    comma = "F:1: a key must be text; a number has a point and no comma, as 1.5"
+    assert lesser_faults("a: {x_m: 1,5, y_m: 2}\n") == [comma]
 
 
 def test_two_documents_in_one_file() -> None:

@@ -60,7 +60,6 @@ def test_a_deadline_is_a_time_and_a_priority_small(tmp_path: Path) -> None:
     ("field", "found", "remedy"),
     [
         ("every: 6", "the number 6", "write for example `6 h`"),
-        ("every: 8:30", "the number 510", "write for example `6 h`"),  # YAML's number on the base of 60
         ("every: [6 h]", "a list", "write for example `6 h`"),
         ("deadline: 30", "the number 30", "write for example `30 min`"),
         ("deadline:", "nothing", "write for example `30 min`"),
