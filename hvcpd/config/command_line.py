@@ -17,6 +17,8 @@ from hvcpd.errors import EX_OK, EX_USER, nearest, unwritable
 
 _MISSING = "the following arguments are required"
 """How argparse's message begins."""
+_SYNONYMS = {"--names": "--robots", "--robots": "--names"}
+"""Options for the same, of which each command has at most one: names that are known, and robots that are there."""
 
 
 class _Help(argparse.HelpFormatter):
@@ -125,7 +127,9 @@ class Parser(argparse.ArgumentParser):
     def _unknown(self, argument: str) -> str:
         if not argument.startswith("-") or argument == "-":
             return f"'{argument}' is one argument too many; put what has spaces in quotes"
-        near = nearest(argument.partition("=")[0], self._option_string_actions)
+        name = argument.partition("=")[0]
+        synonym = _SYNONYMS.get(name)
+        near = synonym if synonym in self._option_string_actions else nearest(name, self._option_string_actions)
         return f"there is no option {argument}" + (f"; did you mean {near}?" if near else "")
 
 

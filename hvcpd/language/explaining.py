@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hvcpd.config.names import valid_robot_name
 from hvcpd.errors import alike
 from hvcpd.language.automaton import expected_after
 from hvcpd.language.graph import WordGraph
@@ -15,6 +16,7 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     if not words:
         return "there is no word to say; `hvcpctl phrases` lists what can be said"
     known, expected = expected_after(graph, words)
+    wrong = words[known][:40] if known < len(words) else ""
     written = " ".join(words[:known])
     choices = ", ".join(sorted(expected)[:8]) + (", …" if len(expected) > 8 else "")
     where = f"after '{written}'" if written else "at the beginning"
@@ -23,12 +25,13 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     close = alike(words[known], expected)
     hint = f"did you mean '{close}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
     known_names = [name.lower() for name in names]
-    if not close and known and expected.issuperset(known_names) and words[known] not in graph.words:
-        all_names = ",".join((*names, words[known].capitalize()))
+    may_be_name = words[known] not in graph.words and valid_robot_name(words[known]) is None
+    if not close and known and expected.issuperset(known_names) and may_be_name:
+        all_names = ",".join((*names, wrong.capitalize()))
         hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
     if opening := _missing_opening(words, known, graph, names):
         hint = f"the speaker comes first: '{' '.join(opening)} …'"
-    return f"'{words[known]}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
+    return f"'{wrong}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
 
 
 def _missing_opening(words: Words, known: int, graph: WordGraph, names: Sequence[str]) -> Words:

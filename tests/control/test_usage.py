@@ -28,6 +28,8 @@ from tests.control.conftest import Refuse
         (["task", "--name", "Rob", "again", "3"], "there is no action 'Rob'; options come after the action; see"),
         (["simulate", "--sede=3"], "hvcpctl simulate: there is no option --sede=3; did you mean --seed? See"),
         (["--verison"], "hvcpctl: there is no option --verison; did you mean --version? See hvcpctl --help"),
+        (["simulate", "--names", "Rob"], "hvcpctl simulate: there is no option --names; did you mean --robots? See"),
+        (["say", "--robots", "Rob"], "hvcpctl say: there is no option --robots; did you mean --names? See"),
         (["say", "--naems", "Rob"], "hvcpctl say: there is no option --naems; did you mean --names? See"),
         (["say", "-oo.wav", "--rat", "1"], "hvcpctl say: the following arguments are required: TEXT; see"),
         (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),

@@ -210,6 +210,8 @@ def test_pauses_stand_where_the_commas_are() -> None:
         ("Hi, I am Rob, \U0001f642", "is not in the phrasebook after"),
         ("Rob stop now", "'now' is not in the phrasebook after 'rob stop'"),
         ("dance " * 10_000, "'dance' is not in the phrasebook at the beginning"),
+        ("a" * 20_000, f"'{'a' * 40}' is not in the phrasebook at the beginning"),
+        ("Hi " + "a" * 20_000, "is not in the phrasebook after 'hi'; possible there:"),
     ],
 )
 def test_other_sentences_are_refused_with_the_place_and_a_hint(text: str, said: str) -> None:

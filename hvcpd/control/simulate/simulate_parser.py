@@ -114,8 +114,8 @@ def _add_new_team(commands: Commands) -> None:
     )
     command.add_argument("folder", type=Path, metavar="FOLDER", help="where hvcpd.yaml and tasks.yaml are written")
     command.add_argument("--robots", type=robot_names, metavar="Rob,Bot", help="the robots' names")
-    skill = "a skill besides driving, and its number, if any; may be repeated"
-    command.add_argument("--skill", action="append", metavar="'NAME [NUMBER]'", help=skill)
+    skill = "a skill besides driving, and what its number is called, if it takes one; may be repeated"
+    command.add_argument("--skill", action="append", metavar="'NAME [UNIT]'", help=skill)
     task = "a task's name, its place in metres, and what to do there (default: wait 5); may be repeated"
     command.add_argument("--task", action="append", metavar="'NAME; X, Y; DO'", help=task)
     demo = command.add_mutually_exclusive_group()
