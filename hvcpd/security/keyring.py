@@ -152,11 +152,11 @@ def parse_key_file(text: str, source: str) -> KeyFile:
                 raise ValueError
         except ValueError:
             raise KeyFileError(
-                f"{source}, line {number}: not understood; restore the file from its copy or from the recovery sheet "
-                "(hvcpctl key restore)"
+                f"{source}, line {number}: not understood; restore the file from its copy, or move it away and type "
+                "the recovery sheet (hvcpctl key restore)"
             ) from None
     if not entries:
-        raise KeyFileError(f"{source}: there is no key in it; make one with: hvcpctl key new")
+        raise KeyFileError(f"{source}: there is no key in it; move it away, and make one with: hvcpctl key new")
     return KeyFile(tuple(entries), tuple(revoked))
 
 
@@ -188,7 +188,9 @@ def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
             raise KeyFileError(f"{path}: this is a folder; name a file in it with --key")
         partial = target.with_name(target.name + ".new")
         if path.exists() and not replaces:
-            raise KeyFileError(f"{path}: there is a key already; change it with: {key_command('rotate', path)}")
+            raise KeyFileError(
+                f"{path}: this is there; change its key with: {key_command('rotate', path)}, or move it away"
+            )
         partial.unlink(missing_ok=True)
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
         with os.fdopen(handle, "w", encoding="utf-8") as file:

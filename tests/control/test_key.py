@@ -65,8 +65,34 @@ def test_a_new_key_is_for_its_owner_alone_and_is_not_shown(tmp_path: Path, capsy
 def test_a_key_is_not_made_over_another(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = made.read_bytes()
     assert run("new", "--key", str(made)) == 2
-    assert f"hvcpctl key rotate --key {made}\n" in capsys.readouterr().err
+    remedy = f"change its key with: hvcpctl key rotate --key {made}, or move it away\n"
+    assert capsys.readouterr().err == f"hvcpctl: {made}: this is there; {remedy}"
     assert made.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("content", "remedy"),
+    [
+        ("", "move it away, and make one with: hvcpctl key new"),
+        ("key x", "or move it away and type the recovery"),
+    ],
+)
+def test_what_is_advised_for_a_file_without_a_key_is_possible(made: Path, content: str, remedy: str) -> None:
+    """`key new` and `key restore`, which were advised, refuse to write over a file."""
+    made.write_text(content)
+    with pytest.raises(KeyFileError, match=remedy):
+        read_key_file(made)
+
+
+def test_what_is_told_of_a_new_key_has_its_whole_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """systemd takes no relative path, and the settings' one begins at their own folder."""
+    monkeypatch.chdir(tmp_path)
+    assert run("new", "--key", "team.key") == 0
+    told = capsys.readouterr().out
+    assert f"{{key: {tmp_path / 'team.key'}}}" in told
+    assert f"LoadCredential={CREDENTIAL}:{tmp_path / 'team.key'}. Print" in told
 
 
 @pytest.mark.parametrize("folder", ["/", "."])

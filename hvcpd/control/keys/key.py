@@ -80,6 +80,7 @@ def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
 
 def _store_first(path: Path, entry: Entry, done: str) -> None:
     write_key_file(path, KeyFile((entry,)), replaces=False)
+    path = path.absolute()  # settings and systemd have a current folder of their own
     _tell(
         f"The team's key is {done}: {path} (fingerprint {entry.key.fingerprint}). Copy it to every robot of the team "
         f"by hand, and set `security: {{key: {path}}}` there; or hand it to the service: systemctl edit hvcpd, with "
