@@ -290,4 +290,6 @@ def _unread(error: sqlite3.DatabaseError) -> str:
         return "the robot's daemon has it open; ask that, by `hvcpctl transcript` without --memory, or end it"
     if code == sqlite3.SQLITE_NOTADB or "no such table" in str(error):
         return "this is no robot's memory; name another with --memory FILE"
+    if code == sqlite3.SQLITE_CORRUPT:
+        return f"it is damaged ({error}); when the daemon starts, it sets it aside and begins a new one"
     return f"no transcript can be read from it ({error}); start the daemon once to update it"

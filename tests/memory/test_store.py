@@ -170,6 +170,17 @@ def test_no_transcript_where_there_is_no_memory(tmp_path: Path) -> None:
         TranscriptReader(tmp_path / "other").rows()
 
 
+def test_a_memory_that_was_cut_short_is_told_as_damaged(path: Path) -> None:
+    """The advice was to start the daemon "to update it"."""
+    with closing(Store(path)) as store:
+        for _ in range(20):
+            store.append_transcript(HEARD)
+    with path.open("r+b") as file:
+        file.truncate(2000)
+    with pytest.raises(StoreError, match=r"it is damaged \(.*\); when the daemon starts, it sets it aside"):
+        TranscriptReader(path).rows()
+
+
 KILLED = """
 import sys
 from pathlib import Path
