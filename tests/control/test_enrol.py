@@ -103,17 +103,29 @@ def test_sentences_from_wavs_are_kept(tmp_path: Path, capsys: pytest.CaptureFixt
     assert len(texts) == SENTENCES
     takes = tmp_path / "takes"
     takes.mkdir()
-    for number, text in enumerate(texts[:3], 1):
-        write_wav(takes / f"sentence_{number}.wav", sentence(text))
+    for name, text in zip(("sentence_1.wav", "Sentence_2.WAV", "sentence_3.wav"), texts[:3], strict=True):
+        write_wav(takes / name, sentence(text))
     write_wav(takes / "sentence_4.wav", sentence(texts[0]))
+    write_wav(takes / "sentence_9.wav", sentence(texts[0]))
     assert enrol(tmp_path, "Anna", "--from", str(takes), "--json") == 0
     told: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert (told["sentences"], told["words"], told["missing"]) == (3, 0, [])
-    assert told["rejected"] == ["sentence_4.wav: that was not the sentence, or it was hardly to be understood"]
+    assert told["rejected"] == [
+        "sentence_4.wav: that was not the sentence, or it was hardly to be understood",
+        f"sentence_9.wav: there are {SENTENCES} sentences: hvcpctl enrol NAME --show",
+    ]
     person = read_person(person_path(tmp_path / "state", "Anna"))
-    assert [each.words for each in person.sentences] == [strict_words(text) for text in texts[:3]]
+    assert {each.words for each in person.sentences} == {strict_words(text) for text in texts[:3]}
     assert enrol(tmp_path, "--list") == 0
     assert capsys.readouterr().out == "Anna: 3 sentences, 0 words, 0 takes\n"
+
+
+def test_the_words_are_shown_if_words_are_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It showed the sentences."""
+    assert enrol(tmp_path, "Anna", "--show", "--words", "rob,stop") == 0
+    assert capsys.readouterr().out == "rob\nstop\n"
+    assert enrol(tmp_path, "Anna", "--show", "--words", "fly") == 2
+    assert "'fly' is not a word of the phrasebook" in capsys.readouterr().err
 
 
 def test_the_sentences_are_orders_to_the_robot_itself_and_have_many_sounds(
@@ -149,7 +161,7 @@ def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.Ca
     [
         ((), "whose voice"),
         (("A b",), "not a letter followed by"),
-        (("Anna", "--from", "nowhere"), "no folder nowhere"),
+        (("Anna", "--from", "nowhere"), "nowhere is no folder"),
         (("Anna", "--from", ".", "--words", "stop,banana"), "'banana' is not a word"),
         (("--import", "nothing.npz"), "nothing.npz"),
     ],

@@ -27,7 +27,7 @@ from hvcpd.recognition.frontend import Energies
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
-_SENTENCE = re.compile(r"sentence_[1-9]\.wav")
+_SENTENCE = re.compile(r"sentence_([0-9]+)\.wav")
 FIRST = ("stop", "hi", "all", "i", "am")
 """Words that are asked for first, so that an interrupted session has the most important ones."""
 HOW_IT_COUNTS = "a running robot loads them with: hvcpctl reload"
@@ -130,10 +130,10 @@ def _import(options: argparse.Namespace) -> int:
 
 def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     team = load_team(options, more=(options.person,))
+    words, each_word = _wanted(options, team), options.each_word or options.words is not None
     if options.show:
-        sys.stdout.writelines(f"{text}\n" for text in _sentences(options.person, team))
+        sys.stdout.writelines(f"{text}\n" for text in (words if each_word else _sentences(options.person, team)))
         return EX_OK
-    words = _wanted(options, team)
     path = person_path(options.state_dir or team.settings.state_dir, options.person)
     known = _kept(path, options.person)
     report = Report()
@@ -141,9 +141,10 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     found: dict[str, list[Energies]] = {}
     sentences: list[SpokenSentence] = []
     if options.folder is not None:
-        sentences = _sentences_from_folder(options.folder, _sentences(options.person, team), check, report)
-        found = _from_folder(options.folder, words, team.phrasebook.people_graph.words, report)
-    elif options.each_word or options.words is not None:
+        wavs = _wavs_in(options.folder)
+        sentences = _sentences_from(wavs, _sentences(options.person, team), check, report)
+        found = _words_from(wavs, words, team.phrasebook.people_graph.words, report)
+    elif each_word:
         found = record_takes(words, options.takes, devices.make_stream(team.settings.audio), sys.stdout)
     else:
         wanted, stream = _sentences(options.person, team), devices.make_stream(team.settings.audio)
@@ -200,14 +201,21 @@ def _wanted(options: argparse.Namespace, team: Team) -> list[str]:
     return list(dict.fromkeys([*first, *known]))
 
 
-def _from_folder(
-    folder: Path, words: Sequence[str], known: Collection[str], report: Report
-) -> dict[str, list[Energies]]:
-    """These words in WAVs; reports files with the name of no `known` word. Raises AudioFileError without a WAV."""
+def _wavs_in(folder: Path) -> list[Path]:
+    """Raises AudioFileError without a WAV."""
     if not folder.is_dir():
-        raise AudioFileError(f"--from: there is no folder {folder}; name one with sentence_1.wav or stop_1.wav")
-    found: dict[str, list[Energies]] = {}
+        raise AudioFileError(f"--from: {folder} is no folder; name one with sentence_1.wav or stop_1.wav")
     wavs = sorted(path for path in folder.rglob("*") if path.suffix.lower() == ".wav")
+    if not wavs:
+        raise AudioFileError(f"--from: there is no WAV in {folder}; name them sentence_1.wav or stop_1.wav")
+    return wavs
+
+
+def _words_from(
+    wavs: Sequence[Path], words: Sequence[str], known: Collection[str], report: Report
+) -> dict[str, list[Energies]]:
+    """These words in files; reports those with the name of no `known` word, which are no sentences either."""
+    found: dict[str, list[Energies]] = {}
     for path in wavs:
         if _SENTENCE.fullmatch(path.name.lower()):
             continue
@@ -222,24 +230,25 @@ def _from_folder(
             report.rejected.append(f"{path.name}: {fault}")
         else:
             found.setdefault(word, []).append(take)
-    if not wavs:
-        raise AudioFileError(f"--from: there is no WAV in {folder}; name them sentence_1.wav or stop_1.wav")
     return {word: takes[-MAX_TAKES:] for word, takes in found.items()}
 
 
-def _sentences_from_folder(
-    folder: Path, wanted: Mapping[str, tuple[str, ...]], check: CheckOfSentence, report: Report
+def _sentences_from(
+    wavs: Sequence[Path], wanted: Mapping[str, tuple[str, ...]], check: CheckOfSentence, report: Report
 ) -> list[SpokenSentence]:
-    """The sentences that `--show` prints, in WAVs numbered as they are printed."""
-    found = []
-    for number, words in enumerate(wanted.values(), 1):
-        path = folder / f"sentence_{number}.wav"
-        if path.is_file():
-            sentence, fault = check(read_wav(path), words)
-            if sentence is None:
-                report.rejected.append(f"{path.name}: {fault}")
-            else:
-                found.append(sentence)
+    """The sentences that `--show` prints, in files numbered as they are printed; reports those of other numbers."""
+    found, words = [], list(wanted.values())
+    for path, match in ((path, _SENTENCE.fullmatch(path.name.lower())) for path in wavs):
+        if match is None:
+            continue
+        if not 1 <= int(match[1]) <= len(words):
+            report.rejected.append(f"{path.name}: there are {len(words)} sentences: hvcpctl enrol NAME --show")
+            continue
+        sentence, fault = check(read_wav(path), words[int(match[1]) - 1])
+        if sentence is None:
+            report.rejected.append(f"{path.name}: {fault}")
+        else:
+            found.append(sentence)
     return found
 
 

@@ -41,7 +41,7 @@ def add_enrol(commands: Commands) -> None:
     action.add_argument(
         "--from", dest="folder", type=Path, metavar="DIR", help="use WAVs: DIR/sentence_1.wav, DIR/WORD.wav, …"
     )
-    action.add_argument("--show", action="store_true", help="print the sentences that it asks for")
+    action.add_argument("--show", action="store_true", help="print the sentences or words that it asks for")
     action.add_argument("--list", action="store_true", help="list who is enrolled")
     action.add_argument("--remove", action="store_true", help="forget the person")
     action.add_argument("--export", type=Path, metavar="FILE.npz", help="write the person's words to a file")
