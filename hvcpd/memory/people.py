@@ -83,24 +83,30 @@ def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]
 
 
 def write_person(path: Path, person: Person) -> None:
-    """Write the file whole, for its owner and group alone. Raises StoreError."""
+    """Write the file whole, for its owner and group alone; where a link points, if it is one. Raises StoreError."""
     arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
     head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
-    partial = path.with_name(f".{path.name}.new")
     with writing(path, StoreError, otherwise=f"{_BY_OWNER}, or name another place"):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        target = Path(os.path.realpath(path))
+        if target.exists() and not target.is_file() and not target.is_dir():  # it would be replaced by the file
+            raise StoreError(f"{path}: this is a device or a pipe; name a file")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        partial = target.with_name(f".{target.name}.new")
         partial.unlink(missing_ok=True)
         handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
-        with os.fdopen(handle, "wb") as file:
-            # The energies' digits beyond float16's of the logarithm are noise of the microphone.
-            logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
-            heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
-            said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
-            named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
-            np.savez_compressed(file, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                # The energies' digits beyond float16's of the logarithm are noise of the microphone.
+                logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
+                heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
+                said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
+                named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
+                np.savez_compressed(file, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
 
 
 def remove_person(path: Path) -> bool:

@@ -19,6 +19,7 @@ from hvcpd.memory.people import enrolled_people, person_path, read_person, remov
 from hvcpd.people.bands import N_BANDS as NET_BANDS
 from hvcpd.people.enrolled import MAX_SENTENCES, Person, SpokenSentence
 from hvcpd.recognition.frontend import N_BANDS
+from tests.full_disk import no_new_bytes
 
 
 def take(seed: int, frames: int = 40) -> np.ndarray:
@@ -39,6 +40,25 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
         for one, other in zip(takes, again.takes[word], strict=True):
             np.testing.assert_allclose(np.log(one), np.log(other), atol=0.01)
     assert path.stat().st_mode & 0o007 == 0
+
+
+def test_a_device_or_a_pipe_is_not_replaced_and_a_link_leads_to_the_file(tmp_path: Path) -> None:
+    """`enrol --export /dev/null` as root made a file of it."""
+    pipe, link, file = tmp_path / "pipe", tmp_path / "link.npz", tmp_path / "file.npz"
+    os.mkfifo(pipe)
+    with pytest.raises(StoreError, match="this is a device or a pipe; name a file"):
+        write_person(pipe, ANNA)
+    assert pipe.is_fifo()
+    link.symlink_to(file)
+    write_person(link, ANNA)
+    assert link.is_symlink()
+    assert read_person(file).words == ANNA.words
+
+
+def test_nothing_is_left_where_the_disk_is_full(tmp_path: Path) -> None:
+    with no_new_bytes(), pytest.raises(StoreError, match="make room there"):
+        write_person(person_path(tmp_path, "Anna"), ANNA)
+    assert not list(tmp_path.rglob("*.new"))
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
