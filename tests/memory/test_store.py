@@ -162,6 +162,14 @@ def test_a_transcript_is_read_while_it_is_written(path: Path, store: Store) -> N
         assert reader.rows(since_wall_s=1e12) == ()
 
 
+def test_a_time_that_no_date_has_is_as_good_as_none(path: Path, store: Store) -> None:
+    """`hvcpctl transcript` ended in a traceback."""
+    for ago_s in (-1e12, 4e10, 0.0):
+        store.append_transcript(HEARD, ago_s)
+    with closing(TranscriptReader(path)) as reader:
+        assert [row.wall_s is None for row in reader.rows()] == [True, True, False]
+
+
 def test_no_transcript_where_there_is_no_memory(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match="--memory"):
         TranscriptReader(tmp_path / "nobody.sqlite3")
