@@ -55,15 +55,17 @@ class PhraseError(HvcpdError):
 
 
 class VocabularyError(PhraseError):
-    """Words of a team clash with each other or with the phrasebook; `key` is the setting that they come from."""
+    """Words of a team clash with each other or with the phrasebook; `key` is the setting that they come from. `others`
+    are further ones, each of which is a line of the text."""
 
-    def __init__(self, text: str, key: str) -> None:
-        super().__init__(text)
+    def __init__(self, text: str, key: str, *others: VocabularyError) -> None:
         self.key = key
+        self._lines: list[tuple[str, str]] = [(text, key), *(line for other in others for line in other._lines)]
+        super().__init__("\n".join(line for line, _ in self._lines))
 
     def at(self, tasks: Path) -> str:
-        """The text with the place to mend it: the file of the `tasks`, or the key of the settings."""
-        return f"{tasks if self.key == 'tasks' else self.key}: {self}"
+        """The text, each line with the place to mend it: the file of the `tasks`, or the key of the settings."""
+        return "\n".join(f"{tasks if key == 'tasks' else key}: {text}" for text, key in self._lines)
 
 
 class AudioFileError(HvcpdError):

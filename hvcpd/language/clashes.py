@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 
 from hvcpd.errors import VocabularyError
 from hvcpd.language import messages as m
@@ -26,62 +27,76 @@ NUMBER_SLOTS = ("number", "also", "next", "then", "confirmed", "with", "first", 
 _ALL_NUMBERS: dict[object, Words] = {m.TaskByNumber(n): number_words(n) for n in range(1, NUMBER_MAX + 1)}
 """A task may be added later, or be known to others alone."""
 
-_FREE = {"task": 99, "place": 99, "remark": 99, "reason": 99, "team": 3, "addressee": 3, "speaker": 3}
-"""Slots whose words a team chooses, and in how many forms each value is tested for a second reading. Task names and
-remarks are whole sentences; they are tested in all forms, and first, because a name before one that reads twice is not
-to blame. Names and teams stand in the opening, which all forms share."""
-_TEXTS = ("team", "place", "task", "remark", "reason")
-"""Of these, slots whose words stand inside a sentence: no command may be heard there."""
 _STATEMENTS = ("task", "remark")
-"""Of these, slots that may be all of a statement, and so stand where another statement could."""
-
+"""Slots whose words may be all of a statement, and so stand where another statement could."""
+_TEXTS = (*_STATEMENTS, "place", "reason")
+"""Slots of a statement whose words a team chooses. They are tested for a second reading in all forms, and first: a name
+before one that reads twice is not to blame."""
+_NAMES = ("team", "addressee", "speaker")
+"""Slots of the opening."""
+_OPENINGS = 3
+"""Number of forms in which names are tested: all forms share the opening."""
 
 Readings = Callable[[Words], Iterator[m.Utterance]]
 """Every meaning of spoken words."""
 Render = Callable[[m.Utterance], Words]
 """The words of an utterance."""
 
+Fault = tuple[str, object, VocabularyError]
+"""A slot, its value that is at fault, and what is wrong with it."""
+
 
 def refuse_reserved(names: Sequence[str]) -> None:
-    """Raises VocabularyError for a robot's name that is a word of the forms."""
-    for name in names:
-        if name.lower() in RESERVED_WORDS:
-            text = f"'{name}' is a word of the phrasebook and cannot be a robot's name: choose another"
-            raise VocabularyError(text, "names")
+    """Raises VocabularyError for robots' names that are words of the forms."""
+    text = "'{}' is a word of the phrasebook and cannot be a robot's name: choose another"
+    _refuse([VocabularyError(text.format(name), "names") for name in names if name.lower() in RESERVED_WORDS])
 
 
 def refuse_clashes(forms: Sequence[CompiledForm], slots: SlotValues, render: Render, readings: Readings) -> None:
-    """Raises VocabularyError for the first words of a team that have no sound, that are spoken as others are, that read
-    as another sentence of the forms, or that are a part of one."""
-    _refuse_same(slots)
-    _refuse_commands(slots, readings)
-    for slot, tries in _FREE.items():
-        for compiled in [c for c in forms if slot in c.slots][:tries]:
-            for value in slots[slot]:
-                words = render(_shortest(compiled, slots, slot, value))
-                if len(set(readings(words))) != 1:
-                    raise _mistaken(slot, value, words)
-    _refuse_parts(forms, slots)
+    """Raises VocabularyError for words of a team that have no sound, are spoken as others are, read as another sentence
+    of the forms, or are a part of one; for those of its names only if none of its tasks is to blame."""
+    texts = [_ambiguous([c for c in forms if slot in c.slots], slots, slot, render, readings) for slot in _TEXTS]
+    openings = [(slot, [c for c in forms if slot in c.slots][:_OPENINGS]) for slot in _NAMES]
+    names = [_ambiguous(some, slots, slot, render, readings) for slot, some in openings]
+    for faults in ((_same(slots), _commands(slots, readings), *texts, _parts(forms, slots)), names):
+        first: dict[tuple[str, object], VocabularyError] = {}
+        for slot, value, error in chain.from_iterable(faults):
+            first.setdefault((slot, value), error)
+        _refuse(list(first.values()))
 
 
-def _refuse_same(slots: SlotValues) -> None:
+def _refuse(errors: Sequence[VocabularyError]) -> None:
+    if errors:
+        first, *others = errors
+        raise VocabularyError(str(first), first.key, *others)
+
+
+def _same(slots: SlotValues) -> Iterator[Fault]:
     for slot, values in slots.items():
         spoken: dict[Words, object] = {}
         for value, words in values.items():
             if not words:
-                raise VocabularyError(f"{_describe(slot, value)} has no word that can be spoken", _key(slot, value))
-            if words in spoken:
-                both = f"{_describe(slot, value)} and {_describe(slot, spoken[words])}"
-                raise VocabularyError(f"{both} are spoken the same way: rename one", _key(slot, value))
-            spoken[words] = value
+                yield _fault(slot, value, "has no word that can be spoken")
+            elif words in spoken:
+                yield _fault(slot, value, f"and {_describe(slot, spoken[words])} are spoken the same way: rename one")
+            spoken.setdefault(words, value)
 
 
-def _refuse_commands(slots: SlotValues, readings: Readings) -> None:
-    for slot in _TEXTS:
+def _commands(slots: SlotValues, readings: Readings) -> Iterator[Fault]:
+    for slot in ("team", *_TEXTS):  # inside other sentences no command may be heard
         for value, words in slots[slot].items():
             if SAFETY_WORDS.intersection(words) or any(True for _ in readings(words)):
-                text = f"{_describe(slot, value)} can be mistaken for a command: rename it"
-                raise VocabularyError(text, _key(slot, value))
+                yield _fault(slot, value, "can be mistaken for a command: rename it")
+
+
+def _ambiguous(
+    forms: Sequence[CompiledForm], slots: SlotValues, slot: str, render: Render, readings: Readings
+) -> Iterator[Fault]:
+    for compiled in forms:
+        for value in slots[slot]:
+            words = render(_shortest(compiled, slots, slot, value))
+            if len(set(readings(words))) != 1:
+                yield _mistaken(slot, value, words)
 
 
 def _shortest(compiled: CompiledForm, slots: SlotValues, slot: str, value: object) -> m.Utterance:
@@ -89,24 +104,29 @@ def _shortest(compiled: CompiledForm, slots: SlotValues, slot: str, value: objec
     return build(compiled.form, {s: next(iter(slots[s])) for s in compiled.needed if slots.get(s)} | {slot: value})
 
 
-def _refuse_parts(forms: Sequence[CompiledForm], slots: SlotValues) -> None:
-    """Refuse "task four", which begins "task four complete", and "i am rob", which ends "hi all i am rob"."""
+def _parts(forms: Sequence[CompiledForm], slots: SlotValues) -> Iterator[Fault]:
+    """ "Task four", which begins "task four complete", and "i am rob", which ends "hi all i am rob"."""
     others = {slot: values for slot, values in slots.items() if slot not in _STATEMENTS}
     others |= dict.fromkeys(NUMBER_SLOTS, _ALL_NUMBERS)
     known = frozenset[str]().union(*(c.all_words for c in forms), *(w for v in others.values() for w in v.values()))
-    doubtful = [(s, v, words) for s in _STATEMENTS for v, words in slots[s].items() if known.issuperset(words)]
+    doubtful = [
+        (s, v, words) for s in _STATEMENTS for v, words in slots[s].items() if words and known.issuperset(words)
+    ]
     if not doubtful:  # this is the usual case, and to build a network takes time
         return
     graph = build_graph([compiled.node for compiled in forms], others)
     for slot, value, words in doubtful:
         if (sentence := shortest_with(graph, words)) is not None:
-            raise _mistaken(slot, value, sentence)
+            yield _mistaken(slot, value, sentence)
 
 
-def _mistaken(slot: str, value: object, sentence: Words) -> VocabularyError:
+def _mistaken(slot: str, value: object, sentence: Words) -> Fault:
     example = f"as in '{' '.join(sentence)}'"
-    text = f"{_describe(slot, value)} can be mistaken for another sentence of the phrasebook, {example}: rename it"
-    return VocabularyError(text, _key(slot, value))
+    return _fault(slot, value, f"can be mistaken for another sentence of the phrasebook, {example}: rename it")
+
+
+def _fault(slot: str, value: object, what: str) -> Fault:
+    return slot, value, VocabularyError(f"{_describe(slot, value)} {what}", _key(slot, value))
 
 
 def _key(slot: str, value: object) -> str:

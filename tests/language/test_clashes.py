@@ -1,5 +1,7 @@
 """Words of a team that could be taken for other words of its phrasebook."""
 
+from pathlib import Path
+
 import pytest
 
 from hvcpd.errors import VocabularyError
@@ -44,3 +46,19 @@ def test_so_is_a_remark() -> None:
 @pytest.mark.parametrize("task", ["say hello", "change the battery", "report to bot", "task force one", "come in"])
 def test_words_of_the_phrasebook_in_another_order_are_a_teams_own(task: str) -> None:
     assert _book(task).parse_text(f"Hi Rob, I am Bot, {task}")
+
+
+def test_all_words_that_clash_are_told_at_once() -> None:
+    """One at a time, each start told the next."""
+    with pytest.raises(VocabularyError) as refused:
+        _book("stop the pump", "task four", "!?", remarks=("i am rob",))
+    lines = refused.value.at(Path("tasks.yaml")).splitlines()
+    assert [line.partition("' ")[0] for line in lines] == [
+        "tasks.yaml: the task '!?",
+        "tasks.yaml: the task 'stop the pump",
+        "tasks.yaml: the task 'task four",
+        "tasks.yaml: the remark 'i am rob",
+    ]
+    with pytest.raises(VocabularyError, match=r"^'Stop' is a word .*\n'all' is a word ") as refused:
+        Phrasebook(Vocabulary(("Stop", "Bot", "all")))
+    assert [line.split(":")[0] for line in refused.value.at(Path("tasks.yaml")).splitlines()] == ["names", "names"]
