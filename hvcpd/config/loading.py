@@ -158,7 +158,7 @@ def describe(value: object) -> str:
         case str():
             return f"the text {value[:40]!r}"
         case list():
-            return "a list"
+            return "a list" if value else "an empty list"
         case dict():
             return "a group of keys"
         case _:

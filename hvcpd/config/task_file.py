@@ -233,6 +233,8 @@ def _read_action(value: Any, converter: Converter, skills: tuple[str, ...]) -> _
         hint = _with_value(value, (*_ACTIONS, *skills)) or did_you_mean(value[:40], forms)
         raise FaultError(f"{value[:40]!r} is not an action by itself; {hint}")
     if not isinstance(value, dict) or len(value) != 1:
+        if isinstance(value, dict) and None in value.values():  # {say: hello, friends}
+            raise FaultError(f"expected one action, found {len(value)}; put text with a comma in quotes")
         others = ", ".join((*_ACTIONS, *skills))
         raise FaultError(
             f"expected one action, found {describe(value)}; write {TO_PLACE!r}, {DOCK!r} or one of {others}"

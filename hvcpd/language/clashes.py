@@ -12,12 +12,10 @@ from hvcpd.language.binding import CompiledForm, build, compile_form
 from hvcpd.language.forms import FORMS
 from hvcpd.language.graph import shortest_with
 from hvcpd.language.pattern import SlotValues, Words
-from hvcpd.language.words import NUMBER_MAX, number_words
+from hvcpd.language.words import NUMBER_MAX, SAFETY_WORDS, number_words
 
 COMPILED = tuple(map(compile_form, FORMS))
 
-SAFETY_WORDS = frozenset({"stop", "resume"})
-"""Spoken alone they halt and release robots, so that nothing of a team's own may have one in it."""
 RESERVED_WORDS = frozenset({"all", "team"}).union(*(compiled.all_words for compiled in COMPILED))
 """The words of the forms themselves; no robot may be called so."""
 

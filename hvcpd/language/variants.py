@@ -13,7 +13,7 @@ from hvcpd.config.written import unsayable
 from hvcpd.errors import VocabularyError, alike
 from hvcpd.language.graph import WordGraph, ends_of
 from hvcpd.language.pattern import Words
-from hvcpd.language.words import number_words, spoken_words
+from hvcpd.language.words import SAFETY_WORDS, number_words, spoken_words
 
 _WHOLE = {
     "can't": ("cannot",),
@@ -113,7 +113,8 @@ def by_word(pairs: Iterable[tuple[str, str]]) -> dict[str, tuple[Words, ...]]:
 
 
 def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, ...]]) -> None:
-    """Raises VocabularyError for an alternative of no word of the network, or one that can be said in its place."""
+    """Raises VocabularyError for an alternative of no word of the network, one that can be said in its place, or one
+    with a word that halts or releases robots."""
     for word, phrases in alternatives.items():
         places = {arc.source for arc in graph.arcs if arc.word == word}
         if not places:
@@ -121,6 +122,10 @@ def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, .
             hint = f"did you mean '{close}'?" if close else "leave it out (all words: hvcpctl phrases)"
             raise VocabularyError(f"alternatives: '{word}' is not a word of the phrasebook; {hint}", "tasks")
         for phrase in phrases:
+            if safety := SAFETY_WORDS.intersection(phrase) - {word}:
+                why = f"because '{min(safety)}' counts as itself everywhere"
+                text = f"'{' '.join(phrase)}' cannot count as '{word}', {why}"
+                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")
             if any(ends_of(graph, place, phrase) for place in places):
                 text = f"'{' '.join(phrase)}' cannot count as '{word}', because it can be said there itself"
                 raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")

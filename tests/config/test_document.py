@@ -49,7 +49,7 @@ def test_a_syntax_error_names_its_line() -> None:
         ("a: 'rob's rose'\n", 1, "indent it as the lines around it; write a quote within quotes twice"),
         ("a: 1\nb:2\nc: 3\n", 2, "write a colon and a space after the key"),
         ("a: 1\nb: 'x\nc: 3\n", 2, "close the quote"),
-        ("a: 1\nb: {x: 1\nc: 3\n", 2, "close the brace"),
+        ("a: 1\nb: {x: 1\nc: 3\n", 2, "close the brace; put text with a colon in quotes"),
         ("a: @rob\n", 1, "put the text in quotes"),
         ("a: *rob\n", 1, "put the text in quotes"),
     ],

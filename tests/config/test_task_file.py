@@ -259,7 +259,10 @@ def test_phrases_may_count_as_a_word(tmp_path: Path) -> None:
             "alternatives:\n  indigo: in the go\n",
             "F:4: expected a list of phrases, found the text 'in the go'; write it",
         ),
-        ("alternatives:\n  indigo: []\n", "F:4: expected a list of phrases, found a list; write it as [in the go]"),
+        (
+            "alternatives:\n  indigo: []\n",
+            "F:4: expected a list of phrases, found an empty list; write it as",
+        ),
         ("alternatives:\n  indigo: [5]\n", "F:4: the number 5 is not a phrase"),
         ("alternatives:\n  indigo: [In the go]\n", "F:4: the alternative 'In the go' is not words of the letters a-z"),
         ("alternatives:\n  indigo: [i n t o]\n", "F:4: an alternative has 1 to 3 words, 'i n t o' has 4; shorten it"),

@@ -73,6 +73,12 @@ def test_what_would_be_wrong_in_quotes_too_is_told_what_is_right(
     assert fault.startswith(f"F:5: {field.split(':')[0]}: expected text, found {found}; {remedy}")
 
 
+def test_a_comma_ends_a_sentence_that_is_not_in_quotes(tmp_path: Path) -> None:
+    text = "tasks:\n- {number: 1, name: greet the visitor, actions: [{say: hello, friends}]}\n"
+    (fault,) = faults(tmp_path, text)
+    assert fault == "F:2: actions: expected one action, found 2; put text with a comma in quotes"
+
+
 def test_a_task_takes_no_more_robots_than_the_team_has(tmp_path: Path) -> None:
     path = tmp_path / "tasks.yaml"
     path.write_text(three("robots: 2", "robots: 1", ""))

@@ -62,3 +62,10 @@ def test_all_words_that_clash_are_told_at_once() -> None:
     with pytest.raises(VocabularyError, match=r"^'Stop' is a word .*\n'all' is a word ") as refused:
         Phrasebook(Vocabulary(("Stop", "Bot", "all")))
     assert [line.split(":")[0] for line in refused.value.at(Path("tasks.yaml")).splitlines()] == ["names", "names"]
+
+
+@pytest.mark.parametrize(("word", "phrase"), [("rose", "stop"), ("rose", "please resume"), ("stop", "resume")])
+def test_no_alternative_has_a_word_in_it_that_halts_or_releases(word: str, phrase: str) -> None:
+    """ "Stop" within a sentence would have been taken for a rose."""
+    with pytest.raises(VocabularyError, match=f"^alternatives: '{phrase}' cannot count as '{word}', because '"):
+        Phrasebook(Vocabulary(("Rob",), tasks=("water the rose",), alternatives=((word, phrase),)))
