@@ -16,8 +16,9 @@ from hvcpd.synthesis.voices import Voice
 FALL_S, FALL_DB = 0.06, 6.0
 """Time and depth of the fall of the voice's level before the end of a phrase: it gives way, and does not stop dead."""
 
-ASPIRATION_DB = -12.0
-"""Breath after a voiceless stop, relative to a vowel: a little less than in an H."""
+H_VOICE_S, H_VOICE_DB = 0.04, -12.0
+"""How long before the end of an H the voice comes in, and its level: the folds swing before the glottis has closed.
+Where they began at once, PocketSphinx took H for F."""
 
 VOICED_HZ = {Kind.VOWEL: 2300.0, Kind.GLIDE: 2000.0, Kind.NASAL: 1800.0, Kind.FRICATIVE: 1000.0}
 """Maximum voiced frequency; above it the source is noise. Elsewhere (voice bars) 900 Hz."""
@@ -68,6 +69,8 @@ def voicing(placed: Sequence[Placed], final: bool) -> Track:
         if breath_s > 0.0:
             levels.append((item.start_s, OFF_DB))
         levels.append((min(item.start_s + breath_s, item.end_s), level))
+        if item.phone.kind is Kind.BREATH:
+            levels.append((max(item.end_s - H_VOICE_S, item.start_s), H_VOICE_DB))
     return _steps(placed[-1].end_s, levels, final, FALL_DB)
 
 
@@ -82,7 +85,7 @@ def aspiration(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:
     for number, item in enumerate(placed):
         breath_s = breath_after_s(placed[number - 1].phone) if number else 0.0
         if breath_s > 0.0:
-            levels.append((item.start_s, ASPIRATION_DB))
+            levels.append((item.start_s, placed[number - 1].phone.aspiration_db))
         if item.phone.kind is Kind.BREATH:
             level = item.phone.noise_db
         elif item.phone.kind in (Kind.VOWEL, Kind.GLIDE, Kind.NASAL):
@@ -92,7 +95,7 @@ def aspiration(placed: Sequence[Placed], voice: Voice, final: bool) -> Track:
         levels.append((min(item.start_s + breath_s, item.end_s), level))
     end_s, breath_s = placed[-1].end_s, breath_after_s(placed[-1].phone)
     if breath_s > 0.0:
-        levels.append((end_s, ASPIRATION_DB))
+        levels.append((end_s, placed[-1].phone.aspiration_db))
     return _steps(end_s + breath_s, levels, final)
 
 

@@ -17,7 +17,7 @@ WHAT_IS_LEFT = 42
     [
         ("cedar", 48, 1.0, 1.0),  # "Team plant, turn left", once heard as "Turn left"
         ("granite", 36, 0.0, 1.0),  # "Hi all, I am Rob, report, I am free, …", once "Rob, report"
-        ("lark", 37, 1.0, 0.0),
+        ("lark", 37, 1.0, 1.0),
         ("wren", 45, 0.0, 0.0),  # "Come back", once lost
         ("rose", 24, 1.0, 1.0),  # "…, member of team plant, resume", once two sentences
         ("brook", 45, 1.0, 0.0),
