@@ -106,8 +106,7 @@ class Robot:
         self._voice.report_latency(latency_s)
 
     def disturb(self) -> None:
-        """Sound was lost or late until now, so it does not show which voice or name belongs to whom, and what is heard
-        may be this robot's own words."""
+        """Sound was lost or late until now: it does not show whose voice or name it is, nor that it is not its own."""
         self._measures.ranging.lost(self._n_heard)
         self._barge_in.disturb()
         self._disturbed_until_s = self.now
@@ -263,8 +262,7 @@ class Robot:
             self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
     def _hold(self, event: Held | Released | Urgent, now: float) -> None:
-        """Stand still at once for a possible "stop" over talk, whoever its addressee; go on after a false alarm,
-        otherwise stay. A needless halt does no harm."""
+        """Stand still at once for a possible "stop", whoever its addressee; go on if it was none, otherwise stay."""
         if isinstance(event, Held):
             self._held_s = now if self._held_s is None else self._held_s
             return
