@@ -276,7 +276,7 @@ def team_of_one(folder: Path) -> Path:
     """The settings of one robot with one task, whose state folder is missing."""
     config = folder / "hvcpd.yaml"
     (folder / "tasks.yaml").write_text(
-        "tasks: [{number: 1, name: water the rose, place: {x_m: 0, y_m: 0}, actions: [say: a]}]"
+        "tasks: [{number: 1, name: water the rose, place: {x_m: 0, y_m: 0}, actions: [say: all roses have water]}]"
     )
     config.write_text(f"name: Rob\nnames: [Rob]\nstate_dir: {folder / 'none'}\ntasks: tasks.yaml\n")
     return config
