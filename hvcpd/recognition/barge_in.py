@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.events import Held, Released, Urgent
+from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
 from hvcpd.recognition.keyword.net import WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
+from hvcpd.recognition.keyword.verification import HOLD_TIME
 from hvcpd.recognition.stream import FrameStream
 
 BLOCK = 320
@@ -111,8 +112,6 @@ RECENT_FRAMES = 400
 DOUBT_SAMPLES = 4 * SAMPLE_RATE_HZ
 """Time after a gap in what was played in which the residual may have the robot's own words in it, or be judged by them:
 the net looks back 2.2 s, and relative to levels that follow with 1 to 2 s."""
-HOLD_SAMPLES = 2 * SAMPLE_RATE_HZ
-"""Time for which a doubtful word makes the robot stand still, unless it is said again."""
 
 
 class BargeInDetector:
@@ -166,7 +165,7 @@ class BargeInDetector:
         if self._listens:
             self._playing = np.concatenate([self._playing, samples])
 
-    def hear(self, samples: Samples, speaking: bool) -> list[Held | Released | Urgent]:
+    def hear(self, samples: Samples, speaking: bool) -> list[KeywordEvent]:
         """Push the next samples, shape (n,), float32, with or without the own voice; returns the word, if any.
 
         A word that may be the robot's own (see `disturb`) is `Held`, and `Urgent` when it is heard again.
@@ -176,17 +175,17 @@ class BargeInDetector:
         self._doubt_left = max(self._doubt_left - len(samples), 0)
         return told + self._found(samples) if self._listens else told
 
-    def _released(self, n: int) -> list[Held | Released | Urgent]:
+    def _released(self, n: int) -> list[KeywordEvent]:
         if self._hold_left == 0:
             return []
         self._hold_left = max(self._hold_left - n, 0) if self._listens else 0
         return [Released(self._held.start_sample, self._held.end_sample)] if self._hold_left == 0 else []
 
-    def _found(self, samples: Samples) -> list[Held | Released | Urgent]:
+    def _found(self, samples: Samples) -> list[KeywordEvent]:
         missing = max(len(samples) - len(self._playing), 0)
         line = np.pad(self._playing, (0, missing))
         self._playing = line[len(samples) :]
-        found: list[Held | Released | Urgent] = []
+        found: list[KeywordEvent] = []
         least = self._least_level(samples)
         for chunk in self._residual.push(self._echo.take(line[: len(samples)], samples), False):
             self._residual_powers = _recent(self._residual_powers, chunk.energies, WORD_FRAMES)
@@ -207,13 +206,13 @@ class BargeInDetector:
             return 0.0
         return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
 
-    def _reported(self, word: Detection) -> list[Held | Released | Urgent]:
+    def _reported(self, word: Detection) -> list[KeywordEvent]:
         if word.end_frame < self._reported_until:
             return []  # it is reported already
         self._reported_until = word.end_frame + WORD_FRAMES
         start, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))
         if self._doubt_left and not self._hold_left:
-            self._hold_left, self._held = HOLD_SAMPLES, Held(start, end)
+            self._hold_left, self._held = HOLD_TIME, Held(start, end)
             return [self._held]
         self._hold_left = 0
         return [Urgent(start, end)]

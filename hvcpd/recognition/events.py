@@ -108,5 +108,7 @@ class Urgent(Span):
     """The keyword was said; it ended at `end_sample`."""
 
 
-Event = Recognised | Garbled | Held | Released | Urgent
+KeywordEvent = Held | Released | Urgent
+"""What a detector of the keyword reports."""
+Event = Recognised | Garbled | KeywordEvent
 """The recogniser's events. After a `Held` comes one `Released` or `Urgent`, also for several `Held` in a row."""

@@ -21,7 +21,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, Wheel
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Held, Recognised, Released, Urgent
+from hvcpd.recognition.events import Held, KeywordEvent, Recognised, Released
 from hvcpd.recognition.second_pass import SpeechRecogniser
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, OwnVoice
@@ -233,7 +233,7 @@ class Robot:
 
     def _understand(self, event: HearingEvent, now: float) -> None:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
-        if isinstance(event, Held | Released | Urgent):
+        if isinstance(event, KeywordEvent):
             self._hold(event, now)
             return
         utterance = meaning(event, self.phrasebook, self._voice.may_have_cut(start_s))
@@ -261,7 +261,7 @@ class Robot:
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
             self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
-    def _hold(self, event: Held | Released | Urgent, now: float) -> None:
+    def _hold(self, event: KeywordEvent, now: float) -> None:
         """Stand still at once for a possible "stop", whoever its addressee; go on if it was none, otherwise stay."""
         if isinstance(event, Held):
             self._held_s = now if self._held_s is None else self._held_s

@@ -10,8 +10,9 @@ import pytest
 from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.barge_in import BLOCK, DOUBT_SAMPLES, HOLD_SAMPLES, BargeInDetector, EchoCanceller
-from hvcpd.recognition.events import Held, Released, Urgent
+from hvcpd.recognition.barge_in import BLOCK, DOUBT_SAMPLES, BargeInDetector, EchoCanceller
+from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
+from hvcpd.recognition.keyword.verification import HOLD_TIME
 
 RT60_S = 0.45
 SENTENCE = [["hi", "all"], ["i", "am", "rob"], ["task", "three", "complete"], ["i", "will", "complete", "task", "one"]]
@@ -78,9 +79,9 @@ def test_blocks_of_any_size_give_the_same() -> None:
 
 def listen(
     heard: Samples, recogniser: BargeInDetector, gap: int | None = None, played: Samples | None = None
-) -> list[Held | Released | Urgent]:
+) -> list[KeywordEvent]:
     """To both sentences; the sound is played one block before it is heard. From `gap` on something was not played."""
-    told: list[Held | Released | Urgent] = []
+    told: list[KeywordEvent] = []
     played = own_voice() if played is None else played
     for at in range(0, len(heard), BLOCK):
         if at in (0, len(heard) // 2 // BLOCK * BLOCK):
@@ -133,7 +134,7 @@ def test_a_word_that_is_said_twice_soon_after_a_gap_is_believed() -> None:
     heard, half = called_over_the_second_sentence((0.6, 1.7))
     told = listen(heard, make_barge_in_detector(), half)
     assert [type(event) for event in told] == [Held, Urgent]
-    assert told[0].end_sample < told[1].start_sample < told[0].end_sample + HOLD_SAMPLES
+    assert told[0].end_sample < told[1].start_sample < told[0].end_sample + HOLD_TIME
 
 
 def test_a_word_long_after_a_gap_is_believed_at_once() -> None:
@@ -145,7 +146,7 @@ def test_a_word_long_after_a_gap_is_believed_at_once() -> None:
 def test_what_is_held_is_let_go_when_the_own_sentence_ends() -> None:
     recogniser = make_barge_in_detector()
     heard, half = called_over_the_second_sentence((0.6,))
-    told: list[Held | Released | Urgent] = []
+    told: list[KeywordEvent] = []
     recogniser.begin(0, 0.0)
     recogniser.disturb()
     for at in range(half, len(heard), BLOCK):
