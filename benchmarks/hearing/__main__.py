@@ -65,8 +65,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--rows", default="all", help=f"of {','.join((*SCORED, *COSTS, *ROBOTS))} (default: all)")
     parser.add_argument("--sentences", type=int, default=50, help="in each condition (default 50)")
     parser.add_argument("--names", default=HELD_OUT, help=f"of the robots (default {HELD_OUT})")
-    parser.add_argument("--natural", action="store_true", help="natural voices (rows but `worlds`)")
-    parser.add_argument("--accent", choices=get_args(Accent), default="us", help="of robots (rows but `worlds`)")
+    parser.add_argument("--natural", action="store_true", help="natural voices")
+    parser.add_argument("--accent", choices=get_args(Accent), default="us", help="of robots")
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--noise", default=",".join(KINDS), help="of the rows noise and slow")
     parser.add_argument("--snr", default="20,10,5,0,-5,-10,-15", help="of the row noise, dB")
@@ -127,6 +127,8 @@ def _worlds(o: argparse.Namespace, console: Console) -> None:
         tuple(filter(None, o.conditions.split(","))),
         o.jobs,
         o.peer,
+        o.natural,
+        o.accent,
     )
     worlds.run(options, worlds.robot_recogniser, console, o.wrong)
 

@@ -19,6 +19,7 @@ from benchmarks.hearing.worlds.trials import MakeRecogniser, Tally, hear, make_t
 from hil_fakes import reverberation
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
+from hvcpd.config.names import Accent
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
@@ -42,6 +43,8 @@ class Options:
     wanted: tuple[str, ...] = ()
     jobs: int = 1
     peer: bool = True
+    natural: bool = False
+    accent: Accent = "us"
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ class Bench:
     def __init__(self, options: Options, make_speech_recogniser: MakeRecogniser) -> None:
         self.options = options
         self.make_speech_recogniser = make_speech_recogniser
-        self.team = make_team(options.names)
+        self.team = make_team(options.names, natural=options.natural, accent=options.accent)
         self.peer: Peer | None = make_peer(self.team) if options.peer else None
         found = conditions(options.seed, options.data)
         names = {c.name for c in found}
