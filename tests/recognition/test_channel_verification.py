@@ -65,6 +65,19 @@ def test_what_goes_before_counts_only_in_the_same_voice() -> None:
         assert is_preceded(weighted, path, GRAPH.words) == (voice == "oak")
 
 
+def test_a_soft_word_before_a_sentence_makes_it_the_end_of_a_longer_one() -> None:
+    """ "I will move back five metres", of which "will" explained 78 variances and was not heard, was an order once."""
+    whole = spoken("all, who is here")
+    n = len(spoken("all,"))
+    search = ChannelSearch(replace(GRAPH, arcs=tuple(a for a in GRAPH.arcs if a.word != "all")), tuple(BOOKS.values()))
+    for gain, preceded in ((0.0, False), (0.24, True)):
+        said = np.concatenate([gain * whole[:n], whole[n:]])
+        sound = scene(AT + len(said) + 9000, (AT, through_a_room(said, 1)), noise=2.0)
+        weighted = WhitenedSound(sound[8000:], sound[:8000])
+        path = next(path for path in search.paths(weighted) if path.words == ("who", "is", "here"))
+        assert is_preceded(weighted, path, GRAPH.words) == preceded
+
+
 def test_a_sentence_is_surer_than_what_is_left_where_it_is_not_known() -> None:
     whole = heard("hi rob, water rose")
     sound = scene(AT + len(whole) + 9000, (AT, whole), noise=0.3)
