@@ -2,7 +2,7 @@
 
     python -m benchmarks.stop [--calls 100] [--kinds robots,espeak-ng,flite,people] [--over-db none,-6,0,6,12,20]
         [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--accent gb] [--peer]
-        [--cases call,two,false,collide,kitchen,data]
+        [--natural] [--cases call,two,false,collide,kitchen,data]
 
 `call`: "stop", "Rob stop" or "all stop" (people: "stop") in a voice that no robot has, at a random time over a robot's
 random sentence, --over-db louder or alone (`none`). `two`: over two robots at once (over the
@@ -320,9 +320,10 @@ def main() -> None:
     parser.add_argument(
         "--accent", choices=get_args(Accent), default="us", help="of robots and of callers by their voices"
     )
+    parser.add_argument("--natural", action="store_true", help="natural voices, of robots and of callers by them")
     parser.add_argument("--peer", action="store_true")
     o = parser.parse_args()
-    stage = Stage(tuple(o.names.split(",")), accent=o.accent)
+    stage = Stage(tuple(o.names.split(",")), o.natural, o.accent)
     callers = Callers(stage.call, o.data)
     levels = [_levels(o.over_db), _levels(o.snr_db)]
     for case in o.cases.split(","):
