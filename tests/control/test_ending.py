@@ -15,12 +15,16 @@ import pytest
 from hvcpd.control.ending import ENDING, ending_in_order
 
 WAITS = """
-import signal, sys, tempfile
+import signal, socket, tempfile
 from hvcpd.control.ending import ending_in_order
 with ending_in_order(), tempfile.TemporaryDirectory():
+    told, tells = socket.socketpair()
+    tells.setblocking(False)
+    signal.set_wakeup_fd(tells.fileno())
     print("in it", flush=True)
-    signal.pause()
+    told.recv(1)
 """
+"""After signal.pause() it slept for ever if the signal came just before."""
 
 
 @contextmanager
