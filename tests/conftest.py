@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -13,6 +14,10 @@ from hypothesis import settings
 from hvcpd.daemon.allocator import exempt_modules
 from tests import slow
 from tests.skipping import summary
+
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+"""Else every process that tests start compiles hvcpd anew, and every worker all tests, in a quarter of a minute."""
 
 settings.register_profile("hvcpd", derandomize=True, database=None, deadline=None, print_blob=True)
 settings.load_profile("hvcpd")
@@ -55,15 +60,17 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 def user_cache(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Config) -> Iterator[Path]:
     """The user's cache folder in this run: one for all workers, and never the real one.
 
-    Only rendered units are kept from run to run, in pytest's own cache: a unit is found by a digest of its content and
-    of the synthesizer's source, and has a checksum, so a run finds what it would have rendered.
+    Only rendered units, and what was found when words were compared, are kept from run to run, in pytest's own cache:
+    both are found by a digest of their content and of the source that makes them, so a run finds what it would have
+    made.
     """
     base = tmp_path_factory.getbasetemp()
     folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "user-cache"
     (folder / "hvcpd").mkdir(parents=True, exist_ok=True)
     if getattr(pytestconfig, "cache", None) is not None:  # it can be switched off
-        with suppress(FileExistsError):  # another worker was first
-            (folder / "hvcpd" / "units").symlink_to(pytestconfig.cache.mkdir("units"))
+        for kept in ("units", "vocabulary"):
+            with suppress(FileExistsError):  # another worker was first
+                (folder / "hvcpd" / kept).symlink_to(pytestconfig.cache.mkdir(kept))
     with pytest.MonkeyPatch.context() as environment:
         environment.setenv("XDG_CACHE_HOME", str(folder))
         yield folder
@@ -73,5 +80,13 @@ def user_cache(tmp_path_factory: pytest.TempPathFactory, pytestconfig: pytest.Co
 def units(user_cache: Path) -> Path:
     """Rendered units that all tests of a run share, as several robots on one computer do."""
     folder = user_cache / "hvcpd" / "units"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def compared(user_cache: Path) -> Path:
+    """What was found when words were compared, likewise: for a robot it takes half a second."""
+    folder = user_cache / "hvcpd" / "vocabulary"
     folder.mkdir(parents=True, exist_ok=True)
     return folder

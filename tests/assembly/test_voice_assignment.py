@@ -46,7 +46,7 @@ def heard(settings: Settings, sound: Samples, noise: Samples | None = None) -> l
     """What a robot with these settings understands of a sound, with a second before and after it, in quiet or noise."""
     tasks = load_tasks(settings.tasks)
     book = make_phrasebook(settings.names, settings.teams, tasks)
-    team_sound = assign_voices(make_sound(accent=settings.accent), settings, tuple)
+    team_sound = assign_voices(make_sound(None, user_cache_folder(), settings.accent), settings, tuple)
     recogniser = make_template_recogniser(book, [n for n in settings.names if n != settings.name], team_sound)
     if noise is None:
         noise = 1e-3 * np.random.default_rng(5).standard_normal(len(sound) + 2 * SAMPLE_RATE_HZ).astype(np.float32)
@@ -99,7 +99,7 @@ def test_a_peer_is_heard_at_the_pitch_and_rate_that_it_was_given(pitch: float, r
 @pytest.mark.parametrize("snr_db", [None, 0.0])
 def test_robots_with_a_british_accent_understand_one_another(snr_db: float | None) -> None:
     bot = Settings(name="Bot", accent="gb")
-    rob = make_sound(accent="gb").speaker_of("Rob")
+    rob = make_sound(None, user_cache_folder(), "gb").speaker_of("Rob")
     book = make_phrasebook(bot.names, bot.teams, load_tasks(bot.tasks))
     for text in ("Hi Bot, I am Rob, task four complete", "Hi Bot, I am Rob, water the yellow rose"):
         utterance = book.parse_text(text)

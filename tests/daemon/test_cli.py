@@ -41,12 +41,6 @@ class NoCards(TwoCards):
         return []
 
 
-@pytest.fixture(scope="module")
-def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What was found when words were compared, which all robots here can share."""
-    return tmp_path_factory.mktemp("vocabulary")
-
-
 @pytest.fixture
 def known(config: Path, units: Path, compared: Path) -> Path:
     """Settings with a state directory of a robot that has been started before."""

@@ -34,10 +34,11 @@ def opencr() -> Sequence[FakeOpenCR]:
     ids=["dynamixel-killed", "dynamixel-frozen", "opencr-killed"],
 )
 def test_the_motors_stop_when_the_daemon_is_no_more(
-    make: Make, number: signal.Signals, limit_s: float, tmp_path: Path, units: Path
+    make: Make, number: signal.Signals, limit_s: float, tmp_path: Path, units: Path, compared: Path
 ) -> None:
     (tmp_path / "state").mkdir()
     (tmp_path / "state" / "units").symlink_to(units)
+    (tmp_path / "state" / "vocabulary").symlink_to(compared)
 
     def command(port: str) -> list[str]:
         config = tmp_path / "hvcpd.yaml"

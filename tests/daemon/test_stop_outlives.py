@@ -70,9 +70,10 @@ class Process:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, units: Path) -> Path:
+def folder(tmp_path: Path, units: Path, compared: Path) -> Path:
     (tmp_path / "state").mkdir()
     (tmp_path / "state" / "units").symlink_to(units)
+    (tmp_path / "state" / "vocabulary").symlink_to(compared)
     config = f"state_dir: state\nwheels: {{driver: none}}\ncontrol: {{socket: {tmp_path / 'rob.sock'}}}\nseed: 1\n"
     (tmp_path / "hvcpd.yaml").write_text(f"name: Rob\nmode: follow\n{config}")
     return tmp_path

@@ -23,6 +23,7 @@ PRIORITY = ("nice", "-n", str(NICENESS - os.getpriority(os.PRIO_PROCESS, 0))) if
 tests are (`nice -n` adds to their own). The fakes too, for neither air nor wheels wait for a processor."""
 
 
+@cache
 def missing() -> str:
     """What is missing for real sound, as a reason to skip; empty if nothing is."""
     found = list(_missing_parts())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from hvcpd.control.enrol.recordings import check_sentence
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
-from hvcpd.people.phones import PHONES, CtcSearch, far_net, nets
+from hvcpd.people.phones import PHONES, CtcSearch, OutputLayer, far_net, nets
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment, spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -47,11 +48,11 @@ def sentence(text: str) -> SpokenSentence:
     return spoken_sentence(segment(text), tuple(text.split()))
 
 
-def losses(text: str, *known: str) -> tuple[float, float]:
-    """Of a sentence by both nets' layers for anybody, and by those adapted to the `known` sentences."""
+def losses(text: str, adapted: Sequence[OutputLayer]) -> tuple[float, float]:
+    """Of a sentence by both nets' layers for anybody, and by the adapted ones."""
     before = after = 0.0
     search = CtcSearch(graph_of(text.split()), LEXICON.sounds)
-    for net, layer in zip(nets(), adapted_layers([sentence(each) for each in known], LEXICON.sounds), strict=True):
+    for net, layer in zip(nets(), adapted, strict=True):
         activations = net.output(sentence(text).logs).activations
         both = [search.best(each.log_posteriors(activations)) for each in (net.layer, layer)]
         assert both[0] is not None
@@ -61,7 +62,8 @@ def losses(text: str, *known: str) -> tuple[float, float]:
 
 
 def test_sentences_of_a_voice_make_others_likelier() -> None:
-    both = [losses(text, *KNOWN) for text in ("hi all i am anna what is left", "bot turn left", "complete task two")]
+    adapted = adapted_layers([sentence(each) for each in KNOWN], LEXICON.sounds)
+    both = [losses(text, adapted) for text in ("hi all i am anna what is left", "bot turn left", "complete task two")]
     before, after = map(sum, zip(*both, strict=True))
     assert after < before
 

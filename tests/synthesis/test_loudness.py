@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hvcpd.synthesis.leveling import TARGET_LUFS
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.loudness import SILENCE_LUFS, k_weighting, loudness_lufs
 from hvcpd.synthesis.speaker import Speaker
+from hvcpd.synthesis.unit_cache import UnitCache
 from hvcpd.synthesis.voices import VOICES, voice_named
 
 pytestmark = pytest.mark.slow
@@ -70,8 +72,8 @@ def test_a_sound_shorter_than_a_block_has_the_loudness_of_its_own_length() -> No
 
 @pytest.mark.parametrize("voice", VOICES, ids=lambda voice: voice.name)
 @pytest.mark.parametrize("delivery", [Delivery(), Delivery(gain_db=20.0), Delivery(0.5, lombard=True), Delivery(2.0)])
-def test_sentences_are_fit_to_play(voice: object, delivery: Delivery) -> None:
-    speaker = Speaker(delivery.voice(voice), LEXICON)  # type: ignore[arg-type]
+def test_sentences_are_fit_to_play(voice: object, delivery: Delivery, units: Path) -> None:
+    speaker = Speaker(delivery.voice(voice), LEXICON, UnitCache(units))  # type: ignore[arg-type]
     for phrases in SENTENCES[:3] if delivery.rate != 1.0 else SENTENCES:
         plain = speaker.render(phrases)
         assert loudness_lufs(plain) == pytest.approx(TARGET_LUFS, abs=1.0)
