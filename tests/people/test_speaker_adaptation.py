@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -126,15 +126,15 @@ def test_where_the_layers_disagree_nothing_is_sure() -> None:
 @pytest.mark.parametrize(
     ("sound", "why"),
     [
-        (np.zeros(8000, np.float32), "nothing is to be heard"),
-        (recording(KNOWN[1]), "that was not the sentence"),
-        (np.clip(40.0 * recording(KNOWN[0]), -1.0, 1.0), "too loud for the microphone"),
-        (recording(KNOWN[0], 0.06), "the room is too loud"),
-        (np.concatenate([recording(KNOWN[0])] * 4), "it takes too long"),
+        (lambda: np.zeros(8000, np.float32), "nothing is to be heard"),
+        (lambda: recording(KNOWN[1]), "that was not the sentence"),
+        (lambda: np.clip(40.0 * recording(KNOWN[0]), -1.0, 1.0), "too loud for the microphone"),
+        (lambda: recording(KNOWN[0], 0.06), "the room is too loud"),
+        (lambda: np.concatenate([recording(KNOWN[0])] * 4), "it takes too long"),
     ],
 )
-def test_what_is_not_the_sentence_is_refused_with_the_reason(sound: Samples, why: str) -> None:
-    found, fault = check_sentence(sound, tuple(KNOWN[0].split()), LEXICON.sounds)
+def test_what_is_not_the_sentence_is_refused_with_the_reason(sound: Callable[[], Samples], why: str) -> None:
+    found, fault = check_sentence(sound(), tuple(KNOWN[0].split()), LEXICON.sounds)
     assert found is None
     assert why in fault
 

@@ -26,7 +26,7 @@ from tests.reporting.test_html import HOSTILE, Page
 pytestmark = pytest.mark.slow
 
 CONTROL = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b\]8;[^\x1b]*\x1b\\|\r")
-MISSION = example(sound=False)
+MISSION, BIG = example(sound=False), example(12, 40, sound=False)
 
 
 def show(
@@ -120,7 +120,7 @@ def test_lines_are_in_the_order_of_their_times_and_count_on() -> None:
     assert [found[0] for line in lines if (found := re.search(r"\d of 2$", line))] == ["1 of 2", "2 of 2"]
 
 
-@pytest.mark.parametrize("mission", [MISSION, example(12, 40, sound=False)], ids=["small", "big"])
+@pytest.mark.parametrize("mission", [MISSION, BIG], ids=["small", "big"])
 def test_in_no_mission_does_the_time_run_backward(mission: ev.MissionRecord) -> None:
     times = re.findall(r"^ +(\d+):(\d\d)  \S+: ", show(mission.events), re.M)
     assert len(times) > 10
@@ -140,7 +140,7 @@ def test_what_a_seal_is_worth_is_shown() -> None:
 
 
 @pytest.mark.parametrize(("width", "height"), [(80, 24), (40, 12), (20, 5), (200, 60)])
-@pytest.mark.parametrize("mission", [MISSION, example(12, 40, sound=False)], ids=["small", "big"])
+@pytest.mark.parametrize("mission", [MISSION, BIG], ids=["small", "big"])
 def test_no_line_is_wider_than_the_terminal(width: int, height: int, mission: ev.MissionRecord) -> None:
     out = show(mission.events, width, height, terminal=True, event_s=0.002)  # a picture for each line, and some between
     assert "\x1b[" in out
