@@ -15,9 +15,9 @@ from hvcpd.daemon.allocator import exempt_modules
 from tests import slow
 from tests.skipping import summary
 
+# Else every process that tests start compiles hvcpd anew, and every worker all tests, in a quarter of a minute.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
-"""Else every process that tests start compiles hvcpd anew, and every worker all tests, in a quarter of a minute."""
 
 settings.register_profile("hvcpd", derandomize=True, database=None, deadline=None, print_blob=True)
 settings.load_profile("hvcpd")
