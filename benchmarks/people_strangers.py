@@ -39,7 +39,7 @@ from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import Segment, SynchronousWorker
+from hvcpd.recognition.second_pass import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -229,10 +229,8 @@ def _endless(stage: Stage, label: str, talk: Sequence[Samples], seed: int) -> No
     sound = sound + QUIET_RMS * np.random.default_rng(seed).standard_normal(len(sound)).astype(np.float32)
     opinion = TimedLooks(stage.opinion(stage.book.people_graph, ()))
     begin = time.thread_time()
-    events = listen(
-        PeopleStage(make_template_recogniser(stage.book, stage.names[:2], stage.sound), opinion, SynchronousWorker()),
-        sound,
-    )
+    first = make_template_recogniser(stage.book, stage.names[:2], stage.sound)
+    events = listen(SpeechRecogniser(first, [PeopleStage(first, opinion, SynchronousWorker())]), sound)
     took = time.thread_time() - begin - opinion.loaded_s
     told = [" ".join(e.words) for e in events if isinstance(e, Recognised)]
     garbled = sum(e.end_sample - e.start_sample for e in events if isinstance(e, Garbled)) / SAMPLE_RATE_HZ

@@ -21,6 +21,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.spelling import WORD_OF
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.second_pass import SpeechRecogniser
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -48,7 +49,7 @@ def spelled_stream(team: Team, n: int, seed: int) -> tuple[Samples, list[Spoken]
 
 def hear(team: Team, stream: Samples) -> tuple[list[Recognised], float]:
     """What is heard, and the processor time as a share of real time."""
-    events, spent_s = listen(make_spelling_recogniser(team.book, team.sound), stream)
+    events, spent_s = listen(SpeechRecogniser(make_spelling_recogniser(team.book, team.sound)), stream)
     return [e for _, e in events if isinstance(e, Recognised)], spent_s * SAMPLE_RATE_HZ / len(stream)
 
 

@@ -33,7 +33,7 @@ from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.stage import KeywordRescorer, KeywordStage
 from hvcpd.recognition.network import Beam
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker, Worker
+from hvcpd.recognition.second_pass import SpeechRecogniser, Stage, SynchronousWorker, Worker
 from hvcpd.recognition.shared_front_end import SharedFrontEnd
 from hvcpd.recognition.template_recogniser import MIN_SPELLED_CONFIDENCE, RecogniserSettings, TemplateRecogniser
 from hvcpd.robot.measures import Measures
@@ -106,28 +106,26 @@ def make_speech_recogniser(
     hearing: HearingPlan | None = None,
     strangers: bool = False,
     books: Books | None = None,
-) -> KeywordStage:
+) -> SpeechRecogniser:
     """A recogniser for the voices of these robots, by templates and, if `sound` has a cache, through any channel;
     by `hearing`, with a worker that finishes at once if none is given, for people; with `strangers` for spelled names,
     in any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
     those of `make_waveform_books`."""
     hearing = hearing or HearingPlan(channel=SynchronousWorker())
-    recogniser: SpeechRecogniser = make_template_recogniser(phrasebook, names, sound, strangers)
+    first_pass = make_template_recogniser(phrasebook, names, sound, strangers)
     if hearing.prepared:
-        recogniser.prepare(lambda: True)
+        first_pass.prepare(lambda: True)
+    stages: list[Stage] = []
     if hearing.channel is not None and sound.cache is not None:
         books = books or make_waveform_books(phrasebook, names, sound)
-        recogniser = make_channel_stage(phrasebook, books, recogniser, sound, hearing.channel, hearing.prepared)
+        stages.append(make_channel_stage(phrasebook, books, first_pass, sound, hearing.channel, hearing.prepared))
     if hearing.second is not None:
         people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
-        recogniser = PeopleStage(recogniser, people, hearing.second)
+        stages.append(PeopleStage(first_pass, people, hearing.second))
     weights = Weights.load()
-    return KeywordStage(
-        recogniser,
-        KeywordNet(weights),
-        KeywordRescorer(KeywordNet(weights), recogniser.first_pass.history),
-        loss_of_call,
-    )
+    rescorer = KeywordRescorer(KeywordNet(weights), first_pass.history)
+    stages.append(KeywordStage(first_pass, KeywordNet(weights), rescorer, loss_of_call))
+    return SpeechRecogniser(first_pass, stages)
 
 
 def make_spelling_recogniser(
@@ -218,7 +216,7 @@ def make_sealing(plan: RobotPlan) -> Sealing | None:
 def make_channel_stage(
     phrasebook: Phrasebook,
     books: Books,
-    recogniser: SpeechRecogniser,
+    first_pass: TemplateRecogniser,
     sound: Sound,
     worker: Worker[ChannelSegment, SearchResult],
     prepared: bool = True,
@@ -228,7 +226,7 @@ def make_channel_stage(
     others = set(phrasebook.marked_graph.words) - set(phrasebook.robots_graph.words)
     unmodelled = {*phrasebook.alternatives, *others, CIPHER_CALL[0]}  # a sealed message's parts are rendered one by one
     listener = ChannelRecogniser(phrasebook.robots_graph, books, prepared, check, frozenset(unmodelled))
-    return ChannelStage(recogniser, listener, worker)
+    return ChannelStage(first_pass, listener, worker)
 
 
 def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:

@@ -24,11 +24,11 @@ from hvcpd.recognition.second_pass import (
     SecondPassStage,
     Segment,
     SegmentSearcher,
-    SpeechRecogniser,
     Worker,
 )
 from hvcpd.recognition.shared_front_end import WAIT_FRAMES
 from hvcpd.recognition.stream import Chunk
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 LEAD_S = 3.0
 """Sound before the speech, for its noise: the noise tracker's memory."""
@@ -68,14 +68,14 @@ class PeopleSearcher(SegmentSearcher[Segment, Recognised | None], Protocol):
 
 
 class PeopleStage(SecondPassStage[Segment, Recognised | None]):
-    """Recogniser with a second pass for people's speech."""
+    """The second pass for people's speech."""
 
     _searcher: PeopleSearcher
 
     def __init__(
-        self, recogniser: SpeechRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Recognised | None]
+        self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Recognised | None]
     ) -> None:
-        super().__init__(recogniser, searcher, worker)
+        super().__init__(first_pass, searcher, worker)
         self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
@@ -94,8 +94,8 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
 
     @property
     def busy(self) -> bool:
-        """Whether somebody else is speaking, or has spoken and may still be understood."""
-        return self._inner.busy or bool(self._waiting or self._kept)
+        """As `Stage.busy`."""
+        return bool(self._waiting or self._kept)
 
     def _follow(self) -> None:
         speaking = self.first_pass.speaking
@@ -112,8 +112,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         until = self._now + n_samples + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ)
         self._torn_until = max(self._torn_until, until)
 
-    def take(self, events: Sequence[Event]) -> list[Event]:
-        """As `SecondPassStage.take`."""
+    def _told(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []
         for event in events:
             if not (isinstance(event, Garbled) and not event.robot and self._submitted(event)):
@@ -130,10 +129,6 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         if self._now >= self._kept_until:
             out += self._let_go()
         return out + self._given_up()
-
-    def flush(self) -> list[Event]:
-        """As `SecondPassStage.flush`: what was kept, too."""
-        return super().flush() + self._let_go()
 
     def _submitted(self, event: Garbled) -> bool:
         """Submit speech, with the speech kept before it, to the second pass; whether that was possible."""
@@ -173,6 +168,9 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         """The event for the last speech: nobody goes on."""
         events, self._kept = self._kept, []
         return events
+
+    def _end(self) -> list[Event]:
+        return self._let_go()
 
     def _given_up(self) -> list[Event]:
         late = [segment for segment in self._waiting if self._now - segment.end > MOST_WAIT_S * SAMPLE_RATE_HZ]

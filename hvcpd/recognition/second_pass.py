@@ -1,5 +1,6 @@
-"""The stages around the first pass. Those of the second pass have a worker search a segment of sound, at once or in a
-thread, and report its result with a later block. Nothing here blocks.
+"""The ear: the first pass, and the stages that its events go through, one after the other. Those of the second pass
+have a worker search a segment of sound, at once or in a thread, and report its result with a later block. Nothing here
+blocks.
 """
 
 from __future__ import annotations
@@ -7,60 +8,94 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
+from hvcpd.recognition.stream import CHUNK_SAMPLES
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 
-class SpeechRecogniser(Protocol):
-    """A speech recogniser, as the robot uses it: the first pass, alone or with stages around it."""
+class Reception(Enum):
+    """What became of the newest samples."""
+
+    HEARD = auto()
+    OWN = auto()
+    """The robot itself spoke."""
+    LOST = auto()
+    """They were lost, 0 if their number is unknown."""
+    OVER = auto()
+    """No more will come: the end of a recording."""
+
+
+class Stage(ABC):
+    """A stage: what the stages before it found comes in, and what is to be believed of it goes out."""
+
+    def __init__(self, first_pass: TemplateRecogniser) -> None:
+        self.first_pass = first_pass
 
     @property
-    def first_pass(self) -> TemplateRecogniser:
-        """The innermost stage."""
+    def busy(self) -> bool:
+        """Whether somebody has spoken who may still be understood."""
+        return False
+
+    @abstractmethod
+    def take(self, events: Sequence[Event], how: Reception, n_samples: int) -> list[Event]:
+        """The events after the newest samples, which the first pass has heard already."""
+
+    def adopt(self, other: Self) -> None:  # noqa: B027
+        """Take over another one's vocabulary, if it has one."""
+
+    def prepare(self, go_on: Callable[[], bool]) -> None:  # noqa: B027
+        """Make the slow first-time preparations, if there are any, while `go_on` holds, in any thread."""
+
+
+class SpeechRecogniser:
+    """A speech recogniser, as the robot uses it: the first pass, and stages after it."""
+
+    def __init__(self, first_pass: TemplateRecogniser, stages: Sequence[Stage] = ()) -> None:
+        self.first_pass = first_pass
+        self._stages = stages
 
     @property
     def busy(self) -> bool:
         """Whether somebody else is speaking, or has spoken and may still be understood."""
-
-    def flush(self) -> list[Event]:
-        """The events that the end of a recording completes."""
+        return self.first_pass.busy or any(stage.busy for stage in self._stages)
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """The events that the next samples complete, shape (n,), any n; `masked` while the robot itself speaks."""
+        """The events that the next samples complete, shape (n,), any n; `masked` while the robot itself speaks. Chunk
+        by chunk, so that a long block gives the same events as short ones."""
+        parts = [samples[at : at + CHUNK_SAMPLES] for at in range(0, max(len(samples), 1), CHUNK_SAMPLES)]
+        how = Reception.OWN if masked else Reception.HEARD
+        return [e for part in parts for e in self._followed_up(self.first_pass.push(part, masked), how, len(part))]
 
     def lost(self, n_samples: int) -> list[Event]:
         """The events of advancing time by lost samples, 0 if their number is unknown."""
+        return self._followed_up(self.first_pass.lost(n_samples), Reception.LOST, n_samples)
 
-    def adopt(self, others: Self) -> None:
+    def flush(self) -> list[Event]:
+        """The events that the end of a recording completes."""
+        return self._followed_up(self.first_pass.flush(), Reception.OVER, 0)
+
+    def _followed_up(self, events: list[Event], how: Reception, n_samples: int) -> list[Event]:
+        for stage in self._stages:
+            events = stage.take(events, how, n_samples)
+        return events
+
+    def adopt(self, others: SpeechRecogniser) -> None:
         """Take over, between two sentences, the vocabulary of another recogniser with the same stages, which has heard
         nothing."""
+        self.first_pass.adopt(others.first_pass)
+        for stage, other in zip(self._stages, others._stages, strict=True):
+            stage.adopt(other)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make the slow first-time preparations while `go_on` holds, in any thread."""
-
-
-class RecogniserStage:
-    """A stage around another recogniser; what it does not change passes through."""
-
-    def __init__(self, inner: SpeechRecogniser) -> None:
-        self._inner = inner
-        self.first_pass = inner.first_pass
-
-    @property
-    def busy(self) -> bool:
-        """As `SpeechRecogniser.busy`."""
-        return self._inner.busy
-
-    def adopt(self, others: Self) -> None:
-        """As `SpeechRecogniser.adopt`."""
-        self._inner.adopt(others._inner)
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `SpeechRecogniser.prepare`."""
-        self._inner.prepare(go_on)
+        """Make the slow first-time preparations while `go_on` holds, in any thread: robots' words first, spelled names
+        last."""
+        for stage in self._stages:
+            stage.prepare(go_on)
+        self.first_pass.prepare(go_on)
 
 
 BEFORE_S, AFTER_S = 0.5, 0.4
@@ -148,55 +183,43 @@ class SynchronousWorker(Generic[Job, Result]):
         return found
 
 
-class SecondPassStage(RecogniserStage, ABC, Generic[Job, Result]):
-    """A stage that submits segments of the last seconds to a second pass."""
+class SecondPassStage(Stage, Generic[Job, Result]):
+    """A stage that submits segments of the last seconds to a second pass, whose result comes with later samples."""
 
     def __init__(
-        self, recogniser: SpeechRecogniser, searcher: SegmentSearcher[Job, Result], worker: Worker[Job, Result]
+        self, first_pass: TemplateRecogniser, searcher: SegmentSearcher[Job, Result], worker: Worker[Job, Result]
     ) -> None:
-        super().__init__(recogniser)
+        super().__init__(first_pass)
         self._searcher = searcher
         self._worker = worker
         self._began = self._now = 0
 
-    def flush(self) -> list[Event]:
-        """As `TemplateRecogniser.flush`."""
-        return self.take(self._inner.flush())
+    def take(self, events: Sequence[Event], how: Reception, n_samples: int) -> list[Event]:
+        """As `Stage.take`."""
+        if how is Reception.LOST:
+            self._break_off(n_samples)
+        self._began, self._now = self._now, self._now + n_samples
+        if how is Reception.OWN:
+            self._mask()
+        elif how is Reception.HEARD:
+            self._follow()
+        return self._told(events) + (self._end() if how is Reception.OVER else [])
+
+    def adopt(self, other: Self) -> None:
+        """As `Stage.adopt`."""
+        self._searcher = other._searcher
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `RecogniserStage.prepare`, and of the second pass."""
-        super().prepare(go_on)
+        """As `Stage.prepare`."""
         self._searcher.prepare(go_on)
-
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `TemplateRecogniser.push`; the result of a second pass comes with a later push."""
-        events = self._inner.push(samples, masked)
-        self._began, self._now = self._now, self._now + len(samples)
-        if not masked:
-            self._follow()
-        else:
-            self._mask()
-        return self.take(events)
-
-    def lost(self, n_samples: int) -> list[Event]:
-        """As `TemplateRecogniser.lost`."""
-        events = self._inner.lost(n_samples)
-        self._break_off(n_samples)
-        self._now += n_samples
-        return self.take(events)
-
-    def adopt(self, others: Self) -> None:
-        """As `RecogniserStage.adopt`, and with their second pass."""
-        super().adopt(others)
-        self._searcher = others._searcher
 
     def _with_level(self, found: Recognised) -> Recognised:
         """A sentence of the second pass, with its signal-to-noise ratio."""
         return replace(found, snr_db=self.first_pass.snr_db(found.start_sample, found.end_sample))
 
     @abstractmethod
-    def take(self, events: Sequence[Event]) -> list[Event]:
-        """The events that follow from those of the stage within, and from finished second passes."""
+    def _told(self, events: Sequence[Event]) -> list[Event]:
+        """The events that follow from those of the stages before, and from finished second passes."""
 
     @abstractmethod
     def _follow(self) -> None:
@@ -205,6 +228,10 @@ class SecondPassStage(RecogniserStage, ABC, Generic[Job, Result]):
     @abstractmethod
     def _break_off(self, n_samples: int) -> None:
         """Start again: this number of samples was lost, from `_now` on."""
+
+    @abstractmethod
+    def _end(self) -> list[Event]:
+        """The events for all that was held."""
 
     def _mask(self) -> None:
         """The robot itself speaks."""

@@ -92,11 +92,6 @@ class TemplateRecogniser:
         """The frame up to which sound was lost, or came while the decoder slept."""
 
     @property
-    def first_pass(self) -> TemplateRecogniser:
-        """As `SpeechRecogniser.first_pass`."""
-        return self
-
-    @property
     def busy(self) -> bool:
         """Whether somebody else is speaking right now, or has just ended a sentence that is still being decoded."""
         return self.front_end.activity.busy or self.session.under_way

@@ -29,7 +29,7 @@ from hvcpd.recognition.decoder import TracedWord
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import Segment, SynchronousWorker
+from hvcpd.recognition.second_pass import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 
@@ -72,7 +72,8 @@ def phrases(text: str) -> list[list[str]]:
 def heard(book: Phrasebook, sound: Sound, people: Sequence[Person], strangers: bool, room: Samples) -> list[Event]:
     known = {person.name: person for person in people}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
-    recogniser = PeopleStage(make_template_recogniser(book, ("Rob", "Bot"), sound), opinion, SynchronousWorker())
+    first = make_template_recogniser(book, ("Rob", "Bot"), sound)
+    recogniser = SpeechRecogniser(first, [PeopleStage(first, opinion, SynchronousWorker())])
     return [e for at in range(0, len(room), 1600) for e in recogniser.push(room[at : at + 1600])]
 
 

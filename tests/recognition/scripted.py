@@ -10,7 +10,15 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import Job, Result, SegmentSearcher, SynchronousWorker, Worker
+from hvcpd.recognition.second_pass import (
+    Job,
+    Result,
+    SegmentSearcher,
+    SpeechRecogniser,
+    Stage,
+    SynchronousWorker,
+    Worker,
+)
 from hvcpd.recognition.stream import Chunk, History
 from tests.recognition.hisses import BOOKS, GRAPH, scene, spoken, through_a_room
 
@@ -30,7 +38,7 @@ class Script:
 
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
-        self.now, self.first_pass, self.session = 0, self, self
+        self.now, self.session = 0, self
         self.possible_speech = self.speaking = self.busy = self.prepared = False
         self.since: int | None = None
         self.ending_word, self.gain = "", 0.0
@@ -87,12 +95,17 @@ class Slow(Generic[Job, Result]):
         return done
 
 
-def recogniser(script: Script, worker: Worker[ChannelSegment, SearchResult] | None = None) -> ChannelStage:
-    return ChannelStage(script, LISTENER, worker or SynchronousWorker())
+def alone(stage: Stage) -> SpeechRecogniser:
+    """An ear with no other stage."""
+    return SpeechRecogniser(stage.first_pass, [stage])
+
+
+def recogniser(script: Script, worker: Worker[ChannelSegment, SearchResult] | None = None) -> SpeechRecogniser:
+    return alone(ChannelStage(script, LISTENER, worker or SynchronousWorker()))
 
 
 def run(
-    to: ChannelStage,
+    to: SpeechRecogniser,
     first: int = 0,
     last: int = len(SOUND),
     sound: Samples = SOUND,

@@ -28,6 +28,7 @@ from tests.recognition.scripted import (
     SOUND,
     Script,
     Slow,
+    alone,
     guess,
     recogniser,
     run,
@@ -172,7 +173,7 @@ def test_a_sentence_of_a_robot_stands_only_with_a_word_that_is_said_otherwise_to
     for unmodelled, soon, late in (("lily", [event], []), ("rose", [], [Garbled(AT, end, True)])):
         script = Script([(end + 800, event)], [(AT, end)])
         searcher = ChannelRecogniser(GRAPH, (BOOKS["oak"],), unmodelled=frozenset((unmodelled,)))
-        listening = ChannelStage(script, searcher, SynchronousWorker())
+        listening = alone(ChannelStage(script, searcher, SynchronousWorker()))
         assert (run(listening, 0, end + 10_000, sound), listening.flush()) == (soon, late)
 
 
@@ -217,11 +218,11 @@ def test_lost_sound_ends_a_stretch_and_places_are_right_after_it() -> None:
 
 
 def test_what_is_learned_in_the_middle_of_a_sentence_counts_for_it() -> None:
-    listening = ChannelStage(Script([(END + 2000, GARBLED)]), ChannelRecogniser(GRAPH, ()), SynchronousWorker())
+    listening = alone(ChannelStage(Script([(END + 2000, GARBLED)]), ChannelRecogniser(GRAPH, ()), SynchronousWorker()))
     run(listening, 0, AT + 8000)
     others = Script()
     listening.adopt(recogniser(others))
-    assert listening._inner.learned is others  # type: ignore[attr-defined]
+    assert listening.first_pass.learned is others  # type: ignore[attr-defined]
     the_sentence(run(listening, AT + 8000))
 
 
@@ -241,7 +242,7 @@ def test_what_is_no_sound_does_not_matter() -> None:
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
     script, book = Script(), Book("oak")
-    ChannelStage(script, ChannelRecogniser(GRAPH, (book,)), SynchronousWorker()).prepare(lambda: True)
+    alone(ChannelStage(script, ChannelRecogniser(GRAPH, (book,)), SynchronousWorker())).prepare(lambda: True)
     assert script.prepared
     assert book.prepared
 

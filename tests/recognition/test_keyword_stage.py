@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
+from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Released, Source, Urgent
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, KeywordNet, Posteriors, Weights
 from hvcpd.recognition.keyword.stage import USUAL_GAIN, KeywordRescorer, KeywordStage
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME, SENTENCE_WAIT
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.recognition import scripted as channel_ears
+from tests.recognition.scripted import alone
 from tests.recognition.signals import graph, in_noise, sentence, templates
 
 WAIT_CHUNKS, DOUBT_CHUNKS = SENTENCE_WAIT // CHUNK_SAMPLES, HOLD_TIME // CHUNK_SAMPLES
@@ -29,9 +31,9 @@ def agreed(_sound: Samples) -> float:
     return 0.0
 
 
-def recogniser() -> KeywordStage:
+def recogniser() -> SpeechRecogniser:
     weights, first = Weights.load(), TemplateRecogniser(graph(), templates())
-    return KeywordStage(first, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), first.history), agreed)
+    return alone(KeywordStage(first, KeywordNet(weights), KeywordRescorer(KeywordNet(weights), first.history), agreed))
 
 
 def said(text: str, voice: str, dbfs: float) -> Samples:
@@ -82,8 +84,10 @@ def test_talk_alone_is_no_stop_and_is_still_understood() -> None:
 
 @pytest.mark.parametrize("block", [400, 80_000])
 def test_a_sentence_that_no_sign_shows_is_found_whatever_the_blocks(block: int) -> None:
-    inner = channel_ears.recogniser(channel_ears.Script(speech=()))
-    around = KeywordStage(inner, Scripted(), KeywordRescorer(Scripted(), inner.first_pass.history), agreed)
+    first = channel_ears.Script(speech=())
+    channel = ChannelStage(first, channel_ears.LISTENER, SynchronousWorker())
+    keyword = KeywordStage(first, Scripted(), KeywordRescorer(Scripted(), first.history), agreed)
+    around = SpeechRecogniser(first, [channel, keyword])
     events = [event for _, event in hear(around, channel_ears.SOUND, block)]
     assert [event.words for event in events if isinstance(event, Recognised)] == [channel_ears.RIGHT]
 
@@ -113,7 +117,7 @@ class Silent:
         self.chunks: list[Chunk] = []
         self.history = History()
         self.events: list[Event] = []
-        self.first_pass = self.session = self
+        self.session = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.history.push(samples, masked)
@@ -143,7 +147,7 @@ class Bench:
         self.nats = 0.0
         self.recogniser = Silent()
         recent = KeywordRescorer(self.in_noise, self.recogniser.history)
-        self.listener = KeywordStage(self.recogniser, self.net, recent, lambda _sound: self.nats)
+        self.listener = alone(KeywordStage(self.recogniser, self.net, recent, lambda _sound: self.nats))
         self._frame = 0
 
     def live(self, *probabilities: float, ending: str = "") -> list[type]:

@@ -71,12 +71,12 @@ def test_ears_that_learn_keep_no_other_ears(sound: Sound) -> None:
         make_speech_recogniser(BOOK, ("Rob",), sound, hearing),
     )
     recogniser.adopt(others)
-    kept = weakref.ref(others._inner)
+    kept = weakref.ref(others.first_pass)
     del others
     gc.collect()
     assert kept() is None
     recogniser.prepare(lambda: True)
-    assert recogniser._inner._spelling is not None  # type: ignore[attr-defined]
+    assert recogniser.first_pass._spelling is not None
 
 
 def _robot(sound: Sound) -> tuple[Robot, NameRegistry]:

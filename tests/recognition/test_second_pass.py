@@ -11,32 +11,32 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import Segment, SynchronousWorker
+from hvcpd.recognition.second_pass import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.recognition.stream import Chunk, FrameStream, History
-from tests.recognition.scripted import Slow
+from tests.recognition.scripted import Slow, alone
 
 BLOCK = 1600
 SENTENCE = Recognised(("stop",), "stranger", 32000, 40000, 0.9, 20.0, ())
 
 
 class Script:
-    """First ears that tell what they are told to tell at a block, counted from 0."""
+    """First ears that tell what they are told to tell at the end of a block, counted from 0."""
 
     busy = speaking = possible_speech = False
 
     def __init__(self, events: dict[int, list[Event]]) -> None:
         self.events = events
-        self.blocks = 0
+        self.heard = 0
         self.chunks: list[Chunk] = []
         self._frames = FrameStream()
         self.history = History()
-        self.first_pass = self.session = self
+        self.session = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        self.blocks += 1
+        before, self.heard = self.heard // BLOCK, self.heard + len(samples)
         self.chunks = list(self._frames.push(samples, masked))
         self.history.push(samples, masked)
-        return self.events.get(self.blocks - 1, [])
+        return [event for k in range(before, self.heard // BLOCK) for event in self.events.get(k, [])]
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
         return 20.0
@@ -74,7 +74,7 @@ class Looker:
 
 def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
     looker = Looker(None)
-    PeopleStage(Script({}), looker, SynchronousWorker()).prepare(lambda: True)
+    alone(PeopleStage(Script({}), looker, SynchronousWorker())).prepare(lambda: True)
     assert looker.prepared == 1
 
 
@@ -87,13 +87,13 @@ def numbers(sound: Samples) -> set[int]:
     return {round(1024 * float(x)) for x in sound}
 
 
-def run(recogniser: PeopleStage, n: int, first: int = 0) -> list[Event]:
+def run(recogniser: SpeechRecogniser, n: int, first: int = 0) -> list[Event]:
     return [event for k in range(first, first + n) for event in recogniser.push(block(k))]
 
 
 def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
     looker = Looker(SENTENCE)
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker()))
     assert run(recogniser, 40) == [SENTENCE]
     [segment] = looker.segments
     assert (segment.start, segment.end) == (32000, 40000)
@@ -104,20 +104,20 @@ def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
 
 
 def test_what_nobody_understands_stays_garbled() -> None:
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(None), SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(None), SynchronousWorker()))
     assert run(recogniser, 40) == [Garbled(32000, 40000)]
 
 
 def test_a_sentence_that_was_understood_is_not_looked_at() -> None:
     looker = Looker(None)
-    recogniser = PeopleStage(Script({29: [SENTENCE]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({29: [SENTENCE]}), looker, SynchronousWorker()))
     assert run(recogniser, 40) == [SENTENCE]
     assert looker.segments == []
 
 
 def test_the_robot_waits_for_a_slow_look_and_then_hears_it() -> None:
     worker = Slow()
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker))
     assert run(recogniser, 35) == []
     assert recogniser.busy
     worker.end()
@@ -127,7 +127,7 @@ def test_the_robot_waits_for_a_slow_look_and_then_hears_it() -> None:
 
 def test_who_waits_too_long_calls_it_garbled_and_hears_no_more_of_it() -> None:
     worker = Slow()
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker)
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE), worker))
     assert run(recogniser, 60) == [Garbled(32000, 40000)]
     worker.end()
     assert run(recogniser, 5) == []
@@ -136,12 +136,14 @@ def test_who_waits_too_long_calls_it_garbled_and_hears_no_more_of_it() -> None:
 def test_too_much_to_do_is_garbled_at_once() -> None:
     worker = Slow(room=1)
     events: dict[int, list[Event]] = {29: [Garbled(32000, 40000)], 32: [Garbled(44000, 50000)]}
-    recogniser = PeopleStage(Script(events), Looker(None), worker)
+    recogniser = alone(PeopleStage(Script(events), Looker(None), worker))
     assert run(recogniser, 33) == [Garbled(44000, 50000)]
 
 
 def test_what_may_go_on_is_told_when_nobody_goes_on() -> None:
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), SynchronousWorker())
+    recogniser = alone(
+        PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), SynchronousWorker())
+    )
     assert run(recogniser, 34) == []
     assert recogniser.busy  # nobody answers half a sentence
     assert run(recogniser, 1, 34) == [SENTENCE]
@@ -151,8 +153,8 @@ def test_what_may_go_on_is_told_when_nobody_goes_on() -> None:
 @pytest.mark.parametrize("half", [None, replace(SENTENCE, words=("hi", "rob"))])
 def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | None) -> None:
     looker = Looker(half, goes_on=True)
-    recogniser = PeopleStage(
-        Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, SynchronousWorker()
+    recogniser = alone(
+        PeopleStage(Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, SynchronousWorker())
     )
     assert run(recogniser, 30) == []
     recogniser.first_pass.speaking = True  # type: ignore[misc]
@@ -167,8 +169,8 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
 def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late() -> None:
     """The channel search may hold the second half for two seconds."""
     looker = Looker(replace(SENTENCE, words=("hi", "rob")), goes_on=True)
-    recogniser = PeopleStage(
-        Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, SynchronousWorker()
+    recogniser = alone(
+        PeopleStage(Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, SynchronousWorker())
     )
     assert run(recogniser, 30) == []
     recogniser.first_pass.speaking = True  # type: ignore[misc]
@@ -181,16 +183,18 @@ def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late
 
 def test_a_sentence_is_told_although_another_search_of_it_goes_on() -> None:
     """The channel search may still hold its last sound: that is nobody who goes on."""
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), SynchronousWorker())
+    recogniser = alone(
+        PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(SENTENCE, goes_on=True), SynchronousWorker())
+    )
     assert run(recogniser, 30) == []
-    recogniser._inner.busy = True  # type: ignore[misc]
+    recogniser.first_pass.busy = True  # type: ignore[misc]
     assert run(recogniser, 10, 30) == [SENTENCE]
 
 
 def test_what_is_said_long_after_is_looked_at_alone() -> None:
     looker = Looker(None)
-    recogniser = PeopleStage(
-        Script({29: [Garbled(32000, 40000)], 44: [Garbled(57000, 64000)]}), looker, SynchronousWorker()
+    recogniser = alone(
+        PeopleStage(Script({29: [Garbled(32000, 40000)], 44: [Garbled(57000, 64000)]}), looker, SynchronousWorker())
     )
     assert run(recogniser, 60) == [Garbled(32000, 40000), Garbled(57000, 64000)]
     assert [segment.start for segment in looker.segments] == [32000, 57000]
@@ -199,7 +203,7 @@ def test_what_is_said_long_after_is_looked_at_alone() -> None:
 def test_endless_talk_is_not_looked_at() -> None:
     looker = Looker(SENTENCE)
     long = Garbled(32000, 32000 + 13 * SAMPLE_RATE_HZ)
-    recogniser = PeopleStage(Script({155: [long]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({155: [long]}), looker, SynchronousWorker()))
     assert run(recogniser, 157) == [long]
     assert looker.segments == []
 
@@ -207,7 +211,7 @@ def test_endless_talk_is_not_looked_at() -> None:
 def talk_without_an_end(looker: Looker, worker: SynchronousWorker, understood: dict[int, list[Event]]) -> list[Event]:
     """Half seconds of speech and pauses of 0.3 s, for 20 s, in which somebody is heard all the time."""
     first = Script(understood)
-    recogniser = PeopleStage(first, looker, worker)
+    recogniser = alone(PeopleStage(first, looker, worker))
     rng = np.random.default_rng(3)
     events = []
     for k in range(200):
@@ -249,7 +253,7 @@ def test_what_a_robot_said_within_talk_is_not_looked_at_again() -> None:
 
 def test_the_own_voice_is_not_in_the_sound() -> None:
     looker = Looker(None)
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker()))
     for k in range(30):
         recogniser.push(block(k), masked=10 <= k < 18)
     assert not set(range(10, 18)) & numbers(looker.segments[0].sound)
@@ -257,7 +261,7 @@ def test_the_own_voice_is_not_in_the_sound() -> None:
 
 def test_what_is_no_sound_is_not_looked_at() -> None:
     looker = Looker(None)
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker()))
     for k in range(30):
         recogniser.push(np.full(BLOCK, (np.nan, np.inf, -1e20)[k % 3], np.float32))
     assert np.abs(looker.segments[0].sound).max() <= 1.0
@@ -265,9 +269,9 @@ def test_what_is_no_sound_is_not_looked_at() -> None:
 
 def test_what_was_asked_before_something_was_learned_is_still_told() -> None:
     worker, first, second = Slow(), Looker(SENTENCE), Looker(None)
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)], 49: [Garbled(72000, 80000)]}), first, worker)
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)], 49: [Garbled(72000, 80000)]}), first, worker))
     run(recogniser, 30)
-    recogniser.adopt(PeopleStage(Script({}), second, Slow()))
+    recogniser.adopt(alone(PeopleStage(Script({}), second, Slow())))
     assert recogniser.busy
     worker.end()
     assert run(recogniser, 20, 30) == [SENTENCE]
@@ -277,7 +281,7 @@ def test_what_was_asked_before_something_was_learned_is_still_told() -> None:
 
 def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
     looker = Looker(SENTENCE)
-    recogniser = PeopleStage(Script({9: [Garbled(0, 8000)]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({9: [Garbled(0, 8000)]}), looker, SynchronousWorker()))
     assert run(recogniser, 12) == [SENTENCE]
     assert [segment.lead for segment in looker.segments] == [0]
 
@@ -295,7 +299,7 @@ def test_what_is_said_at_once_after_the_start_is_looked_at() -> None:
 )
 def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, after: int, seen: bool) -> None:
     looker, script = Looker(SENTENCE), Script({})
-    recogniser = PeopleStage(script, looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(script, looker, SynchronousWorker()))
     script.speaking = True
     run(recogniser, 10)
     script.speaking = False
@@ -309,7 +313,7 @@ def test_speech_that_may_be_torn_is_not_looked_at(lost: int, quiet_blocks: int, 
 
 def test_speech_with_a_gap_in_it_is_not_looked_at() -> None:
     looker = Looker(SENTENCE)
-    recogniser = PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker())
+    recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), looker, SynchronousWorker()))
     run(recogniser, 21)
     recogniser.lost(BLOCK)
     run(recogniser, 9, 21)

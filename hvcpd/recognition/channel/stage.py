@@ -7,7 +7,7 @@ garbled speech.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.endpoints import (
@@ -27,7 +27,8 @@ from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import SecondPassStage, SpeechRecogniser, Worker
+from hvcpd.recognition.second_pass import SecondPassStage, Worker
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before a segment, for its noise."""
@@ -45,14 +46,14 @@ than the pauses of a conversation."""
 
 
 class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
-    """Recogniser with a second pass for robots through any channel."""
+    """The second pass for robots through any channel."""
 
     _searcher: ChannelRecogniser
 
     def __init__(
-        self, recogniser: SpeechRecogniser, searcher: ChannelRecogniser, worker: Worker[ChannelSegment, SearchResult]
+        self, first_pass: TemplateRecogniser, searcher: ChannelRecogniser, worker: Worker[ChannelSegment, SearchResult]
     ) -> None:
-        super().__init__(recogniser, searcher, worker)
+        super().__init__(first_pass, searcher, worker)
         self._whole_from = 0
         """The sound is complete from this sample on: nothing was lost or covered by the robot's own voice."""
         self._searched_until = 0
@@ -68,19 +69,13 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._searched_at: int | None = None
         """When the last segment was submitted; None once its data are dropped."""
 
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        """As `SecondPassStage.prepare`; robots' words come first."""
-        self._searcher.prepare(go_on)
-        self._inner.prepare(go_on)
-
     @property
     def busy(self) -> bool:
-        """Whether somebody else is speaking, or has spoken and may still be understood."""
+        """As `Stage.busy`."""
         greeted = self._open is not None and self._open.greeted
-        return self._inner.busy or greeted or any(each.result is None for each in self._closed)
+        return greeted or any(each.result is None for each in self._closed)
 
-    def take(self, events: Sequence[Event]) -> list[Event]:
-        """As `SecondPassStage.take`."""
+    def _told(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []
         for event in events:
             out += self._take_event(event)
@@ -114,12 +109,9 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         segment.held_events = [event for event in segment.held_events if event not in freed]
         return [each for event in freed for each in self._to_report(event, result)]
 
-    def flush(self) -> list[Event]:
-        """As `TemplateRecogniser.flush`, with what open segments hold."""
-        reported = self.take(self._inner.flush())
+    def _end(self) -> list[Event]:
         self._close()
-        reported += self.take([])
-        return reported + [event for segment in self._closed for event in self._release(segment)]
+        return self._told([]) + [event for segment in self._closed for event in self._release(segment)]
 
     def _break_off(self, n_samples: int) -> None:
         self._close()

@@ -28,8 +28,9 @@ from hvcpd.recognition.keyword.verification import (
     Verdict,
     may_open_sentence,
 )
-from hvcpd.recognition.second_pass import RecogniserStage, SpeechRecogniser
+from hvcpd.recognition.second_pass import Reception, Stage
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
+from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 KEYWORD = "stop"
 LAST_WORD_SPAN = 4 * SAMPLE_RATE_HZ // 5
@@ -169,13 +170,13 @@ def _highest_smoothed(probabilities: Sequence[float]) -> float | None:
     return max(map(second_highest, windows), default=None)
 
 
-class KeywordStage(RecogniserStage):
-    """Recogniser around another one that also detects the keyword, in any voice and over any other sound."""
+class KeywordStage(Stage):
+    """Detects the keyword, in any voice and over any other sound."""
 
     def __init__(
-        self, recogniser: SpeechRecogniser, net: KeywordNet, rescorer: KeywordRescorer, check: CallCheck
+        self, first_pass: TemplateRecogniser, net: KeywordNet, rescorer: KeywordRescorer, check: CallCheck
     ) -> None:
-        super().__init__(recogniser)
+        super().__init__(first_pass)
         self._check = check
         self._spotter = KeywordSpotter(net)
         self._rescorer = rescorer
@@ -188,27 +189,13 @@ class KeywordStage(RecogniserStage):
         self._spans: deque[tuple[int, int]] = deque(maxlen=MAX_SPANS)
         """The first and the last sample of the recent detections."""
 
-    def push(self, samples: Samples, masked: bool = False) -> list[Event]:
-        """As `TemplateRecogniser.push`, chunk by chunk: so a long block gives the same events as short ones."""
-        parts = [samples[at : at + CHUNK_SAMPLES] for at in range(0, max(len(samples), 1), CHUNK_SAMPLES)]
-        events = [event for part in parts for event in self._followed_up(self._inner.push(part, masked))]
-        return events + self._not_recognised() if masked else events
-
-    def lost(self, n_samples: int) -> list[Event]:
-        """As `TemplateRecogniser.lost`."""
-        return self._followed_up(self._inner.lost(n_samples)) + self._not_recognised()
-
-    def flush(self) -> list[Event]:
-        """As `TemplateRecogniser.flush`."""
-        return self._followed_up(self._inner.flush()) + self._not_recognised()
-
-    def _followed_up(self, events: list[Event]) -> list[Event]:
-        """The events of the recogniser within, and what follows from them and from the newest frames."""
+    def take(self, events: Sequence[Event], how: Reception, n_samples: int) -> list[Event]:  # noqa: ARG002
+        """As `Stage.take`."""
         events = [self._checked(event) for event in events]
         following = [each for event in events for each in self._after(event)]
         for chunk in self.first_pass.chunks:
             following += self._detect(chunk)
-        return events + following
+        return [*events, *following, *([] if how is Reception.HEARD else self._not_recognised())]
 
     def _detect(self, chunk: Chunk) -> list[Event]:
         session = self.first_pass.session
@@ -251,7 +238,6 @@ class KeywordStage(RecogniserStage):
         return logit(self._detection.probability) - NATS_PER_GAIN * self._excess_gain < logit(HOLD_PROBABILITY)
 
     def _not_recognised(self) -> list[Event]:
-
         return self._as_events(self._verifier.not_recognised())
 
     def _checked(self, event: Event) -> Event:
