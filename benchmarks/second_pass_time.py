@@ -5,7 +5,7 @@
 Each person is one of our own synthesizer's voices with three takes of every word of the phrasebook, at other rates; all
 say sentences of the phrasebook, alone at 20 dB SNR in white noise. Prints the median and the longest time of a look on
 one core that does nothing else, for the enrolled alone and for strangers too, and how long the speech is. A look that
-takes longer than `hvcpd.recognition.people_stage.MOST_WAIT_S` is given up.
+takes longer than `hvcpd.recognition.second_pass.MAX_WAIT` is given up.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.people_stage import MOST_WAIT_S
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.second_pass import MAX_WAIT, Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -68,7 +67,8 @@ def main() -> None:
     segments = [alone(sound, SNR_DB, "white", o.seed + n) for n, sound in enumerate(sounds)]
     lengths = [(each.end - each.start) / SAMPLE_RATE_HZ for each in segments]
     print(
-        f"{len(segments)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; given up after {MOST_WAIT_S:.0f} s"
+        f"{len(segments)} sentences of {min(lengths):.1f} to {max(lengths):.1f} s; "
+        f"given up after {MAX_WAIT / SAMPLE_RATE_HZ:.0f} s"
     )
     graph = stage.book.people_graph
     everybody = [person(name, speaker, graph.words) for name, speaker in zip(NAMES, speakers, strict=True)]

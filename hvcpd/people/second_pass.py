@@ -30,6 +30,7 @@ from hvcpd.people.phones import (
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic, logit
+from hvcpd.recognition.keyword.stage import KEYWORD
 from hvcpd.recognition.second_pass import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
 
@@ -37,7 +38,6 @@ Words = tuple[str, ...]
 
 MOST_LOG_ODDS = 8.0
 """Largest log odds of a sentence by a net, natural logarithm; no net is right more often than that."""
-URGENT = "stop"
 GREETINGS = ("hi", "hello")
 TO_ALL = "all"
 MOST_CALL_WORDS = 3
@@ -86,7 +86,7 @@ class Hypotheses:
         """The log odds by one net."""
         posterior, whole = self.posteriors[number], self._sentence_log_likelihoods[number]
         if is_call(words):
-            others = self.search.log_likelihood(posterior, URGENT, beginnings=True)
+            others = self.search.log_likelihood(posterior, KEYWORD, beginnings=True)
             mine = _log_difference(whole, others)
         else:
             mine = self.search.log_likelihood_of(posterior, *wordings(words))
@@ -134,7 +134,7 @@ def probability(found: Sequence[float]) -> float:
 
 def is_call(words: Words) -> bool:
     """Whether a sentence is a call for a halt."""
-    return len(words) <= MOST_CALL_WORDS and words[-1] == URGENT
+    return len(words) <= MOST_CALL_WORDS and words[-1] == KEYWORD
 
 
 def wordings(words: Words) -> Sequence[Words]:

@@ -1,9 +1,9 @@
 """The people stage of the recogniser: a second pass over speech that no robot's voice explains.
 
-Until its result comes, and for MOST_WAIT_S at most, the speech counts as still going on. A sentence that cannot go on
-is reported at once. What may be the first part of one is kept until nobody has spoken for PATIENCE_S; if somebody goes
-on before, both parts are searched as one. Talk that lasts longer than any sentence is handed on as it comes, from pause
-to pause (`LongTalk`).
+Until its result comes, and for MAX_WAIT at most, the speech counts as still going on. A sentence that cannot go on
+is reported at once. What may be the first part of one is kept until nobody has spoken for GOES_ON_WITHIN; if somebody
+goes on before, both parts are searched as one. Talk that lasts longer than any sentence is handed on as it comes, from
+pause to pause (`LongTalk`).
 """
 
 from __future__ import annotations
@@ -19,8 +19,11 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.second_pass import (
-    AFTER_S,
-    PAUSES_S,
+    AFTER,
+    GOES_ON_WITHIN,
+    LEAD,
+    MAX_WAIT,
+    PAUSES,
     SecondPassStage,
     Segment,
     SegmentSearcher,
@@ -30,21 +33,13 @@ from hvcpd.recognition.shared_front_end import WAIT_FRAMES
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
-LEAD_S = 3.0
-"""Sound before the speech, for its noise: the noise tracker's memory."""
-PAUSE_S = 0.5
-"""Speech this soon after lost sound may be the end of a longer sentence: torn speech has been heard as "stop"."""
-SHORT_S = 0.1
-"""A loss shorter than this loses no word. Speech after it counts as whole if nobody had spoken for PAUSE_S before, and
-after ONSET_S of quiet."""
-ONSET_S = 0.1
-"""Quiet between lost sound and speech after which the speech begins with its first sound."""
-LONGEST_S = 12.0
-"""No sentence of the phrasebook takes longer; other talk does, and is searched from pause to pause."""
-MOST_WAIT_S = 3.0
-"""Then the speech is garbled: a robot that has not answered by then is asked again anyway."""
-PATIENCE_S = 1.0
-"""Quiet after speech before it counts as ended where the sentence might go on."""
+TORN_WITHIN = SAMPLE_RATE_HZ // 2
+"""Speech this soon (0.5 s) after lost sound may be the end of a longer sentence: some was heard as "stop"."""
+SHORT = SAMPLE_RATE_HZ // 10
+"""A loss shorter than this (0.1 s) loses no word. Speech that begins as long after it counts as whole if nobody had
+spoken for TORN_WITHIN before."""
+LONGEST = 12 * SAMPLE_RATE_HZ
+"""Samples (12 s): no sentence of the phrasebook takes longer; other talk does, and is searched from pause to pause."""
 
 PAUSE_FRAMES = 24
 """0.24 s: the closures of stop consonants are shorter, the pauses between two sentences longer."""
@@ -76,7 +71,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Recognised | None]
     ) -> None:
         super().__init__(first_pass, searcher, worker)
-        self._spoke_until = -round(PAUSE_S * SAMPLE_RATE_HZ)
+        self._spoke_until = -TORN_WITHIN
         """Somebody else spoke last before this sample."""
         self._torn_until = 0
         """Speech that begins before this sample may lack its beginning."""
@@ -86,7 +81,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         self._kept: list[Event] = []
         """What was found in it, until nobody goes on: until the sample `_kept_until`."""
         self._kept_until = 0
-        self._talk = LongTalk(round(LONGEST_S * SAMPLE_RATE_HZ))
+        self._talk = LongTalk(LONGEST)
         self._stretches: list[Stretch] = []
         """Parts of talk for the second pass."""
         self._understood_until = 0
@@ -103,13 +98,13 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
             self._spoke_until = self._now
             if self._kept and self._last is not None:  # somebody goes on: it was no whole sentence
                 self._kept = [Garbled(self._last.start, self._last.end)]
-                self._kept_until = self._now + round(PATIENCE_S * SAMPLE_RATE_HZ)
+                self._kept_until = self._now + GOES_ON_WITHIN
         self._stretches += self._talk.push(self.first_pass.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
-        quiet = self._now - self._spoke_until >= PAUSE_S * SAMPLE_RATE_HZ
-        whole = quiet and 0 < n_samples <= SHORT_S * SAMPLE_RATE_HZ
-        until = self._now + n_samples + round((ONSET_S if whole else PAUSE_S) * SAMPLE_RATE_HZ)
+        quiet = self._now - self._spoke_until >= TORN_WITHIN
+        whole = quiet and 0 < n_samples <= SHORT
+        until = self._now + n_samples + (SHORT if whole else TORN_WITHIN)
         self._torn_until = max(self._torn_until, until)
 
     def _told(self, events: Sequence[Event]) -> list[Event]:
@@ -146,7 +141,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
     def _joined(self, segment: Segment) -> Segment | None:
         """The last speech and the segment after it, as one; None if it was not soon after, or both are too long."""
         last = self._last
-        if last is None or segment.start - last.end > PATIENCE_S * SAMPLE_RATE_HZ:
+        if last is None or segment.start - last.end > GOES_ON_WITHIN:
             return None
         return self._segment(last.start, segment.end, (*last.later, segment.start)[-MOST_PAUSES:])
 
@@ -161,7 +156,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
             return [*events, found]
         self._last = segment
         self._kept = [found if found is not None else Garbled(segment.start, segment.end)]
-        self._kept_until = segment.end + round(PATIENCE_S * SAMPLE_RATE_HZ)
+        self._kept_until = segment.end + GOES_ON_WITHIN
         return events
 
     def _let_go(self) -> list[Event]:
@@ -173,7 +168,7 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
         return self._let_go()
 
     def _given_up(self) -> list[Event]:
-        late = [segment for segment in self._waiting if self._now - segment.end > MOST_WAIT_S * SAMPLE_RATE_HZ]
+        late = [segment for segment in self._waiting if self._now - segment.end > MAX_WAIT]
         for segment in late:
             self._waiting.remove(segment)
         return [Garbled(segment.start, segment.end) for segment in late if not segment.within_talk]
@@ -189,16 +184,15 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
     def _segment(self, start: int, end: int, later: Sequence[int] = ()) -> Segment | None:
         """The speech between two samples; None if it is too long, may be torn, is being searched, or no longer kept."""
         is_searched = any(each.start < end and start < each.end for each in self._waiting)
-        if start < self._torn_until or end - start > LONGEST_S * SAMPLE_RATE_HZ or is_searched:
+        if start < self._torn_until or end - start > LONGEST or is_searched:
             return None
         return self._cut((start, *later), end)
 
     def _cut(self, starts: Sequence[int], end: int, within_talk: bool = False) -> Segment | None:
         """The sound of speech that begins at the first of `starts`, or later, with what comes before it; None if that
         is no longer kept."""
-        start, after_s = starts[0], PAUSES_S if within_talk else AFTER_S
-        begin, until = start - round(LEAD_S * SAMPLE_RATE_HZ), end + round(after_s * SAMPLE_RATE_HZ)
-        sound, lead = self.first_pass.history.unmasked(begin, start, until)
+        start, until = starts[0], end + (PAUSES if within_talk else AFTER)
+        sound, lead = self.first_pass.history.unmasked(start - LEAD, start, until)
         if len(sound) - lead < end - start:
             return None
         return Segment(sound, lead, start, end, start - lead, within_talk, tuple(starts[1:]))

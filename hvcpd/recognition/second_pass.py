@@ -98,11 +98,18 @@ class SpeechRecogniser:
         self.first_pass.prepare(go_on)
 
 
-BEFORE_S, AFTER_S = 0.5, 0.4
-"""Margins around the noticed speech, for its faint beginning and end; AFTER_S has been heard when the event is
-reported."""
-PAUSES_S = 0.2
-"""Margin around the speech between two pauses of talk."""
+LEAD = 3 * SAMPLE_RATE_HZ
+"""Samples before speech, for its noise: the noise tracker's memory."""
+BEFORE, AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
+"""Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; AFTER has been heard when the
+event is reported."""
+PAUSES = SAMPLE_RATE_HZ // 5
+"""Margin (0.2 s) around the speech between two pauses of talk."""
+GOES_ON_WITHIN = SAMPLE_RATE_HZ
+"""Samples within which what is said after a possible part of a sentence may be the rest of it."""
+MAX_WAIT = 3 * SAMPLE_RATE_HZ
+"""Longest time (samples) from the end of speech to the result of its search. After that it counts as if nothing had
+been found: a robot that has not answered by then is asked again anyway."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,13 +133,13 @@ class Segment:
     @property
     def speech(self) -> Samples:
         """The speech, with the sound around it."""
-        end = self.lead + self.end - self.start + round((PAUSES_S if self.within_talk else AFTER_S) * SAMPLE_RATE_HZ)
+        end = self.lead + self.end - self.start + (PAUSES if self.within_talk else AFTER)
         return self.sound[max(self.lead - self.before, 0) : end]
 
     @property
     def before(self) -> int:
         """Number of samples before the noticed speech: room for a faint beginning, or up to the talk's last pause."""
-        return round((PAUSES_S if self.within_talk else BEFORE_S) * SAMPLE_RATE_HZ)
+        return PAUSES if self.within_talk else BEFORE
 
     @property
     def beginnings(self) -> list[Segment]:

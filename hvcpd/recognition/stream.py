@@ -20,8 +20,6 @@ CHUNK_SAMPLES = CHUNK_FRAMES * HOP_SAMPLES
 _NEEDED_SAMPLES = CHUNK_SAMPLES - HOP_SAMPLES + WINDOW_SAMPLES
 _DRAIN_CHUNKS = 2
 """Number of chunks that hold more samples than the stream ever keeps."""
-_SLICE_SAMPLES = 16_000
-"""Length of the slices (1 s) in which a long block is processed, which bounds memory."""
 
 
 @dataclass(frozen=True)
@@ -66,12 +64,10 @@ class FrameStream:
 
     def push(self, samples: Samples, masked: bool) -> Iterator[Chunk]:
         """Yield the chunks that `samples` complete. Iterate to the end, or samples are lost."""
-        for begin in range(0, len(samples), _SLICE_SAMPLES):
-            part = cleaned(samples[begin : begin + _SLICE_SAMPLES])
-            self._sound = np.concatenate([self._sound, part])
-            self._masked = np.concatenate([self._masked, np.full(len(part), masked)])
-            while len(self._sound) >= _NEEDED_SAMPLES:
-                yield self._chunk()
+        self._sound = np.concatenate([self._sound, cleaned(samples)])
+        self._masked = np.concatenate([self._masked, np.full(len(samples), masked)])
+        while len(self._sound) >= _NEEDED_SAMPLES:
+            yield self._chunk()
 
     def lose(self, n_samples: int) -> Iterator[Chunk]:
         """Advance time by lost samples, as `push` of masked silence, in bounded time and memory."""

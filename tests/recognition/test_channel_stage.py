@@ -11,11 +11,11 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
 from hvcpd.recognition.channel.estimation import _blocks_of
-from hvcpd.recognition.channel.recogniser import CUT_MARGIN, ChannelRecogniser
+from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.channel.stage import MAX_WAIT, MEMORY_TIME, ChannelStage
+from hvcpd.recognition.channel.stage import MEMORY_TIME, ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.second_pass import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,
@@ -250,7 +250,7 @@ def test_what_takes_long_is_made_ready_before_anybody_speaks() -> None:
 @pytest.mark.parametrize("at", [88_000, 100_000, 112_000])
 def test_in_clatter_that_never_ends_a_sentence_is_told_whole_and_soon(at: int) -> None:
     sound = scene(200_000, (at, HEARD))
-    told = run(recogniser(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AFTER + CUT_MARGIN, sound)
+    told = run(recogniser(Script(speech=((0, len(sound)),))), 0, at + len(HEARD) + CUT_AFTER + GOES_ON_WITHIN, sound)
     assert [(event.words, event.source) for event in told if isinstance(event, Recognised)] == [(RIGHT, Source.CHANNEL)]
 
 

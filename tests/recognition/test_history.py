@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition import people_stage
+from hvcpd.ports import Samples
 from hvcpd.recognition.channel.endpoints import MAX_LENGTH
-from hvcpd.recognition.channel.stage import LEAD, MAX_WAIT
+from hvcpd.recognition.people_stage import LONGEST
+from hvcpd.recognition.second_pass import LEAD, MAX_WAIT
 from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
 
 KEEP = 100
@@ -96,9 +96,7 @@ def test_nothing_was_heard_yet() -> None:
 
 
 def test_it_is_long_enough_for_all_who_look_back() -> None:
-    people_s = people_stage.LEAD_S + people_stage.LONGEST_S + 2 * people_stage.MOST_WAIT_S
-    robots = LEAD + 2 * MAX_LENGTH + 2 * MAX_WAIT
-    assert max(robots, people_s * SAMPLE_RATE_HZ) <= HISTORY_SAMPLES
+    assert LEAD + max(LONGEST, 2 * MAX_LENGTH) + 2 * MAX_WAIT <= HISTORY_SAMPLES
 
 
 def test_a_converters_steps_are_kept_and_others_to_half_a_step() -> None:

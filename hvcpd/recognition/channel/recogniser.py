@@ -17,11 +17,12 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, free_memory
 from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
-from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import TINY
+from hvcpd.recognition.second_pass import GOES_ON_WITHIN
 
 LEAST_EXPECTED = 60.0
 """Expected energy of a word, in variances of the noise, from which on its absence shows, by 8 standard deviations."""
@@ -109,15 +110,8 @@ NOISE_S = 0.5
 QUIET_QUANTILE = 0.2
 """Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones
 unrepresentative."""
-ROBOT_SCORE = 450.0
-"""Explained energy, in variances of the noise, from which on a robot spoke, whatever it said: chance and other talk
-reach 390."""
 IN_PROGRESS_SCORE = 150.0
 """The same for a path in progress at a cut: another search costs little."""
-CUT_MARGIN = SAMPLE_RATE_HZ
-"""A sentence that ends this close (1 s) to a cut may go on with a word that the cut divides."""
-PROGRESS_MARGIN = SAMPLE_RATE_HZ
-"""A path that ends more than this (1 s) before the end of the sound is no longer in progress."""
 MAX_IN_PROGRESS = 16
 """Maximum number of paths that are handed to the next search."""
 LEAST_CONFIDENCE = 0.7
@@ -196,8 +190,8 @@ class ChannelRecogniser:
             sound = WhitenedSound(heard, noise)
             paths, evidence = self._found(sound, segment, begin, reported)
             sure_at = sys.maxsize
-            if evidence is not None and segment.cut and evidence.path.end + CUT_MARGIN > sound.n:
-                sure_at, evidence = evidence.path.end + CUT_MARGIN + segment.origin + begin, None
+            if evidence is not None and segment.cut and evidence.path.end + GOES_ON_WITHIN > sound.n:
+                sure_at, evidence = evidence.path.end + GOES_ON_WITHIN + segment.origin + begin, None
             elif evidence is not None and self._is_contradicted(evidence.path, heard, noise):
                 evidence = None
             if evidence is None:
@@ -259,7 +253,7 @@ class ChannelRecogniser:
 
 def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE) -> list[Path]:
     """The best paths that may go on after the last of `n` samples and explain this much."""
-    return [path for path in paths if path.end + PROGRESS_MARGIN > n and path.score >= least][:MAX_IN_PROGRESS]
+    return [path for path in paths if path.end + GOES_ON_WITHIN > n and path.score >= least][:MAX_IN_PROGRESS]
 
 
 def _words_before(graph: WordGraph) -> dict[str, set[str]]:

@@ -39,9 +39,10 @@ BLOCK = 16
 """Resolution in lags of the search for first words."""
 LEAST_START = 35.0
 """Least explained energy of a first word: steady noise reaches 20, and the least of any reported sentence was 78."""
-LEAST_START_BESIDE = 450.0
-"""The same after a sentence was removed: its late echoes reached 306 (4 searches), and the least of seven sentences
-reported beside another was 1,984."""
+ROBOT_SCORE = 450.0
+"""Explained energy, in variances of the noise, from which on a robot spoke, whatever it said: chance and other talk
+reach 390. After a sentence was removed a first word must have as much: its late echoes reached 306 (4 searches), and
+the least of seven sentences reported beside another was 1,984."""
 MAX_STARTS_OF_WORD = 3
 """Maximum number of starts of each word in each voice."""
 MAX_STARTS = 20
@@ -99,7 +100,7 @@ class ChannelSearch:
         found: list[Path] = []
         begun = (self._resumed(sound, earlier), self._started(sound))
         new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
-        least = LEAST_START_BESIDE if reported else LEAST_START
+        least = ROBOT_SCORE if reported else LEAST_START
         for level in chain.from_iterable(_by_start(paths, least) for paths in new):
             best = most_explaining(found, 1)
             while level := pruned(level, best):

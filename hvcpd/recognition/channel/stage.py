@@ -27,16 +27,9 @@ from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import SecondPassStage, Worker
+from hvcpd.recognition.second_pass import GOES_ON_WITHIN, LEAD, MAX_WAIT, SecondPassStage, Worker
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
-LEAD = 3 * SAMPLE_RATE_HZ
-"""Samples before a segment, for its noise."""
-CONTINUES_WITHIN = SAMPLE_RATE_HZ
-"""Samples within which speech after a sentence in progress belongs to that sentence."""
-MAX_WAIT = 3 * SAMPLE_RATE_HZ
-"""Longest time (samples) from a segment's end to its result. After that, the held events are reported as if nothing had
-been found."""
 INCOMPLETE_WITHIN = SAMPLE_RATE_HZ // 5
 """Samples (0.2 s) after lost sound, or the robot's own voice: a sentence that begins within them may be the end of a
 longer one, and is not reported. Robots wait for 0.5 s before they answer."""
@@ -198,7 +191,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             self._open_after(segment)
         before = next((each for each in self._closed if each.in_progress), None)
         earlier: tuple[Path, ...] = ()
-        if before is not None and before.begin >= self._whole_from and segment.begin - before.end < CONTINUES_WITHIN:
+        if before is not None and before.begin >= self._whole_from and segment.begin - before.end < GOES_ON_WITHIN:
             segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * MAX_LENGTH)
             earlier = before.in_progress
             segment.held_events = before.held_events + segment.held_events
