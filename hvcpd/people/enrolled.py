@@ -18,6 +18,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts, TracedWord
+from hvcpd.recognition.decoder_session import LEAST_MARGIN
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
@@ -121,8 +122,8 @@ BLOCK_FRAMES = MAX_ADVANCE // 3
 
 MOST_DEFICIT = 3.0
 """Largest deficit of the worst word; words that people swallow in right sentences have more."""
-LEAST_MARGIN, MOST_MARGIN = 0.3, 100.0
-"""Range of the cost of the closest other word; values beyond it carry no more information."""
+MOST_MARGIN = 100.0
+"""Largest cost of the closest other word, and LEAST_MARGIN the smallest, that carry information."""
 LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
 

@@ -22,7 +22,8 @@ STEP_FRAMES = 48
 """Frames (0.48 s) of steady sound after a step in level that are new noise: no speech sound lasts that long
 unchanged."""
 STEP_NEPER = 0.7
-"""Mean over the bands of the log energy ratio (3 dB) to the estimate from which a step is searched for."""
+"""Log energy ratio (3 dB) to the estimate from which a rise, mean over the bands, may be a step; and a fall in one
+band, over TONE_FRAMES, is one: in steady noise that mean has a standard deviation of 1 dB."""
 STEADY_DRIFT_NEPER = 0.22
 """Largest difference between the halves of the window, mean over the bands; steady noise: 0.11, hardly above 0.18."""
 STEADY_SPREAD = 1.15
@@ -44,9 +45,6 @@ TONE_RISE_NEPER = 0.4
 TONE_SHARE = 0.3
 """A rise is a tone whose pitch has moved if its power is at most this share of the whole noise's. A vowel that is
 louder than the noise is none."""
-FALL_NEPER = 0.7
-"""A band whose mean over TONE_FRAMES is this much (3 dB) below the estimate has become quieter: in steady noise that
-mean has a standard deviation of 1 dB."""
 _RISE = np.float32(10.0 ** (RISE_DB_PER_S / 10.0 * HOP_SAMPLES / SAMPLE_RATE_HZ))
 PERCENTILE = 20.0
 """Low enough that speech present four fifths of the time leaves the estimate of the noise alone."""
@@ -93,7 +91,7 @@ class NoiseTracker:
         window = self._past[-TONE_FRAMES:]
         level, estimate = window.mean(axis=0), self.estimate
         rise = np.log(level / estimate)
-        moved = rise < -FALL_NEPER
+        moved = rise < -STEP_NEPER
         risen = (rise > TONE_RISE_NEPER) & (level < TONE_SHARE * estimate.sum())
         if risen.any():
             drift, spread = _drift_and_spread(window)

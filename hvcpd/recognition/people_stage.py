@@ -29,7 +29,7 @@ from hvcpd.recognition.second_pass import (
     SegmentSearcher,
     Worker,
 )
-from hvcpd.recognition.shared_front_end import WAIT_FRAMES
+from hvcpd.recognition.shared_front_end import MIN_FRAMES, WAIT_FRAMES
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
@@ -49,8 +49,8 @@ LEAST_RANGE_DB = 8.0
 """With a smaller range between the faintest and the loudest level, pauses cannot be told from speech."""
 FALL_DB, RISE_DB = 0.03, 0.03
 """Decay per frame: the loudest level falls at 3 dB/s, and the faintest rises as fast."""
-LEAST_FRAMES, MOST_FRAMES = 30, 800
-"""0.3 to 8 s: how long a sentence takes."""
+MOST_FRAMES = 800
+"""8 s, and MIN_FRAMES at least: how long a sentence takes."""
 MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""
 
@@ -261,5 +261,5 @@ class LongTalk:
         if began is None or self._since is None:
             return []
         self._starts.append(began)
-        starts = tuple(s * HOP_SAMPLES for s in self._starts if LEAST_FRAMES <= end - s <= MOST_FRAMES)
+        starts = tuple(s * HOP_SAMPLES for s in self._starts if MIN_FRAMES <= end - s <= MOST_FRAMES)
         return [Stretch(starts, end * HOP_SAMPLES)] if starts and end - self._since > self._longest else []

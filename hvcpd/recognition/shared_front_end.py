@@ -25,9 +25,8 @@ SLOW_FRAMES = 16
 """160 ms, about a syllable: for speech too weak for the fast window."""
 LONG_FRAMES = 48
 """480 ms, about a short word: for speech below the noise. The network is woken with what was heard since."""
-RATIO_RANGE = (-1.0, 3.0)
+LEAST_RATIO, MOST_RATIO = np.float32(-1.0), np.float32(3.0)
 """Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
-_LEAST, _MOST = map(np.float32, RATIO_RANGE)
 N_GROUPS = 3
 """Low, middle and high bands are evaluated separately, and all together."""
 ONSET, RELEASE = 0.8, 0.45
@@ -71,7 +70,7 @@ class VoiceActivityDetector:
         """Take the next frames, shape (n, N_BANDS), n at most FAST_FRAMES, and the noise estimate (N_BANDS,)."""
         n = len(energies)
         ratio = np.log(energies / noise) - STEADY_MEAN_LOG
-        np.minimum(np.maximum(ratio, _LEAST, out=ratio), _MOST, out=ratio)
+        np.minimum(np.maximum(ratio, LEAST_RATIO, out=ratio), MOST_RATIO, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
         fast, slow, long = np.maximum.reduce(self._windows @ self._history, axis=1).tolist()

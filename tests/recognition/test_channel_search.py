@@ -20,8 +20,8 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.estimation import WhitenedSound
 from hvcpd.recognition.channel.path import RenderedVoice, may_have, thirds_of
-from hvcpd.recognition.channel.recogniser import LEAST_WORD_FIT, ROBOT_SCORE, ChannelRecogniser, worst_fit
-from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment
+from hvcpd.recognition.channel.recogniser import LEAST_WORD_FIT, ChannelRecogniser, worst_fit
+from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 
 NAMES = ("Rob", "Bot")

@@ -19,7 +19,7 @@ from hvcpd.recognition.keyword.verification import (
     RESIDUAL_LOG_ODDS,
     SENTENCE_BASELINE,
     SENTENCE_WAIT,
-    WORD_LAG,
+    WORD_DELAY,
     CallVerifier,
     Residual,
     Verdict,
@@ -267,7 +267,7 @@ def test_a_sentence_told_before_the_word_is_asked_about_it_once_all_of_it_was_he
     held = asked(left)
     held.recognised(sentence(1.0))
     assert word(held, 2.6, PLAUSIBLE_PROBABILITY) is Held
-    asked_at = samples(3.2) + WORD_LAG
+    asked_at = samples(3.2) + WORD_DELAY
     assert held.advance(asked_at - 1) is None
     assert held.advance(asked_at) is verdict
 

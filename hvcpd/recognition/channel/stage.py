@@ -73,14 +73,8 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         for event in events:
             out += self._take_event(event)
         for job, result in self._worker.results():
-            for each in self._closed:
-                if each.job is job:
-                    each.result = result
-                    if self._open is not None and self._open.continues is each:
-                        self._open.cut_at = min(self._open.cut_at, result.sure_at)
-                    out += self._take_result(each, result)
-                    if self._open is None and result.in_progress and result.in_progress[0].end > each.end:
-                        self._open_after(each)
+            for segment in [each for each in self._closed if each.job is job]:
+                out += self._take_result(segment, result)
         for each in self._closed:
             over = self._is_over(each)
             if over or each.result is not None:
@@ -89,9 +83,15 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         return out
 
     def _take_result(self, segment: OpenSegment, result: SearchResult) -> list[Recognised]:
-        """Report the sentences of a search that are whole and not reported yet."""
+        """Report the sentences of a search that are whole and not reported yet; wait for the end of one in progress."""
+        segment.result = result
         whole = [each for each in result.sentences if each.start_sample >= segment.whole_from]
-        return [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
+        found = [self._report(self._with_level(each)) for each in whole if not self._is_reported(each)]
+        if self._open is None and result.in_progress and result.in_progress[0].end > segment.end:
+            self._open_after(segment)
+        elif self._open is not None and self._open.continues is segment:
+            self._open.cut_at = min(self._open.cut_at, result.sure_at)
+        return found
 
     def _release(self, segment: OpenSegment, everything: bool = True) -> list[Event]:
         """Release a segment's held events: `everything`, or what the search agrees with, while a sentence is in

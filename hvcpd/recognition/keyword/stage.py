@@ -23,6 +23,7 @@ from hvcpd.recognition.keyword.net import (
 from hvcpd.recognition.keyword.verification import (
     ACCEPT_PROBABILITY,
     PLAUSIBLE_PROBABILITY,
+    WORD_DELAY,
     CallVerifier,
     Residual,
     Verdict,
@@ -37,8 +38,6 @@ LAST_WORD_SPAN = 4 * SAMPLE_RATE_HZ // 5
 """Samples (0.8 s) before the end of a sentence within which the net detects its last word."""
 LEAST_EXPLAINED = 0.1
 """Share of a sentence's power that its known samples must explain before it is subtracted from a detection."""
-WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
-"""Samples (0.3 s) after the end of the keyword within which the net detects it."""
 CALL_DELAY = 3 * SAMPLE_RATE_HZ // 4
 """Samples (0.75 s) after the end of the keyword within which the net decides whether it was a call."""
 MAX_SPANS = 32

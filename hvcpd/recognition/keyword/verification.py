@@ -37,8 +37,8 @@ SENTENCE_BASELINE = 0.03
 JOINT_LOG_ODDS = 0.5
 """Log odds of a call over a sentence, by the sound with the sentence and without it together, from which on it counts
 (docs/decisions/keyword.md)."""
-WORD_LAG = 3 * SAMPLE_RATE_HZ // 10
-"""Time (0.3 s) within which the rest of a word arrives whose sentence was already reported."""
+WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
+"""Time (0.3 s) after the end of the keyword within which the net detects it; its sentence may be reported before."""
 OPENING_PROBABILITY = 0.9
 """Probability of a call in the residual, below which a detection at the beginning of a sentence is explained by it.
 With an automatic gain, which falls at the first sound, sentences alone had 0.83 to 0.87 there (four of 36 in the world
@@ -151,7 +151,7 @@ class CallVerifier:
             detection = replace(before, end=end, probability=highest)
         if self._last_sentence is not None and self._belongs_to(self._last_sentence, detection):
             return None
-        self._recheck_at = self._recheck_at or now + WORD_LAG
+        self._recheck_at = self._recheck_at or now + WORD_DELAY
         self._detections = [d for d in self._detections if d.start != start]
         if self._is_repeated(detection) or (detection.is_sure and now >= detection.accept_from):
             return self._accept()
