@@ -19,7 +19,7 @@ from hvcpd.people.bands import mean_of_quiet_frames
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts, TracedWord
 from hvcpd.recognition.decoder_session import LEAST_MARGIN
-from hvcpd.recognition.events import Recognised, Source, WordSpan
+from hvcpd.recognition.events import Recognised, Source
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
 from hvcpd.recognition.network import MAX_ADVANCE, Beam, Costs, Network
@@ -187,15 +187,7 @@ class EnrolledRecogniser:
         beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
         sure = probability(path, deficits, passed_over, -best.cost / max(int(inside.sum()), 1))
-        spans = [
-            WordSpan(
-                self._net.word[step.instance],
-                origin + step.start_frame * HOP_SAMPLES,
-                origin + step.end_frame * HOP_SAMPLES,
-                sure,
-            )
-            for step in path
-        ]
+        spans = [step.span(self._net.word[step.instance], sure, origin) for step in path]
         return Recognised.of(spans, self._net.voice_of_node(best.node), sure, Source.TEMPLATES)
 
 

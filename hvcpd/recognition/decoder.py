@@ -21,6 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.recognition.arrays import first_occurrences, lazy_zeros
+from hvcpd.recognition.events import WordSpan
+from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.network import MAX_ADVANCE, PADDING, ActiveStates, Beam, Costs, Network
 
 CAPACITY = 1 << 17
@@ -42,6 +44,11 @@ class TracedWord:
     end_frame: int
     cost: float
     margin: float
+
+    def span(self, word: str, confidence: float, origin: int = 0) -> WordSpan:
+        """Its place, in samples, if frame 0 begins at sample `origin`."""
+        start, end = (origin + frame * HOP_SAMPLES for frame in (self.start_frame, self.end_frame))
+        return WordSpan(word, start, end, confidence)
 
 
 class BackPointers:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confidence_features
-from hvcpd.recognition.events import Event, Garbled, Recognised, Source, WordSpan
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
 from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.noise import STEP_FRAMES
@@ -254,12 +254,7 @@ class TemplateRecogniser:
         if sentence.pause > s.max_pause or self.session.lead_in(sentence.steps[0].start_frame) > s.max_lead_in:
             return None
         spans = [
-            WordSpan(
-                self.session.word_of(step),
-                step.start_frame * HOP_SAMPLES,
-                step.end_frame * HOP_SAMPLES,
-                confidence_features(sentence, k).probability,
-            )
+            step.span(self.session.word_of(step), confidence_features(sentence, k).probability)
             for k, step in enumerate(sentence.steps)
         ]
         found = Recognised.of(spans, sentence.voice, confidence, self._source)
