@@ -249,7 +249,7 @@ class Scorer:
         own distance.
         """
         away = self._bank.compose(rows, self._noise, self._gain) - self._noise_features
-        squares = np.einsum("uf,uf->u", away, away) + NOISE_DISTANCE**2
+        squares = norms_of(away) + NOISE_DISTANCE**2
         return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
 
     def load_states(self, rows: NDArray[np.intp], begins: Sequence[int]) -> None:

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice, Rendering
-from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
+from hvcpd.recognition.channel.path import FIRST_TAPS, GREETING, Path, RenderedVoice, Rendering
+from hvcpd.recognition.channel.search import LAG_STEP, ChannelSegment, SearchResult, stretch_energies
 from hvcpd.recognition.channel.whitening import (
     BINS,
     FRAME,
-    Spectrum,
     interpolated,
     inverse_spectrum,
     loudness_weights,
@@ -39,11 +38,7 @@ SIZE = 16_384
 """Samples of the transform, and of the sound that is searched at a time: 1.02 s."""
 STEP = 8_000
 """Lags that are new each time, samples (0.5 s)."""
-WINDOW = 64
-"""Samples (4 ms) of the channel response whose energy is summed, as in the search's first step."""
-BLOCK = 16
-"""Resolution of onsets, samples (1 ms)."""
-LENGTH = SIZE - STEP - WINDOW
+LENGTH = SIZE - STEP - FIRST_TAPS
 """Samples of a greeting that are correlated; a slow greeting is a little longer."""
 LEAST_RATIO = 6.5
 """Ratio of a window's energy to the median from which on it is the onset of a greeting. In four rooms and four kinds of
@@ -105,13 +100,13 @@ class OnsetDetector:
         weighted = heard * loudness_weights(heard, noise, inverse)
         there = interpolated(inverse, SIZE)
         received = np.asarray(rfft(np.asarray(weighted, np.float32), SIZE) * there, np.complex64)
-        lags = np.fft.irfft(self._spectra * received, SIZE)[:, : STEP + WINDOW]
-        energies = _windows(np.square(lags, dtype=np.float32)) / np.maximum(self._powers @ there, TINY)[:, None]
+        lags = np.fft.irfft(self._spectra * received, SIZE)[:, : STEP + FIRST_TAPS]
+        energies = stretch_energies(lags) / np.maximum(self._powers @ there, TINY)[:, None]
         way, block = divmod(int(energies.argmax()), energies.shape[1])
         if energies[way, block] < LEAST_RATIO * max(quantile(energies, 0.5), TINY):
             return None
         lead: int = self._greetings[way].lead
-        return int(block) * BLOCK + lead
+        return int(block) * LAG_STEP + lead
 
     def _rise(self, heard: Samples, noise: Samples) -> int | None:
         """The end of the first window in which the power rises over the noise in the bins of a voice.
@@ -131,14 +126,6 @@ class OnsetDetector:
         total = np.cumsum(np.pad(rises @ counts.T, ((1, 0), (0, 0))), axis=0)
         risen = (total[RISE_FRAMES:] - total[:-RISE_FRAMES]).max(axis=1) > LEAST_RISE * RISE_FRAMES**0.5
         return (int(risen.argmax()) + RISE_FRAMES) * FRAME // 2 if risen.any() else None
-
-
-def _windows(squares: Spectrum) -> Spectrum:
-    """The sums over WINDOW samples from every BLOCK-th on, shape (n, STEP / BLOCK)."""
-    blocks = squares[:, : squares.shape[1] // BLOCK * BLOCK].reshape(len(squares), -1, BLOCK).sum(axis=2)
-    total = np.cumsum(np.pad(blocks, ((0, 0), (1, 0))), axis=1)
-    across = WINDOW // BLOCK
-    return np.asarray(total[:, across:] - total[:, :-across], np.float32)
 
 
 ONSET_LAG = SAMPLE_RATE_HZ // 4

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -35,8 +36,8 @@ from hvcpd.recognition.frontend import TINY
 
 ENERGY_PER_TAP = 6.0
 """Explained energy for each tap."""
-BLOCK = 16
-"""Resolution in lags of the search for first words."""
+LAG_STEP = 16
+"""Resolution in lags (1 ms) of the search for first words."""
 LEAST_START = 35.0
 """Least explained energy of a first word: steady noise reaches 20, and the least of any reported sentence was 78."""
 ROBOT_SCORE = 450.0
@@ -200,15 +201,23 @@ def _by_start(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
         left = [path for path in left if abs(path.starts[0] - at) >= MIN_DISTANCE]
 
 
+def stretch_energies(correlations: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The energies of correlations, shape (..., n), in stretches of FIRST_TAPS lags from every LAG_STEP-th on."""
+    n = correlations.shape[-1] // LAG_STEP
+    squares = np.square(correlations[..., : n * LAG_STEP], dtype=np.float32)
+    blocks = squares.reshape(*squares.shape[:-1], n, LAG_STEP).sum(axis=-1)
+    total = np.cumsum(np.insert(blocks, 0, 0.0, axis=-1), axis=-1).astype(np.float64)
+    across = FIRST_TAPS // LAG_STEP
+    return total[..., across:] - total[..., :-across]
+
+
 def _peaks(correlation: Taps) -> Iterator[tuple[float, int]]:
     """The energies of the correlation in the strongest stretches of FIRST_TAPS, and where they begin."""
-    blocks = np.square(correlation[: len(correlation) // BLOCK * BLOCK]).reshape(-1, BLOCK).sum(axis=1)
-    total = np.concatenate([[0.0], np.cumsum(blocks)])
-    across = FIRST_TAPS // BLOCK
-    energies = total[across:] - total[:-across]
+    energies = stretch_energies(correlation)
+    across = FIRST_TAPS // LAG_STEP
     for _ in range(MAX_STARTS_OF_WORD):
         best = int(energies.argmax())
         if energies[best] <= 0.0:
             return
-        yield float(energies[best]), best * BLOCK
+        yield float(energies[best]), best * LAG_STEP
         energies[max(best - across, 0) : best + across] = 0.0
