@@ -52,14 +52,13 @@ END_MARGIN = 5.0
 through the next words gain a little by chance."""
 UNDER_WAY = 15.0
 """Gain over the filler from which on a path may be a sentence in progress."""
-SURE_GAIN = 28.0
-"""Least gain of a sentence in progress in half a second (40 is usual), both now and before: words fitted to a noise
-that has just risen gain 28 at most, for a moment."""
+SURE_GAIN = 56.0
+"""Gain from which on it surely is one: twice what words that are fitted to a noise that has just risen gain."""
 LEAD_FRAMES = 60
 """Time before a sentence (0.6 s) that shows whether it follows silence: longer than the pause at a comma with the weak
 sounds around it."""
 SURE_BLOCKS = 6
-"""Number of blocks (48 frames): as long as noise must have been steady after a step."""
+"""Number of blocks (48 frames) over which `DecoderSession.gain` is measured."""
 HISTORY_FRAMES = 2048
 """Frames (20 s) of the filler's costs that are kept: longer than the longest sentence."""
 
@@ -175,11 +174,6 @@ class DecoderSession:
         return self.awake and self.best.cost < -UNDER_WAY
 
     @property
-    def surely_under_way(self) -> bool:
-        """Whether a sentence that was in progress half a second ago has gone on ever since."""
-        return self.gain > SURE_GAIN and self._bests[0] < -SURE_GAIN
-
-    @property
     def gain(self) -> float:
         """How much better than the filler a sentence in progress fits the last half second, in units of the templates'
         distance; 0 if none is."""
@@ -190,7 +184,7 @@ class DecoderSession:
     def since(self) -> int | None:
         """The sample at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
         there is none."""
-        return self._since if self.best.cost < -2.0 * SURE_GAIN else None
+        return self._since if self.best.cost < -SURE_GAIN else None
 
     @property
     def ending_word(self) -> str:

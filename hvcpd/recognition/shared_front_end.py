@@ -172,11 +172,11 @@ class SharedFrontEnd:
         energies = np.tile(self.noise.estimate * np.exp(STEADY_MEAN_LOG), (CHUNK_FRAMES, 1))
         return [Chunk(at, energies, False) for at in range(frame, frame + n_chunks * CHUNK_FRAMES, CHUNK_FRAMES)]
 
-    def follow_noise(self, chunk: Chunk, under_way: bool, surely: bool) -> bool:
+    def follow_noise(self, chunk: Chunk, under_way: bool) -> bool:
         """Update the noise estimate; whether the noise stepped up in the last STEP_FRAMES. `under_way`: a sentence may
-        be in progress, so that the sound is not noise; `surely`: it is, so that a rise in level is not noise."""
+        be in progress, so that the sound is not noise."""
         self.noise.push(chunk.energies, speech=self.activity.busy or under_way)
-        return not surely and self.noise.follow_step()
+        return self.noise.follow_step()
 
     def analysed(self, chunk: Chunk) -> Iterator[Chunk]:
         """Yield the chunk once its activity is known; none before the noise is, and then all since. Iterate to the

@@ -157,9 +157,8 @@ class TemplateRecogniser:
             if chunk.masked:  # the robot's own voice covers everything
                 events += self._break_off_all(chunk.first_frame)
                 continue
-            sessions = [each.session for each in self._all]
-            under_way, surely = any(s.under_way for s in sessions), any(s.surely_under_way for s in sessions)
-            if self.front_end.follow_noise(chunk, under_way, surely):  # speech before the step is lost
+            under_way = any(each.session.under_way for each in self._all)
+            if self.front_end.follow_noise(chunk, under_way):  # speech before the step is lost
                 events += self._break_off_all(chunk.first_frame - STEP_FRAMES)
             events += self._analyse(chunk)
         return events
