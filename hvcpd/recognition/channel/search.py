@@ -206,7 +206,8 @@ def stretch_energies(correlations: NDArray[np.floating]) -> NDArray[np.float64]:
     n = correlations.shape[-1] // LAG_STEP
     squares = np.square(correlations[..., : n * LAG_STEP], dtype=np.float32)
     blocks = squares.reshape(*squares.shape[:-1], n, LAG_STEP).sum(axis=-1)
-    total = np.cumsum(np.insert(blocks, 0, 0.0, axis=-1), axis=-1).astype(np.float64)
+    total = np.zeros((*squares.shape[:-1], n + 1))
+    total[..., 1:] = np.cumsum(blocks, axis=-1)
     across = FIRST_TAPS // LAG_STEP
     return total[..., across:] - total[..., :-across]
 
