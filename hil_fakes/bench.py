@@ -290,7 +290,7 @@ class Bench:
         return np.concatenate(heard_by_listener), trails, (block + 1) * BLOCK_S
 
     def _blocks(self, places: list[_Place]) -> Iterator[int]:
-        """Block numbers until every robot knows that all is done and silence has settled, or the limit."""
+        """Block numbers until no robot has anything left to do and silence has settled, or the limit."""
         block, settled = 0, 0
         while block * BLOCK_S < self.plan.limit_s and settled * BLOCK_S < SETTLE_S:
             yield block
@@ -300,9 +300,12 @@ class Bench:
 
 
 def _is_through(c: Coordination) -> bool:
-    """Whether the robot knows that all is done, or is free and can do none of the remaining tasks."""
+    """Whether the robot knows that all is done, is free and can do none of the remaining tasks, or is stopped and has
+    said how to release it: nobody here says "resume"."""
     if c.board.all_done:
         return True
+    if c.state is State.STOPPED:
+        return not c.knowledge.floor.wants("released how")
     left = (entry for entry in c.board.entries() if not entry.known_done)
     return c.state is State.READY and c.role.volunteer and not any(_can_do(c, entry) for entry in left)
 

@@ -140,6 +140,21 @@ def test_who_is_ordered_reads_back_and_reports() -> None:
     assert any(who == "Rob" and text.endswith("complete") for who, text in said[order:])
 
 
+def test_a_mission_whose_robots_all_stand_stopped_ends_once_they_have_said_so() -> None:
+    def stop_both(now: float, _sound: Samples) -> None:
+        if now == 10.0:
+            for robot in bench.robots.values():
+                robot.coordination.stop(robot.now)
+
+    bench = Bench(BenchPlan(NAMES, ONE, 3, limit_s=200.0), sound(), pace=stop_both)
+    record = bench.run()
+    said = [event for event in record.events if isinstance(event, Said)]
+    hints = [event for event in said if event.text.endswith("I have stopped until you say resume")]
+    assert {event.speaker for event in hints} == set(NAMES)
+    assert said[-1].end_s < summary(record).virtual_s < said[-1].end_s + 10.0
+    assert summary(record).lost == 1
+
+
 def test_with_the_air_muted_nothing_is_coordinated() -> None:
     bench = Bench(BenchPlan(NAMES, ONE, 3, air=Air(muted=True), limit_s=200.0), sound())
     record = bench.run()
