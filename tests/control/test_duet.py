@@ -21,7 +21,16 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
-from hvcpd.control.duet.duet import SLOW_S, VISITOR, Duet, SlowAir, choose_medium, ready_text, rereading_of
+from hvcpd.control.duet.duet import (
+    SLOW_S,
+    VISITOR,
+    Duet,
+    SlowAir,
+    choose_medium,
+    ready_text,
+    rereading_of,
+    welcome_text,
+)
 from hvcpd.control.duet.onlookers import UNHEARD, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.coordination.states import State
@@ -333,6 +342,14 @@ def test_without_a_sound_card_robots_talk_through_simulated_air() -> None:
     medium, where = choose_medium(options, 2)
     assert isinstance(medium, SimulatedAir)
     assert where == "through simulated air (--pipe)"
+
+
+def test_the_terminal_says_how_to_ask_its_robots(tmp_path: Path) -> None:
+    text = welcome_text(("Rob", "Bot"), "through simulated air (--pipe)", "", tmp_path / "rob.sock")
+    asks = next(line for line in text.splitlines() if "hvcpctl" in line)
+    options = make_parser().parse_args(asks.partition("hvcpctl ")[2].split())
+    assert options.socket == tmp_path / "rob.sock"
+    assert "Watch" not in text
 
 
 def test_nobody_is_asked_to_speak_without_a_microphone() -> None:

@@ -52,10 +52,6 @@ SLOW_SHARE = 0.8
 LOOK_S = 0.5
 """Interval of the checks that robots listen and sound flows; `LibraryOutput` must be read once a second."""
 
-_WELCOME = """\
-{robots} {talk} {where}.
-{page}{prepare} …
-"""
 _FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
 _READY = """\
 Ready: one of them begins in a moment.
@@ -91,11 +87,7 @@ def run(options: argparse.Namespace) -> int:
         room = SharedRoom(bodies, medium=medium)
         socket = socket_path(wirings[0].settings)
         address = "" if options.no_console else stack.enter_context(page(socket, options.port))
-        page_line = f"Watch {robots[0]} at {address}\n" if address else ""
-        alone = len(robots) == 1
-        talk, prepare = ("talks", "It prepares its words") if alone else ("talk", "They prepare their words")
-        welcome = _WELCOME.format(robots=listed(robots), talk=talk, where=where, page=page_line, prepare=prepare)
-        sys.stdout.write(welcome)
+        sys.stdout.write(welcome_text(robots, where, address, socket))
         sys.stdout.flush()
         rendered = at_once
         if not all(map(is_rendered, wirings)):
@@ -124,6 +116,14 @@ def _open_log(robots: tuple[str, ...]) -> TextIO:
             folder.parent.mkdir(parents=True, exist_ok=True)
             return (folder.parent / f"duet-{'-'.join(robots).lower()}.log").open("w", encoding="utf-8")
     return Path(os.devnull).open("w", encoding="utf-8")
+
+
+def welcome_text(robots: tuple[str, ...], where: str, address: str, socket: Path) -> str:
+    """The first lines for the terminal; `address` is the console's, "" without one, `socket` the first robot's."""
+    talk, prepare = ("talks", "It prepares its") if len(robots) == 1 else ("talk", "They prepare their")
+    watch = f"Watch {robots[0]} at {address}\n" if address else ""
+    ask = f"Ask {robots[0]} from another terminal: hvcpctl status --socket {socket}\n"
+    return f"{listed(robots)} {talk} {where}.\n{watch}{ask}{prepare} words …\n"
 
 
 def ready_text(robots: tuple[str, ...], names: tuple[str, ...], by_voice: bool) -> str:
