@@ -110,7 +110,7 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
         raise AudioFileError(f"{path}: larger than {MAX_FILE_BYTES} bytes; cut it into shorter files")
     if magic not in _MAGICS:
         raise AudioFileError(
-            f"{path}: no WAV, FLAC, AIFF or Ogg; convert it, for example with `sox {path.name} new.wav`"
+            f"{path}: not a WAV, FLAC, AIFF or Ogg file; convert it, for example with `sox {path.name} new.wav`"
         )
     try:
         # By its number: a Python file would be read by callbacks, which need memory that the service's unit forbids. By

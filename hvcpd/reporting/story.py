@@ -248,8 +248,8 @@ def all_went_well(summary: Summary) -> bool:
 def outcome(summary: Summary) -> str:
     """How a mission ended."""
     if all_went_well(summary):
-        done = f"All {summary.tasks} tasks done, each" if summary.tasks != 1 else "The task was done"
-        return f"{done} exactly once"
+        few = {1: "The task was done", 2: "Both tasks done, each"}
+        return f"{few.get(summary.tasks, f'All {summary.tasks} tasks done, each')} exactly once"
     counts = {"not done": summary.lost, "done more than once": len(summary.repeated)}
     wrong = [f"{count} {what}" for what, count in counts.items() if count]
     return f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}"

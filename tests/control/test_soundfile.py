@@ -188,7 +188,7 @@ GOOD = riff(KINDS["16 bit"][2](tone(SAMPLE_RATE_HZ)))
     [
         (b"", "the file is empty"),
         (b"RIFF", "ormat not recognised; record it again, or convert it"),
-        (b"ID3\x04 an MP3 file, by its looks", "no WAV, FLAC, AIFF or Ogg; convert it"),
+        (b"ID3\x04 an MP3 file, by its looks", "not a WAV, FLAC, AIFF or Ogg file; convert it"),
         (b"OggS" + bytes(100), "convert it"),
         (GOOD[:12], "No 'data' chunk marker"),
         (GOOD[:30], "No 'data' chunk marker"),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from hvcpd.reporting import events as ev
-from hvcpd.reporting.story import Span, tell
+from hvcpd.reporting.story import Span, outcome, tell
 
 STARTED = ev.Started(0.0, ("Rob", "Bot"), (), (), "volunteer", 1, 40.0)
 
@@ -39,3 +40,15 @@ def test_what_is_not_done_in_the_end_is_unfinished() -> None:
         Span("Rob", 3, 5.0, 40.0, "done"),
         Span("Rob", 1, 40.0, 100.0, "unfinished"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("tasks", "words"),
+    [
+        (1, "The task was done exactly once"),
+        (2, "Both tasks done, each exactly once"),
+        (3, "All 3 tasks done, each exactly once"),
+    ],
+)
+def test_the_outcome_counts_as_people_do(tasks: int, words: str) -> None:
+    assert outcome(ev.Summary(tasks, {}, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0, "volunteer")) == words
