@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableSequence, Sequence
 from typing import Generic
 
 from hvcpd.ports import Samples
@@ -76,7 +76,7 @@ class Slow(Generic[Job, Result]):
     """A worker that has not ended until it is told to."""
 
     def __init__(self, room: int = 9) -> None:
-        self.waiting: list[tuple[Job, SegmentSearcher[Job, Result]]] = []
+        self.waiting: MutableSequence[tuple[Job, SegmentSearcher[Job, Result]]] = []
         self.room = room
         self.done: list[tuple[Job, Result]] = []
 

@@ -286,8 +286,9 @@ def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() ->
 def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
     events = [(at, Garbled(at - 8000, at)) for at in range(2 * CLATTER, 6 * CLATTER, SAMPLE_RATE_HZ)]
     sound = scene(6 * CLATTER)
-    listening = recogniser(Script(events, ((0, len(sound)),)), Slow(room=99))
-    listening._worker.waiting = deque(maxlen=1)  # type: ignore[attr-defined]
+    worker: Slow[ChannelSegment, SearchResult] = Slow(room=99)
+    worker.waiting = deque(maxlen=1)
+    listening = recogniser(Script(events, ((0, len(sound)),)), worker)
     run(listening, 0, len(sound), sound)
     gc.collect()
     assert sum(isinstance(each, ChannelSegment) for each in gc.get_objects()) < 12
