@@ -194,6 +194,8 @@ def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file
             remedy = "make room there, or name another place"
         case errno.EISDIR:
             remedy = "name a file in it"
+        case errno.ENXIO:
+            remedy = "name a file"
         case errno.ENOENT if not Path(path).parent.exists():
             remedy = f"there is no folder {Path(path).parent}; make it, or name another"
         case _:

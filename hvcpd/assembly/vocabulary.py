@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.assembly.sound import Sound
+from hvcpd.config.files import write_whole
 from hvcpd.errors import PhraseError
-from hvcpd.hardware.files import write_whole
 from hvcpd.language.clashes import RESERVED_WORDS
 from hvcpd.language.competition import Pair, Phrase, competing_phrases
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary

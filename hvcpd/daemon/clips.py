@@ -104,8 +104,7 @@ class Clips:
 
     def _store(self, path: Path, samples: Samples, settings: ClipSettings) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_wav(path, samples)
-        path.chmod(0o640)
+        write_wav(path, samples, 0o640)
         self._delete_oldest(path, settings)
 
     def _delete_oldest(self, newest: Path, settings: ClipSettings) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import structlog
 
+from hvcpd.config.files import write_whole
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import Loaded
 from hvcpd.config.sources import Sourced
@@ -19,7 +20,6 @@ from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, writing
-from hvcpd.hardware.files import write_whole
 from hvcpd.people.enrolled import Person
 
 LIVE = ("mode", "pick", "talk", "quiet", "unable", "clips", "log_level", "log_format")

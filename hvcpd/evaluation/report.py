@@ -11,9 +11,9 @@ from pathlib import Path
 
 from markupsafe import Markup
 
+from hvcpd.config.files import write_whole
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.trials import Findings, Table
-from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.markup import document, tag
 from hvcpd.reporting.palette import own_file
 

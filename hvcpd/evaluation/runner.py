@@ -10,9 +10,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
+from hvcpd.config.files import write_whole
 from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.evaluation.trials import Row, Trial
-from hvcpd.hardware.files import write_whole
 
 LOST = "the workers were lost; what is finished is kept, and the same command goes on from there once they are back"
 Run = Callable[[Trial], Row]

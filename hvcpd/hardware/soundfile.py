@@ -19,9 +19,9 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.config.files import write_whole
 from hvcpd.errors import AudioFileError, unreadable, unwritable
 from hvcpd.hardware.audio_resample import resample
-from hvcpd.hardware.files import write_whole
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 MIN_RATE_HZ = 8_000
@@ -79,10 +79,11 @@ def read_wav(path: Path) -> Samples:
         raise AudioFileError(f"{path}: {unreadable(error)}") from error
 
 
-def write_wav(path: Path, samples: Samples) -> None:
+def write_wav(path: Path, samples: Samples, mode: int | None = None) -> None:
     """Write sound, shape (n,), 1.0 = full scale, as 16 kHz mono 16-bit WAV; louder samples are clipped.
 
-    Raises AudioFileError if the file cannot be written; then it is as it was.
+    A `mode` is the permissions of a private file, as in `write_whole`. Raises AudioFileError if the file cannot be
+    written; then it is as it was.
     """
     scaled = np.rint(np.nan_to_num(samples.astype(np.float64)) * 2.0**15)
     data = io.BytesIO()
@@ -90,7 +91,7 @@ def write_wav(path: Path, samples: Samples) -> None:
         file.setparams((1, 2, SAMPLE_RATE_HZ, 0, "NONE", ""))
         file.writeframes(np.clip(scaled, -(2**15), 2**15 - 1).astype("<i2").tobytes())
     try:
-        write_whole(path, data.getvalue())
+        write_whole(path, data.getvalue(), mode)
     except BrokenPipeError:
         raise  # the reader of a pipe has gone
     except (OSError, ValueError) as error:

@@ -18,6 +18,7 @@ from enum import Enum
 from functools import partial
 from pathlib import Path
 
+from hvcpd.config.files import sync_folder
 from hvcpd.errors import StoreError
 
 MAX_BYTES = 100
@@ -182,7 +183,7 @@ class StopLatch:
             raise
         self.close()
         self._held = descriptor
-        _sync_folder(self.path.parent)
+        sync_folder(self.path.parent)
 
     def _cut(self) -> None:
         """Cut the file short: neither a full disk nor the folder's permissions are in the way."""
@@ -201,7 +202,7 @@ class StopLatch:
 
     def _delete(self) -> None:
         self.path.unlink()
-        _sync_folder(self.path.parent)
+        sync_folder(self.path.parent)
 
 
 def _made(path: Path) -> bool:
@@ -211,7 +212,7 @@ def _made(path: Path) -> bool:
         descriptor = os.open(path, flags, 0o600)
         os.fsync(descriptor)
         os.close(descriptor)
-        _sync_folder(path.parent)
+        sync_folder(path.parent)
     except OSError:
         return False
     return _is_own_file(path)
@@ -223,14 +224,6 @@ def _is_own_file(path: Path) -> bool:
     except OSError:
         return False
     return stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
-
-
-def _sync_folder(folder: Path) -> None:
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager

@@ -5,6 +5,7 @@ They hold energies, not recordings: these have a tenth of the size, and they can
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 import zipfile
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hvcpd.config.files import make_folder, write_whole
 from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_name
 from hvcpd.errors import StoreError, writing
 from hvcpd.memory import PEOPLE_FOLDER
@@ -84,29 +86,19 @@ def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]
 
 def write_person(path: Path, person: Person) -> None:
     """Write the file whole, for its owner and group alone; where a link points, if it is one. Raises StoreError."""
-    arrays = {f"{word}/{k}": take for word, takes in person.takes.items() for k, take in enumerate(takes)}
+    # The energies' digits beyond float16's of the logarithm are noise of the microphone.
+    logs = {
+        f"{word}/{k}": np.log(t).astype(np.float16) for word, takes in person.takes.items() for k, t in enumerate(takes)
+    }
+    heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
+    said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
     head = np.array([FORMAT, N_BANDS, HOP_SAMPLES], np.int64)
+    named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
+    data = io.BytesIO()
+    np.savez_compressed(data, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
     with writing(path, StoreError, otherwise=f"{_BY_OWNER}, or name another place"):
-        target = Path(os.path.realpath(path))
-        if target.exists() and not target.is_file() and not target.is_dir():  # it would be replaced by the file
-            raise StoreError(f"{path}: this is a device or a pipe; name a file")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        partial = target.with_name(f".{target.name}.new")
-        partial.unlink(missing_ok=True)
-        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o640)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                # The energies' digits beyond float16's of the logarithm are noise of the microphone.
-                logs = {key: np.log(take).astype(np.float16) for key, take in arrays.items()}
-                heard = {f"{_SENTENCE}{k}": each.logs.astype(np.float16) for k, each in enumerate(person.sentences)}
-                said = np.array([" ".join(each.words) for each in person.sentences], dtype=np.str_)
-                named = {"name": np.array(person.name), "filters": _filters(), _SAID: said}
-                np.savez_compressed(file, head=head, **named, **logs, **heard)  # type: ignore[arg-type]
-                file.flush()
-                os.fsync(file.fileno())
-            partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
+        make_folder(Path(os.path.realpath(path)).parent)
+        write_whole(path, data.getvalue(), 0o640)
 
 
 def remove_person(path: Path) -> bool:

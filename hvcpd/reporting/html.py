@@ -9,7 +9,7 @@ from string import Template
 
 from markupsafe import Markup
 
-from hvcpd.hardware.files import write_whole
+from hvcpd.config.files import write_whole
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.reporting.audio_clip import Clip, make_clip
 from hvcpd.reporting.conversation import draw_conversation, utterance_options

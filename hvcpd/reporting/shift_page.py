@@ -9,7 +9,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from hvcpd.hardware.files import write_whole
+from hvcpd.config.files import write_whole
 from hvcpd.language import messages as m
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.markup import document, escaped, joined, tag

@@ -11,8 +11,8 @@ from typing import Any, get_args
 import cattrs
 import numpy as np
 
+from hvcpd.config.files import write_whole
 from hvcpd.errors import ConfigError, unreadable
-from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.events import Event, Moved, Summary, Trail
 from hvcpd.reporting.jsonlines import as_strict_json, line
 from hvcpd.reporting.simplify import simplified

@@ -23,6 +23,7 @@ from dataclasses import dataclass, field, replace
 from datetime import date, timedelta
 from pathlib import Path
 
+from hvcpd.config.files import write_whole
 from hvcpd.errors import KeyFileError, writing
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 
@@ -182,22 +183,14 @@ def written(keys: KeyFile) -> str:
 def write_key_file(path: Path, keys: KeyFile, replaces: bool) -> None:
     """Write it whole, readable by its owner alone; where a link points, if it is one. Raises KeyFileError; without
     `replaces` also if there is one."""
-    target = Path(os.path.realpath(path))
     with writing(path, KeyFileError, "the key: ", "name another with --key"):
-        if target.is_dir():
+        if path.is_dir():
             raise KeyFileError(f"{path}: this is a folder; name a file in it with --key")
-        partial = target.with_name(target.name + ".new")
         if path.exists() and not replaces:
             raise KeyFileError(
                 f"{path}: this is there; change its key with: {key_command('rotate', path)}, or move it away"
             )
-        partial.unlink(missing_ok=True)
-        handle = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(written(keys))
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(target)
+        write_whole(path, written(keys).encode(), 0o600)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvcpd.hardware.files import write_whole
+from hvcpd.config.files import write_whole
 from hvcpd.ports import Samples
 from hvcpd.synthesis.shipped import ShippedUnits
 

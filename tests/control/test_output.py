@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from hvcpd.config.files import write_whole
 from hvcpd.errors import unwritable
-from hvcpd.hardware.files import write_whole
 
 HVCPCTL = (sys.executable, "-m", "hvcpd.control.cli")
 HVCPD = (sys.executable, "-m", "hvcpd.cli")

@@ -58,7 +58,7 @@ def test_a_device_or_a_pipe_is_not_replaced_and_a_link_leads_to_the_file(tmp_pat
 def test_nothing_is_left_where_the_disk_is_full(tmp_path: Path) -> None:
     with no_new_bytes(), pytest.raises(StoreError, match="make room there"):
         write_person(person_path(tmp_path, "Anna"), ANNA)
-    assert not list(tmp_path.rglob("*.new"))
+    assert not list(tmp_path.rglob("*.part"))
 
 
 @pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])

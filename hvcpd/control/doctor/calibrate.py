@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+from hvcpd.config.files import write_whole
 from hvcpd.control.doctor.diagnosis import RunCommand, run_command
 from hvcpd.control.doctor.mixer import CAPTURE, Control, Mixer
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself
@@ -20,7 +21,6 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, writing
 from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_range_m
 from hvcpd.hardware.audio import find_device
-from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.text import over_noise
 
 PEAK_DBFS = -6.0

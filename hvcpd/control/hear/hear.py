@@ -94,7 +94,7 @@ def _check_plot(path: Path, samples: Samples) -> None:
 
 
 def _draw(path: Path, samples: Samples, events: list[Event], title: str) -> None:
-    from hvcpd.hardware.files import write_whole
+    from hvcpd.config.files import write_whole
     from hvcpd.reporting.hearing_plot import hearing_png
 
     png = hearing_png(samples, events, title)

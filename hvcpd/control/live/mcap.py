@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hvcpd.config.files import write_whole
 from hvcpd.errors import EX_OK, ConfigError, writing
-from hvcpd.hardware.files import write_whole
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
 from hvcpd.reporting.transcript import objects, read_trails

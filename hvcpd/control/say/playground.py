@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 
+from hvcpd.config.files import write_whole
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, AudioFileError, ConfigError, writing
-from hvcpd.hardware.files import write_whole
 from hvcpd.reporting.playground import make_scenes, page
 
 MOST_ROBOTS = 4

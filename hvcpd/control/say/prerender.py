@@ -17,6 +17,7 @@ from rich.progress import Progress
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.sound import user_cache_folder
+from hvcpd.config.files import make_writable
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_with_sources
 from hvcpd.control.simulate.team import load_team
@@ -24,7 +25,6 @@ from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable, writing
-from hvcpd.hardware.files import make_writable
 from hvcpd.recognition.second_pass import SynchronousWorker
 from hvcpd.synthesis.unit_cache import UnitCache
 

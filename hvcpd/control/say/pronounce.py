@@ -12,10 +12,10 @@ from itertools import chain
 
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
+from hvcpd.config.files import STANDARD_OUTPUT, write_whole
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases
 from hvcpd.errors import AudioFileError, PhraseError, unwritable
-from hvcpd.hardware.files import STANDARD_OUTPUT, write_whole
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.reporting.text import columns
 from hvcpd.synthesis.articulation import controls_for

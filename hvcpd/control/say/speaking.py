@@ -7,10 +7,10 @@ import json
 import sys
 
 from hvcpd.assembly.voice_assignment import recorded_voice
+from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.errors import EX_OK, PhraseError
-from hvcpd.hardware.files import STANDARD_OUTPUT
 from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery

@@ -13,10 +13,10 @@ import numpy as np
 
 from hvcpd.assembly.sound import Sound, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
+from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases, write_or_play
 from hvcpd.errors import EX_OK
-from hvcpd.hardware.files import STANDARD_OUTPUT
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_named

@@ -17,6 +17,7 @@ from typing import TypeVar
 import yaml
 
 from hvcpd.assembly.vocabulary import check, refusal
+from hvcpd.config.files import write_whole
 from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
 from hvcpd.config.shared_places import MAX_DISTANCE_M
 from hvcpd.config.skills import valid_key
@@ -24,7 +25,6 @@ from hvcpd.config.task_file import MAX_TASKS
 from hvcpd.config.tasks import TENDING
 from hvcpd.control.simulate.team import load_team, refuse_same_sound, vocabulary_cache
 from hvcpd.errors import EX_OK, ConfigError, writing
-from hvcpd.hardware.files import write_whole
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_fault
 

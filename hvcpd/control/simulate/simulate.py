@@ -21,6 +21,7 @@ from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air, FreeField
 from hil_fakes.skills import FakeDevice, usual_devices
 from hvcpd.assembly.vocabulary import check, refusal
+from hvcpd.config.files import make_writable
 from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.control.keys.key import today
@@ -28,7 +29,6 @@ from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, taking_part, vocabulary_cache
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, writing
-from hvcpd.hardware.files import make_writable
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.ports import Samples
 from hvcpd.reporting.events import Event, MissionRecord, Started, Summary
