@@ -79,6 +79,20 @@ class Person:
         """The recogniser's name for this voice: only takes tell it from others."""
         return voice_of(self.name) if self.takes else STRANGER
 
+    def unknown(self, takes: Takes, sentences: Iterable[SpokenSentence]) -> tuple[Takes, list[SpokenSentence]]:
+        """Those of the takes and sentences that this person has not, each once: they may be of the same recordings."""
+        seen = {_print(word, np.log(take)) for word, of_word in self.takes.items() for take in of_word}
+        seen |= {_print(" ".join(each.words), each.logs) for each in self.sentences}
+
+        def is_new(text: str, logs: LogBands) -> bool:
+            known, mark = len(seen), _print(text, logs)
+            seen.add(mark)
+            return len(seen) > known
+
+        news = {word: [take for take in of_word if is_new(word, np.log(take))] for word, of_word in takes.items()}
+        said = [each for each in sentences if is_new(" ".join(each.words), each.logs)]
+        return {word: of_word for word, of_word in news.items() if of_word}, said
+
     def with_takes(self, more: Takes) -> Person:
         """The same with more takes, the oldest beyond MAX_TAKES of a word left out."""
         known = {word: [*self.takes.get(word, ()), *new][-MAX_TAKES:] for word, new in more.items()}
@@ -87,6 +101,11 @@ class Person:
     def with_sentences(self, more: Iterable[SpokenSentence]) -> Person:
         """The same with more sentences, the oldest beyond MAX_SENTENCES left out."""
         return replace(self, sentences=(*self.sentences, *more)[-MAX_SENTENCES:])
+
+
+def _print(text: str, logs: LogBands) -> tuple[str, bytes]:
+    """What is the same for two readings of one recording, also if one was in a file, which has float16."""
+    return text, logs.astype(np.float16).tobytes()
 
 
 def voice_of(name: str) -> str:

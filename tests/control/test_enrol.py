@@ -120,6 +120,26 @@ def test_sentences_from_wavs_are_kept(tmp_path: Path, capsys: pytest.CaptureFixt
     assert capsys.readouterr().out == "Anna: 3 sentences, 0 words, 0 takes\n"
 
 
+def test_recordings_that_are_known_are_not_added_again(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same folder, read twice, doubled the sentences and takes."""
+    assert enrol(tmp_path, "Anna", "--show") == 0
+    texts = capsys.readouterr().out.splitlines()
+    write_wav(folder / "sentence_1.wav", sentence(texts[0]))
+    assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
+    assert "known already" not in capsys.readouterr().out
+    once = read_person(person_path(tmp_path / "state", "Anna"))
+    write_wav(folder / "sentence_2.wav", sentence(texts[1]))
+    assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
+    told = capsys.readouterr().out
+    assert "Anna: 13 recordings known already, and not added again\nAnna: 1 sentence, kept in" in told
+    twice = read_person(person_path(tmp_path / "state", "Anna"))
+    assert (len(twice.sentences), twice.n_takes) == (2, once.n_takes)
+    assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
+    assert twice.same_as(read_person(person_path(tmp_path / "state", "Anna")))
+
+
 def test_the_words_are_shown_if_words_are_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It showed the sentences."""
     assert enrol(tmp_path, "Anna", "--show", "--words", "rob,stop") == 0
@@ -230,7 +250,7 @@ def test_the_command_records_from_the_microphone(tmp_path: Path, capsys: pytest.
     arguments = ["enrol", "Anna", "--state-dir", str(tmp_path), "--words", "stop"]
     options: argparse.Namespace = make_parser().parse_args(arguments)
     assert run(options, Devices(make_stream=lambda _settings: Microphone(script))) == 0
-    assert "1 words, 3 takes" in capsys.readouterr().out
+    assert "Anna: 1 word, 3 takes" in capsys.readouterr().out
     assert len(read_person(person_path(tmp_path, "Anna")).takes["stop"]) == 3
 
 

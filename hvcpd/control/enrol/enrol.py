@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from hvcpd.config.command_line import print_error
 from hvcpd.config.names import valid_robot_name
@@ -24,6 +25,7 @@ from hvcpd.language.competition import competing_phrases
 from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, write_person
 from hvcpd.people.enrolled import MAX_TAKES, Person, SpokenSentence
 from hvcpd.recognition.frontend import Energies
+from hvcpd.reporting.text import plural
 
 _NUMBERED = re.compile(r"([a-z]+)(?:[_-]?\d+)?")
 """Names of takes of one word: stop.wav, stop_1.wav, stop-2.wav, stop3.wav."""
@@ -40,6 +42,8 @@ class Report:
     sentences: int = 0
     words: int = 0
     takes: int = 0
+    known: int = 0
+    """Sentences and takes that this person has already."""
     rejected: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
     confusable: list[tuple[str, str]] = field(default_factory=list)
@@ -76,7 +80,7 @@ def _list(options: argparse.Namespace) -> int:
         raise StoreError("\n".join(faults))
     for fault in faults:
         print_error("hvcpctl", fault)
-    rows = [
+    rows: list[dict[str, Any]] = [
         {"name": p.name, "sentences": len(p.sentences), "words": len(p.takes), "takes": p.n_takes}
         for p in people.values()
     ]
@@ -84,7 +88,8 @@ def _list(options: argparse.Namespace) -> int:
         sys.stdout.write(json.dumps(rows) + "\n")
         return EX_OK
     for row in rows:
-        sys.stdout.write(f"{row['name']}: {row['sentences']} sentences, {row['words']} words, {row['takes']} takes\n")
+        counts = ", ".join(plural(row[f"{one}s"], one) for one in ("sentence", "word", "take"))
+        sys.stdout.write(f"{row['name']}: {counts}\n")
     if not rows:
         sys.stdout.write("nobody is enrolled; enrol somebody with: hvcpctl enrol NAME\n")
     return EX_OK
@@ -122,9 +127,8 @@ def _import(options: argparse.Namespace) -> int:
     if options.person is not None and options.person.lower() != person.name.lower():
         raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
     write_person(person_path(_state_dir(options), person.name), person)
-    sys.stdout.write(
-        f"{person.name}: {len(person.sentences)} sentences and {len(person.takes)} words are known; {HOW_IT_COUNTS}\n"
-    )
+    known = f"{plural(len(person.sentences), 'sentence')} and {plural(len(person.takes), 'word')}"
+    sys.stdout.write(f"{person.name}: now known by {known}; {HOW_IT_COUNTS}\n")
     return EX_OK
 
 
@@ -150,16 +154,18 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
         wanted, stream = _sentences(options.person, team), devices.make_stream(team.settings.audio)
         sentences = record_sentences(wanted, check, stream, sys.stdout)
     found = {word: _consistent(word, takes, report) for word, takes in found.items()}
-    found = {word: takes for word, takes in found.items() if takes}
-    report.words, report.takes = len(found), sum(map(len, found.values()))
+    said = sum(map(len, found.values())) + len(sentences)
+    new, sentences = known.unknown(found, sentences)
+    report.words, report.takes = len(new), sum(map(len, new.values()))
     report.sentences = len(sentences)
-    person = known.with_takes(found).with_sentences(sentences)
+    report.known = said - report.takes - report.sentences
+    person = known.with_takes(new).with_sentences(sentences)
     report.missing = sorted(set(team.phrasebook.people_graph.words) - person.takes.keys()) if person.takes else []
-    report.confusable = confusable(person.takes, _competing(team, found))
-    if found or sentences:
+    report.confusable = confusable(person.takes, _competing(team, new))
+    if new or sentences:
         write_person(path, person)
     _tell(options, report, path)
-    return EX_OK if found or sentences else EX_FAILURE
+    return EX_OK if said else EX_FAILURE
 
 
 def _sentences(person: str, team: Team) -> dict[str, tuple[str, ...]]:
@@ -270,11 +276,14 @@ def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
         sys.stdout.write(f"not used: {line}\n")
     for first, second in report.confusable:
         sys.stdout.write(f"'{first}' and '{second}' sound alike; say them more clearly: --words {first},{second}\n")
+    if report.known:
+        known = plural(report.known, "recording")
+        sys.stdout.write(f"{options.person}: {known} known already, and not added again\n")
     if report.sentences:
-        sys.stdout.write(f"{options.person}: {report.sentences} sentences, kept in {path}\n")
-    sys.stdout.write(
-        f"{options.person}: {report.words} words, {report.takes} takes, kept in {path}\n" * bool(report.words)
-    )
+        sys.stdout.write(f"{options.person}: {plural(report.sentences, 'sentence')}, kept in {path}\n")
+    if report.words:
+        words, takes = plural(report.words, "word"), plural(report.takes, "take")
+        sys.stdout.write(f"{options.person}: {words}, {takes}, kept in {path}\n")
     if report.missing:
         more = " …" if len(report.missing) > 8 else ""
         sys.stdout.write(f"{len(report.missing)} words are missing: {', '.join(report.missing[:8])}{more}\n")

@@ -15,6 +15,7 @@ from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import Energies
+from hvcpd.reporting.text import plural
 
 SETTLE_S = 0.5
 """Sound cards click and adapt when they are opened."""
@@ -80,7 +81,9 @@ class _Session:
         """Word by word; a take is in `found` as soon as it is good."""
         async with self._listening():
             total = len(words) * takes
-            self._out.write(f"{len(words)} words, {takes} times each. Say each one as you would to a robot.\n")
+            self._out.write(
+                f"{plural(len(words), 'word')}, {plural(takes, 'time')} each. Say each one as you would to a robot.\n"
+            )
             for number in range(total):  # all words once, then again: repeated at once, they are sung
                 word = words[number % len(words)]
                 take = await self._ask(f"[{number + 1}/{total}] {word.upper()}", check_take)
@@ -94,7 +97,7 @@ class _Session:
     ) -> None:
         """Sentence by sentence, each as it is written, with its words; one is in `found` as soon as it is good."""
         async with self._listening():
-            self._out.write(f"{len(sentences)} sentences. Say each one as you would to a robot.\n")
+            self._out.write(f"{plural(len(sentences), 'sentence')}. Say each one as you would to a robot.\n")
             for number, (text, words) in enumerate(sentences.items()):
                 sentence = await self._ask(f"[{number + 1}/{len(sentences)}] {text}", partial(check, words=words))
                 if sentence is None:
