@@ -16,11 +16,11 @@ from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import SaveChange, SaveDue, SavePeer, SaveStopped, SaveTask
 from hvcpd.daemon.control_socket import locked, runtime_file
-from hvcpd.daemon.latch_service import RETRY_S, LatchService
+from hvcpd.daemon.latch_service import RETRY_S, LatchService, stop_latch
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
 from hvcpd.memory.journal import Journal
-from hvcpd.memory.latch import Latched, StopLatch, spare_places
+from hvcpd.memory.latch import Latched
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.recent import OfTask, Recent
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
@@ -56,8 +56,7 @@ class JournalService:
     def __init__(self, wiring: Wiring) -> None:
         self._wiring = wiring
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="memory")
-        places = spare_places(wiring.latch_path, runtime_file(wiring.settings, ".stopped"))
-        self._latch = LatchService(StopLatch(wiring.latch_path, places))
+        self._latch = LatchService(stop_latch(wiring))
         self._lock: int | None = None
         """Lock on the memory, whatever the socket: another daemon's latch must not release a stopped robot."""
         self._memory: Memory | None = None

@@ -9,8 +9,10 @@ from dataclasses import replace
 
 import structlog
 
+from hvcpd.daemon.control_socket import runtime_file
+from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import StoreError
-from hvcpd.memory.latch import Latched, Permit, StopLatch
+from hvcpd.memory.latch import Latched, Permit, StopLatch, spare_places
 
 RETRY_S = 1.0
 """Pause after a failure (sample clock): each try may wait 1 s for another process."""
@@ -19,6 +21,11 @@ LATCH_S = 5.0
 `hvcpctl`."""
 
 _log = structlog.get_logger(__name__)
+
+
+def stop_latch(wiring: Wiring) -> StopLatch:
+    """The latch of this robot, with its spare places."""
+    return StopLatch(wiring.latch_path, spare_places(wiring.latch_path, runtime_file(wiring.settings, ".stopped")))
 
 
 class LatchService:

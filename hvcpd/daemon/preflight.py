@@ -14,10 +14,12 @@ from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.latch_service import stop_latch
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
 from hvcpd.hardware.audio import Direction, find_device
 from hvcpd.hardware.gpio import missing
+from hvcpd.memory.latch import UNREADABLE, Permit, StopLatch
 from hvcpd.skills.checks import faults
 
 Access = Callable[[Path, int], bool]
@@ -59,8 +61,8 @@ def examine(
     allow_confusable: bool = False,
     skill_places: Mapping[str, str] | None = None,
 ) -> Preflight:
-    """Look for tasks, enrolled people, skills, confusable words (unless `allow_confusable`), memory, microphone,
-    loudspeaker, port, stop button.
+    """Look for tasks, enrolled people, skills, confusable words (unless `allow_confusable`), memory, a kept stop,
+    microphone, loudspeaker, port, stop button.
 
     They are looked for in this order; no device is opened, and no directory made. `skill_places` has the line of each
     skill, for what is wrong with it.
@@ -81,6 +83,8 @@ def examine(
         findings.append(Finding("tasks", str(error), error.exit_status))
     findings += find_quiet_hours(settings)
     findings.append(find_memory(settings.state_dir))
+    if wiring is not None and findings[-1].ok:
+        findings += find_stop(stop_latch(wiring), settings.memory_path)
     findings.extend(find_sound(settings.audio, devices))
     findings.append(find_port(settings.wheels, device_directory))
     findings += find_stop_button(settings.stop_button, device_directory)
@@ -135,6 +139,18 @@ def find_memory(directory: Path, access: Access = os.access) -> Finding:
         what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
         return Finding("memory", f"state_dir: {directory} {what}; {remedy}", EX_CANTCREAT)
     return Finding("memory", f"{directory} {'is writable' if nearest == directory else 'will be made'}")
+
+
+def find_stop(latch: StopLatch, memory: Path) -> Iterator[Finding]:
+    """Whether the robot will start stopped, by its latch; nothing if it will not."""
+    found, spare, release = latch.read(), latch.spare(), 'once it runs, say "resume", or: hvcpctl resume'
+    if found is None and memory.exists():
+        yield Finding("stop", f"{latch.path}: missing, so the robot will start stopped; {release}", doubtful=True)
+    elif found == UNREADABLE:
+        text = f"{latch.path}: damaged or unreadable, so the robot will start stopped; check its disk; {release}"
+        yield Finding("stop", text, doubtful=True)
+    elif spare is not None or (found is not None and found.permit in (Permit.STOPPED, Permit.UNSURE)):
+        yield Finding("stop", f"the robot is stopped by {spare or latch.path}; {release}")
 
 
 def sides_of(settings: AudioSettings) -> tuple[tuple[str, Direction, str | None], ...]:

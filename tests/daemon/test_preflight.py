@@ -16,10 +16,12 @@ from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.coordination.actions import Speech
-from hvcpd.daemon.preflight import find_memory, find_port, find_quiet_hours, find_stop_button
+from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.preflight import examine, find_memory, find_port, find_quiet_hours, find_stop, find_stop_button
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
+from hvcpd.memory.latch import Latched, Permit, StopLatch
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.synthesis.likeness import name_fault
 
@@ -109,6 +111,27 @@ def test_memory_that_is_there_or_can_be_made(tmp_path: Path) -> None:
 def test_memory_below_a_file(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert find_memory(tmp_path / "file" / "state").exit_status == EX_CANTCREAT
+
+
+@pytest.mark.parametrize(("line", "doubtful"), [(b"fre", True), (b"", True), (Latched(Permit.STOPPED, 7).line, False)])
+def test_a_latch_that_keeps_the_robot_stopped_is_told(line: bytes, doubtful: bool, tmp_path: Path) -> None:
+    """`--check` said that all was well, and then the robot stood."""
+    (tmp_path / "rob.latch").write_bytes(line)
+    preflight = examine(Settings(name="Rob", names=("Rob", "Bot"), state_dir=tmp_path), Devices())
+    found = next(finding for finding in preflight.findings if finding.subject == "stop")
+    assert (found.ok, found.doubtful) == (True, doubtful)
+    assert str(tmp_path / "rob.latch") in found.text
+    assert found.text.endswith('once it runs, say "resume", or: hvcpctl resume')
+
+
+def test_a_latch_that_is_missing_beside_a_memory_is_told(tmp_path: Path) -> None:
+    latch, memory = StopLatch(tmp_path / "rob.latch"), tmp_path / "rob.sqlite3"
+    assert not list(find_stop(latch, memory))
+    memory.touch()
+    assert [finding.doubtful for finding in find_stop(latch, memory)] == [True]
+    latch.write(Latched(Permit.FREE, 7))
+    latch.close()
+    assert not list(find_stop(latch, memory))
 
 
 def test_memory_on_a_disk_that_is_not_mounted(tmp_path: Path) -> None:
