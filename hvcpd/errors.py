@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import errno
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -58,14 +58,17 @@ class VocabularyError(PhraseError):
     """Words of a team clash with each other or with the phrasebook; `key` is the setting that they come from. `others`
     are further ones, each of which is a line of the text."""
 
-    def __init__(self, text: str, key: str, *others: VocabularyError) -> None:
-        self.key = key
-        self._lines: list[tuple[str, str]] = [(text, key), *(line for other in others for line in other._lines)]
-        super().__init__("\n".join(line for line, _ in self._lines))
+    def __init__(self, text: str, key: str, *others: VocabularyError, written: str = "") -> None:
+        """`key`: the setting that the words come from; `written`: the words, as they are written there."""
+        self.key, self.written = key, written
+        own = (text, key, written)
+        self._lines: list[tuple[str, str, str]] = [own, *(line for other in others for line in other._lines)]
+        super().__init__("\n".join(line for line, *_ in self._lines))
 
-    def at(self, tasks: Path) -> str:
-        """The text, each line with the place to mend it: the file of the `tasks`, or the key of the settings."""
-        return "\n".join(f"{tasks if key == 'tasks' else key}: {text}" for text, key in self._lines)
+    def at(self, place: Callable[[str], str]) -> str:
+        """The text, each line with the place to mend it: that of the words in the file of the tasks, which `place`
+        finds, or the key of the settings."""
+        return "\n".join(f"{place(written) if key == 'tasks' else key}: {text}" for text, key, written in self._lines)
 
 
 class AudioFileError(HvcpdError):

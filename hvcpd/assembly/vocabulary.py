@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from hvcpd.assembly.make import templates_of
 from hvcpd.assembly.separation import CONDITIONS, Condition, ConfusionCurve, VoiceSounds
 from hvcpd.assembly.sound import Sound
+from hvcpd.config.document import place_of
 from hvcpd.config.files import write_whole
 from hvcpd.errors import PhraseError
 from hvcpd.language.clashes import RESERVED_WORDS
@@ -54,7 +55,7 @@ PROPOSALS = 2
 MAX_TRIED = 6
 """Replacements tried for each word, about 0.3 s each: a person waits for the answer."""
 MAX_EXPLAINED = 4
-"""Number of confused pairs, the worst ones, for which replacements are sought; the others are reported without."""
+"""Confused pairs, the worst ones, for which replacements are sought."""
 NEAR_NAMES = 5
 """Names tried in place of a name, those with the most phones in common."""
 
@@ -108,12 +109,13 @@ def describe(confusion: Confusion) -> str:
 
 
 def refusal(confusions: Iterable[Confusion], tasks: Path, allowable: bool = True) -> str | None:
-    """Why a team's words cannot be used, one line a pair with the place to mend it; None when they can.
-
-    `tasks` is the file of the tasks; `allowable` tells whether the command has --allow-confusable.
-    """
+    """Why a team's words cannot be used, one line a pair with the place to mend it; None when they can. `tasks` is the
+    file of the tasks; `allowable` tells whether the command has --allow-confusable."""
     wrong = [c for c in confusions if c.confusable and not c.fixed]
-    lines = [f"{tasks if c.key == 'tasks' else c.key}: {describe(c)}" for c in wrong]
+    lines = []
+    for c in wrong:
+        words = (c.subject,) if c.subject else (c.first, c.second)
+        lines.append(f"{place_of(tasks, *words) if c.key == 'tasks' else c.key}: {describe(c)}")
     return "\n".join([*lines, *["To use them anyway: --allow-confusable"] * (allowable and bool(lines))]) or None
 
 
@@ -184,10 +186,8 @@ def _find(pairs: Sequence[Pair], voices: Sequence[Voice], sound: Sound) -> tuple
 
 def _may_sound_the_same(pair: Pair, sound: Sound) -> bool:
     """Whether some pronunciation of the one is one of the other: a speaker may choose it, as of "read"."""
-    if max(map(len, pair)) > 1:
-        return False
     first, second = (set(sound.lexicon.sounds(phrase[0])) for phrase in pair)
-    return bool(first & second)
+    return max(map(len, pair)) == 1 and bool(first & second)
 
 
 def _homophones(pair: Pair) -> Confusion:
@@ -222,9 +222,8 @@ def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion
 
     fixed = all(word in FIXED_WORDS for phrase in pair for word in phrase)
     same = float(distances[CONDITIONS.index(Condition())]) < SAME
-    return Confusion(
-        " ".join(pair[0]), " ".join(pair[1]), voice.name, same, worst(None), worst(0.0), worst(-5.0), fixed
-    )
+    rates = (worst(None), worst(0.0), worst(-5.0))
+    return Confusion(" ".join(pair[0]), " ".join(pair[1]), voice.name, same, *rates, fixed)
 
 
 def _explained(c: Confusion, book: Phrasebook) -> Confusion:

@@ -11,6 +11,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import chain
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +80,13 @@ class Document:
         while path not in self.key_places and path not in self.places:
             path = path[:-1]
         return self.key_places.get(path) or self.places[path]
+
+    def texts(self) -> Iterator[tuple[str, Place]]:
+        """The texts among the values, and the place of each."""
+        for path, place in self.places.items():
+            value = reduce(getitem, path, self.value)
+            if isinstance(value, str):
+                yield value, place
 
     def has(self, path: KeyPath) -> bool:
         """Whether there is a value at `path`, valid or not."""
@@ -183,6 +193,17 @@ def parse(data: bytes, source: str) -> Document:
         line = text.count("\n", 0, error.position) + 1
         raise ConfigError(f"{source}:{line}: YAML does not allow this character; delete it") from error
     return document
+
+
+def place_of(file: Path, *texts: str) -> str:
+    """The first line of a file where one of the texts is a value, or else a word of one; the file if none is."""
+    try:
+        found = list(parse(read_bytes(file), str(file)).texts())
+    except ConfigError:
+        return str(file)
+    whole = (place for text, place in found if text in texts)
+    parts = (place for text, place in found if not set(texts).isdisjoint(text.split()))
+    return str(next(chain(whole, parts), file))
 
 
 def decoded(data: bytes, source: str) -> str:

@@ -15,6 +15,7 @@ import structlog
 from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import assign_voices
+from hvcpd.config.document import place_of
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
@@ -239,7 +240,7 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
     try:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:
-        raise ConfigError(error.at(settings.tasks)) from error
+        raise ConfigError(error.at(partial(place_of, settings.tasks))) from error
     return replace(wiring, sound=assign_voices(sound, settings, lambda: phrasebook.marked_graph.words))
 
 

@@ -66,7 +66,7 @@ def refuse_clashes(forms: Sequence[CompiledForm], slots: SlotValues, render: Ren
 def _refuse(errors: Sequence[VocabularyError]) -> None:
     if errors:
         first, *others = errors
-        raise VocabularyError(str(first), first.key, *others)
+        raise VocabularyError(str(first), first.key, *others, written=first.written)
 
 
 def _same(slots: SlotValues) -> Iterator[Fault]:
@@ -124,7 +124,8 @@ def _mistaken(slot: str, value: object, sentence: Words) -> Fault:
 
 
 def _fault(slot: str, value: object, what: str) -> Fault:
-    return slot, value, VocabularyError(f"{_describe(slot, value)} {what}", _key(slot, value))
+    written = value.name if isinstance(value, m.TaskByName) else str(value)
+    return slot, value, VocabularyError(f"{_describe(slot, value)} {what}", _key(slot, value), written=written)
 
 
 def _key(slot: str, value: object) -> str:

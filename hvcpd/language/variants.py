@@ -116,16 +116,20 @@ def refuse_senseless(graph: WordGraph, alternatives: Mapping[str, tuple[Words, .
     """Raises VocabularyError for an alternative of no word of the network, one that can be said in its place, or one
     with a word that halts or releases robots."""
     for word, phrases in alternatives.items():
+        said = " ".join(phrases[0])
         places = {arc.source for arc in graph.arcs if arc.word == word}
         if not places:
             close = alike(word, graph.words)
             hint = f"did you mean '{close}'?" if close else "leave it out (all words: hvcpctl phrases)"
-            raise VocabularyError(f"alternatives: '{word}' is not a word of the phrasebook; {hint}", "tasks")
+            raise VocabularyError(
+                f"alternatives: '{word}' is not a word of the phrasebook; {hint}", "tasks", written=said
+            )
         for phrase in phrases:
+            said = " ".join(phrase)
             if safety := SAFETY_WORDS.intersection(phrase) - {word}:
                 why = f"because '{min(safety)}' counts as itself everywhere"
-                text = f"'{' '.join(phrase)}' cannot count as '{word}', {why}"
-                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")
+                text = f"'{said}' cannot count as '{word}', {why}"
+                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks", written=said)
             if any(ends_of(graph, place, phrase) for place in places):
-                text = f"'{' '.join(phrase)}' cannot count as '{word}', because it can be said there itself"
-                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks")
+                text = f"'{said}' cannot count as '{word}', because it can be said there itself"
+                raise VocabularyError(f"alternatives: {text}; leave it out", "tasks", written=said)

@@ -147,7 +147,8 @@ def test_bad_input(refused: Refuse, tmp_path: Path) -> None:
 def test_a_mission_with_confusable_tasks_is_refused(refused: Refuse, tmp_path: Path) -> None:
     tasks = task_file(tmp_path, "water the lamp rose", "water the land rose")
     message = refused("simulate", "--tasks", tasks, "--json")
-    assert f"{tasks}: 'Hi, I am Bot, water the lamp rose' and 'Hi, I am Bot, water the land rose'" in message
+    line = 1 + next(n for n, line in enumerate(tasks.read_text().splitlines()) if "lamp" in line)
+    assert f"{tasks}:{line}: 'Hi, I am Bot, water the lamp rose' and 'Hi, I am Bot, water the land rose'" in message
     assert "instead of 'lamp' say for example 'lantern'" in message
     assert "%" not in message
     assert "--allow-confusable" in message

@@ -211,7 +211,7 @@ def test_natural_voices_without_their_weights_tell_what_to_install(folder: str, 
 
 def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:
     (tmp_path / "tasks.yaml").write_text("tasks:\n- {number: 1, name: say again slowly, actions: [{wait: 1}]}\n")
-    with pytest.raises(ConfigError, match=r"tasks\.yaml"):
+    with pytest.raises(ConfigError, match=r"tasks\.yaml:2: the task 'say again slowly' can be mistaken"):
         wiring(tmp_path, tasks=tmp_path / "tasks.yaml")
 
 

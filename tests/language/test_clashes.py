@@ -1,7 +1,5 @@
 """Words of a team that could be taken for other words of its phrasebook."""
 
-from pathlib import Path
-
 import pytest
 
 from hvcpd.errors import VocabularyError
@@ -52,7 +50,7 @@ def test_all_words_that_clash_are_told_at_once() -> None:
     """One at a time, each start told the next."""
     with pytest.raises(VocabularyError) as refused:
         _book("stop the pump", "task four", "!?", remarks=("i am rob",))
-    lines = refused.value.at(Path("tasks.yaml")).splitlines()
+    lines = refused.value.at(lambda written: "tasks.yaml").splitlines()
     assert [line.partition("' ")[0] for line in lines] == [
         "tasks.yaml: the task '!?",
         "tasks.yaml: the task 'stop the pump",
@@ -61,7 +59,10 @@ def test_all_words_that_clash_are_told_at_once() -> None:
     ]
     with pytest.raises(VocabularyError, match=r"^'Stop' is a word .*\n'all' is a word ") as refused:
         Phrasebook(Vocabulary(("Stop", "Bot", "all")))
-    assert [line.split(":")[0] for line in refused.value.at(Path("tasks.yaml")).splitlines()] == ["names", "names"]
+    assert [line.split(":")[0] for line in refused.value.at(lambda written: "tasks.yaml").splitlines()] == [
+        "names",
+        "names",
+    ]
 
 
 @pytest.mark.parametrize(("word", "phrase"), [("rose", "stop"), ("rose", "please resume"), ("stop", "resume")])

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.command_line import print_error
+from hvcpd.config.document import place_of
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.config.task_file import load_tasks
@@ -79,7 +80,7 @@ def load_team(
     try:
         phrasebook = make_phrasebook(used, settings.teams, tasks, has_key, encrypts)
     except VocabularyError as error:
-        raise ConfigError(error.at(settings.tasks)) from error
+        raise ConfigError(error.at(partial(place_of, settings.tasks))) from error
     sound = assign_voices(sound, settings, lambda: phrasebook.marked_graph.words)
     return Team(settings, tasks, used, phrasebook, sound, people)
 
