@@ -28,8 +28,8 @@ _REMEDIES: tuple[tuple[str, str, bool], ...] = (
     ("could not find expected ':'", "write a colon and a space after the key", True),
     ("expected <block end>", "indent it as the lines around it; write a quote within quotes twice", False),
     ("a quoted scalar", "close the quote", True),
-    ("a flow sequence", "close the bracket; put text with a colon in quotes", True),
-    ("a flow mapping", "close the brace; put text with a colon in quotes", True),
+    ("a flow sequence", "close the bracket; put text with a colon or # in quotes", True),
+    ("a flow mapping", "close the brace; put text with a colon or # in quotes", True),
     ("that cannot start any token", "put the text in quotes", False),
     ("alias", "put the text in quotes", False),
     ("an anchor", "put the text in quotes", False),
@@ -38,6 +38,9 @@ _REMEDIES: tuple[tuple[str, str, bool], ...] = (
 
 _BY_EIGHTS = re.compile(r"[-+]?0[0-9_]")
 """What begins a whole number to the base of 8, which is 8 for 010."""
+
+_LOST_NUMBER = re.compile(r"[ \t]+#([0-9]+)[ \t\r]*[\n\0]")
+"""A comment that is a number and no more: the end of a text as "water rose #1". No comment says so little."""
 
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top of a document: keys and list indices (from 0)."""
@@ -280,6 +283,8 @@ class _Reader:
             # PyYAML's constructors let these through for text such as "2001-99-99", "0b" or "!!int x".
             self._fault(path, node, f"{_shortened(node.value)} cannot be read; put it in quotes if it is text")
         else:
+            if isinstance(value, str) and node.style is None:
+                self._look_for_lost_number(node, path)
             if type(value) not in (int, float) or node.style is not None:
                 return value
             if ":" in node.value:  # 22:00 would be 1320
@@ -289,6 +294,13 @@ class _Reader:
                 self._fault(path, node, text)
             return value
         return None
+
+    def _look_for_lost_number(self, node: yaml.ScalarNode, path: KeyPath) -> None:
+        end = node.end_mark
+        if end.buffer is not None and (found := _LOST_NUMBER.match(end.buffer, end.pointer)) is not None:
+            number = found[1][:40]
+            text = f"#{number} is a comment, and no part of {_shortened(node.value)}"
+            self._fault(path, node, f"{text}; write the number in words, or `# {number}` if it is one")
 
     def _mapping(self, node: yaml.MappingNode, path: KeyPath) -> dict[str, Any]:
         result: dict[str, Any] = {}

@@ -49,7 +49,7 @@ def test_a_syntax_error_names_its_line() -> None:
         ("a: 'rob's rose'\n", 1, "indent it as the lines around it; write a quote within quotes twice"),
         ("a: 1\nb:2\nc: 3\n", 2, "write a colon and a space after the key"),
         ("a: 1\nb: 'x\nc: 3\n", 2, "close the quote"),
-        ("a: 1\nb: {x: 1\nc: 3\n", 2, "close the brace; put text with a colon in quotes"),
+        ("a: 1\nb: {x: 1\nc: 3\n", 2, "close the brace; put text with a colon or # in quotes"),
         ("a: @rob\n", 1, "put the text in quotes"),
         ("a: *rob\n", 1, "put the text in quotes"),
     ],
@@ -66,6 +66,22 @@ def test_yaml_1_1_would_count_by_eights_and_by_sixties() -> None:
     assert parse(b"a: [22:00, 1:30.5, 0, 0.5, -0.5, '010', 0x10, 10]\n", "F").value == {
         "a": ["22:00", "1:30.5", 0, 0.5, -0.5, "010", 16, 10]
     }
+
+
+@pytest.mark.parametrize("end", ["", "\n", " \r\n", "\nb: 1\n"])
+def test_a_number_after_a_hash_is_not_lost(end: str) -> None:
+    """Two roses, #1 and #2, were one."""
+    assert lesser_faults(f"a: water rose #12{end}") == [
+        "F:1: #12 is a comment, and no part of 'water rose'; write the number in words, or `# 12` if it is one"
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["Rob  # the blue one", "Rob #blue", "Rob # 1", "Rob #1 of two", "Rob#1", "'Rob' #1", "3 #1", "#1", "\n  - 1 #1"],
+)
+def test_other_comments_are_taken_for_comments(text: str) -> None:
+    assert lesser_faults(f"a: {text}\n") == []
 
 
 def test_a_comma_in_a_number_is_no_key() -> None:
