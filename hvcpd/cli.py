@@ -14,7 +14,7 @@ with InterruptEnds():
     from typing import TYPE_CHECKING
 
     from hvcpd import __version__
-    from hvcpd.config.command_line import Parser, discard_output, output_fault, print_error, replace_closed_streams
+    from hvcpd.config.command_line import Parser, discard_output, output_fault, prepare_streams, print_error
     from hvcpd.errors import EX_INTERRUPTED, EX_OK, EX_SOFTWARE, EX_USAGE, HvcpdError
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def main(arguments: Sequence[str] | None = None, devices: Devices | None = None)
 def _started(arguments: Sequence[str] | None, devices: Devices | None) -> int:
     from hvcpd.daemon.allocator import load_libraries, tune_allocator
 
-    replace_closed_streams()
+    prepare_streams()
     tune_allocator()
     load_libraries()  # before anything else loads them, as argparse does
     try:

@@ -6,10 +6,11 @@ Light, since every command builds the parser of all commands.
 from __future__ import annotations
 
 import argparse
+import codecs
 import os
 import sys
 from collections.abc import Callable
-from io import UnsupportedOperation
+from io import TextIOWrapper, UnsupportedOperation
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
@@ -19,6 +20,12 @@ _MISSING = "the following arguments are required"
 """How argparse's message begins."""
 _SYNONYMS = {"--names": "--robots", "--robots": "--names"}
 """Options for the same, of which each command has at most one: names that are known, and robots that are there."""
+
+
+_PLAIN = "hvcpd-plain"
+"""The name of our way to write what an output has no letters for."""
+_LOOKS_LIKE = dict(zip("“”‘’–—−·→×│≥", ('"', '"', "'", "'", *"----", "->", "x", "|", ">="), strict=True))
+"""Signs of our texts that Unicode (NFKD) does not take apart to ASCII."""
 
 
 class _Help(argparse.HelpFormatter):
@@ -133,11 +140,27 @@ class Parser(argparse.ArgumentParser):
         return f"there is no option {argument}" + (f"; did you mean {near}?" if near else "")
 
 
-def replace_closed_streams() -> None:
-    """Replace standard streams that the parent process has closed by /dev/null: an input that has ended."""
+def prepare_streams() -> None:
+    """Replace standard streams that the parent process has closed by /dev/null: an input that has ended. What the
+    others cannot write, as a terminal that knows ASCII alone, becomes what looks most like it."""
+    codecs.register_error(_PLAIN, _in_plain_letters)
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open(mode))  # noqa: SIM115 - open to the end
+        elif mode == "w" and isinstance(stream := getattr(sys, name), TextIOWrapper):
+            stream.reconfigure(errors=_PLAIN)
+
+
+def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    from unicodedata import normalize  # hardly ever needed
+
+    def plain(letter: str) -> str:
+        found = _LOOKS_LIKE.get(letter) or normalize("NFKD", letter)
+        return "".join(c for c in found if c.isascii()) or "?"
+
+    return "".join(map(plain, error.object[error.start : error.end])), error.end
 
 
 def print_error(program: str, text: str) -> None:
@@ -163,9 +186,10 @@ def discard_output(stream: TextIO) -> None:
 
 
 def output_fault(error: OSError | UnicodeEncodeError) -> str:
-    """Why the output, or a file that a command did not ask for, cannot be used, and what to do."""
+    """Why the output, or a text or file that a command did not ask for, cannot be used, and what to do."""
     if isinstance(error, UnicodeEncodeError):
-        return f"the output cannot be written as {error.encoding}; set PYTHONUTF8=1, or a locale with UTF-8"
+        wrong = error.object[error.start : error.end][:40]
+        return f"{wrong!a} cannot be written as {error.encoding}; leave it out"
     if error.filename is not None:  # no fault of the output
         return f"{error.filename}: {error.strerror}; check its name, who may use it, and its disk"
     return unwritable("standard output", error, "send it elsewhere")

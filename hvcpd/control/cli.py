@@ -18,8 +18,8 @@ with InterruptEnds():
         SkippedParser,
         discard_output,
         output_fault,
+        prepare_streams,
         print_error,
-        replace_closed_streams,
     )
     from hvcpd.control.arguments import Commands, add_command
     from hvcpd.control.bench.bench_parser import add_bench
@@ -87,7 +87,7 @@ def _add_completion(commands: Commands) -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `hvcpctl`; returns the exit status."""
     gc.set_threshold(NEW_OBJECTS)
-    replace_closed_streams()
+    prepare_streams()
     command = ""
     try:
         try:

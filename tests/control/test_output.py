@@ -123,10 +123,19 @@ def test_a_closed_output_does_no_harm() -> None:
 
 
 @pytest.mark.slow
-def test_an_output_without_the_letters_is_told_the_remedy() -> None:
-    done = shell(f"{' '.join(HVCPCTL)} say --help", PYTHONIOENCODING="ascii")
-    assert done.returncode == 2
-    assert "set PYTHONUTF8=1" in done.stderr
+@pytest.mark.parametrize(
+    ("environment", "name"),
+    [
+        ({"PYTHONIOENCODING": "ascii"}, 'Ubung->".yaml'),
+        ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, "??bung??????.yaml"),
+    ],
+)
+def test_an_output_without_the_letters_has_others_instead(environment: dict[str, str], name: str) -> None:
+    """It was refused."""
+    done = shell(f"{' '.join(HVCPCTL)} say --help; {' '.join(HVCPCTL)} phrases --tasks Übung→“.yaml", **environment)
+    assert "usage: hvcpctl say" in done.stdout
+    assert (done.stdout + done.stderr).isascii()
+    assert f"hvcpctl: {name}: there is no such file" in done.stderr
 
 
 def test_a_device_is_written_to_and_not_replaced(tmp_path: Path) -> None:

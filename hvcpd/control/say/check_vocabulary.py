@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         for confusion in found:
             line = as_dict(confusion) | {"confusable": confusion.confusable}
-            sys.stdout.write(json.dumps(line, ensure_ascii=False) + "\n")
+            sys.stdout.write(json.dumps(line) + "\n")
     else:
         sys.stdout.write(as_table(found))
     return EX_FAILURE if refused else EX_OK
