@@ -191,6 +191,8 @@ def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file
         return _nameless()
     reason = getattr(error, "strerror", None) or str(error)
     if isinstance(error, FileExistsError):
+        if Path(path).is_dir():
+            return unwritable(path, IsADirectoryError(errno.EISDIR, "Is a directory"))
         reason = "this is a file"  # where a folder should be made
     match getattr(error, "errno", None):
         case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from hvcpd.config.folders import xdg_folder
 from hvcpd.config.settings import Settings
-from hvcpd.errors import RunningError
+from hvcpd.errors import NotRunningError, RunningError
 
 SYSTEM_FOLDER = Path("/run/hvcpd")
 """Folder where a service keeps its sockets, by the Filesystem Hierarchy Standard; systemd or the package makes it."""
@@ -166,6 +166,13 @@ def short_address(path: Path) -> Iterator[str]:
         yield f"/proc/self/fd/{folder}/{path.name}"
     finally:
         os.close(folder)
+
+
+def no_answer(path: Path, error: OSError) -> NotRunningError:
+    """The error for a socket at which nobody listens."""
+    if os.path.exists(path) and not path.is_socket():  # noqa: PTH110 - false for a name that is too long
+        return NotRunningError(f"{path}: this is no socket; name that of a daemon, such as /run/hvcpd/rob.sock")
+    return NotRunningError(f"no daemon answers at {path} ({error.strerror or error}); start it with `hvcpd`")
 
 
 def caller_of(connection: socket.socket) -> Caller:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hvcpd.daemon.control_socket import short_address
+from hvcpd.daemon.control_socket import no_answer, short_address
 from hvcpd.errors import NotRunningError
 
 CHUNK = 1 << 16
@@ -65,4 +65,4 @@ class DaemonLink:
         self._socket.close()
 
     def _ended(self, error: OSError) -> NotRunningError:
-        return NotRunningError(f"no daemon answers at {self.path} ({error.strerror or error}); start it with `hvcpd`")
+        return no_answer(self.path, error)

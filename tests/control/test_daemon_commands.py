@@ -186,6 +186,14 @@ def test_no_daemon_is_status_3_and_says_who_does_run(ctl: Ctl, robot: RunningRob
     assert "no daemon answers" in ctl("stop", "--socket", str(tmp_path / "none.sock"), status=3)
 
 
+def test_what_is_no_socket_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It was "(Connection refused)", or "(None)"; and a daemon should be started."""
+    assert main(["status", "--socket", str(tmp_path)]) == 3
+    assert f"{tmp_path}: this is no socket" in capsys.readouterr().err
+    assert main(["status", "--socket", str(tmp_path / ("x" * 200))]) == 3
+    assert "(AF_UNIX path too long)" in capsys.readouterr().err
+
+
 def test_faults_of_the_settings_keep_nobody_from_stopping(robot: RunningRobot, tmp_path: Path) -> None:
     config = tmp_path / "hvcpd.yaml"
     for text in ("mdoe: follow\nname: Rob\nstate_dir: {}\n", "control: {{socket: {}/rob.sock}}\nx: 1\n"):

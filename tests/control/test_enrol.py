@@ -184,6 +184,7 @@ def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.Ca
         (("Anna", "--from", "nowhere"), "nowhere is no folder"),
         (("Anna", "--from", ".", "--words", "stop,banana"), "'banana' is not a word"),
         (("--import", "nothing.npz"), "nothing.npz"),
+        (("Anna", "--words", ","), "--words: there is no word in ','"),
     ],
 )
 def test_what_is_wrong_is_told(
@@ -191,6 +192,13 @@ def test_what_is_wrong_is_told(
 ) -> None:
     assert enrol(tmp_path, *arguments) == 2
     assert why in capsys.readouterr().err
+
+
+def test_a_file_in_place_of_the_robots_folder_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nobody was enrolled there."""
+    (tmp_path / "state").touch()
+    assert enrol(tmp_path, "--list") == 2
+    assert f"{tmp_path / 'state'}: this is no folder" in capsys.readouterr().err
 
 
 class Microphone:

@@ -164,6 +164,13 @@ def test_a_folder_is_no_file(tmp_path: Path) -> None:
     assert unwritable(tmp_path, raised.value) == f"{tmp_path}: cannot be written: Is a directory; name a file in it"
 
 
+def test_a_folder_where_a_new_file_should_be_is_no_file(tmp_path: Path) -> None:
+    """`key sheet -o FOLDER` called it a file."""
+    with pytest.raises(FileExistsError) as raised:
+        os.close(os.open(tmp_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+    assert unwritable(tmp_path, raised.value) == f"{tmp_path}: cannot be written: Is a directory; name a file in it"
+
+
 def test_a_missing_folder_is_named(tmp_path: Path) -> None:
     path = tmp_path / "none" / "x.html"
     with pytest.raises(FileNotFoundError) as raised:

@@ -71,7 +71,10 @@ def _state_dir(options: argparse.Namespace) -> Path:
     from hvcpd.config.settings_file import load_settings
 
     settings = load_settings(options.config, {}, name_needed=False)
-    return options.state_dir or settings.state_dir
+    folder: Path = options.state_dir or settings.state_dir
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"{folder}: this is no folder; name the one where takes are kept")
+    return folder
 
 
 def _list(options: argparse.Namespace) -> int:
@@ -198,6 +201,8 @@ def _wanted(options: argparse.Namespace, team: Team) -> list[str]:
     known = team.phrasebook.people_graph.words
     if options.words is not None:
         wanted = [word.strip().lower() for word in options.words.split(",") if word.strip()]
+        if not wanted:
+            raise ConfigError(f"--words: there is no word in {options.words!r}; name some, for example --words stop,hi")
         strange = next((word for word in wanted if word not in known), None)
         if strange is not None:
             raise ConfigError(f"--words: '{strange}' is not a word of the phrasebook (all words: hvcpctl phrases)")

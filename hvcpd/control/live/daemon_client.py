@@ -20,7 +20,7 @@ from hvcpd.config.settings import STATE_DIR, ControlSettings, Settings
 from hvcpd.config.settings_file import STAND_IN_NAME, SYSTEM_SETTINGS_PATH, load_with_sources
 from hvcpd.config.sources import FILE_VARIABLE
 from hvcpd.daemon.control_protocol import PROTOCOL
-from hvcpd.daemon.control_socket import short_address, socket_folders, socket_name
+from hvcpd.daemon.control_socket import no_answer, short_address, socket_folders, socket_name
 from hvcpd.errors import BusyError, ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
 
 ANSWER_S = 10.0
@@ -69,7 +69,7 @@ class DaemonClient:
             case BlockingIOError():
                 return BusyError(f"the daemon at {self.path} is too busy to answer: too many programs connect to it")
             case _:
-                return NotRunningError(f"no daemon answers at {self.path} ({error.strerror}); start it with `hvcpd`")
+                return no_answer(self.path, error)
 
     @property
     def name(self) -> str:
