@@ -140,6 +140,24 @@ def test_recordings_that_are_known_are_not_added_again(
     assert twice.same_as(read_person(person_path(tmp_path / "state", "Anna")))
 
 
+@pytest.mark.parametrize("said", ["Anna", "Bella"])
+def test_recordings_that_name_another_person_are_told(
+    said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Anna's became Bella's without a word."""
+    config, takes = tmp_path / "hvcpd.yaml", tmp_path / "takes"
+    config.write_text("names: [Rob, Bot, Anna, Ben]\n")
+    takes.mkdir()
+    assert enrol(tmp_path, "Bella", "--config", str(config), "--show") == 0
+    for n, text in enumerate(capsys.readouterr().out.splitlines()[:2], 1):
+        write_wav(takes / f"sentence_{n}.wav", sentence(text.replace("Bella", said)))
+    assert enrol(tmp_path, "Bella", "--config", str(config), "--from", str(takes)) == 0
+    told = capsys.readouterr().out
+    warning = "Bella: they say 'I am Anna', and not 'Bella'; if the voice is not Bella's: hvcpctl enrol Bella --remove"
+    assert (warning in told) == (said == "Anna")
+    assert "Bella: 2 sentences" in told
+
+
 def test_the_words_are_shown_if_words_are_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It showed the sentences."""
     assert enrol(tmp_path, "Anna", "--show", "--words", "rob,stop") == 0

@@ -16,7 +16,7 @@ from hvcpd.config.command_line import print_error
 from hvcpd.config.names import valid_robot_name
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences, record_takes
-from hvcpd.control.enrol.recordings import check_sentence, check_take, confusable, odd_takes
+from hvcpd.control.enrol.recordings import check_sentence, check_take, confusable, odd_takes, other_speaker
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError
@@ -47,6 +47,8 @@ class Report:
     rejected: list[str] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
     confusable: list[tuple[str, str]] = field(default_factory=list)
+    other_name: str | None = None
+    """Who the speaker of the sentences says to be, if that is another of the names."""
 
 
 def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
@@ -157,6 +159,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
         wanted, stream = _sentences(options.person, team), devices.make_stream(team.settings.audio)
         sentences = record_sentences(wanted, check, stream, sys.stdout)
     found = {word: _consistent(word, takes, report) for word, takes in found.items()}
+    report.other_name = other_speaker(sentences, options.person, team.names, team.sound.lexicon.sounds)
     said = sum(map(len, found.values())) + len(sentences)
     new, sentences = known.unknown(found, sentences)
     report.words, report.takes = len(new), sum(map(len, new.values()))
@@ -281,6 +284,9 @@ def _tell(options: argparse.Namespace, report: Report, path: Path) -> None:
         sys.stdout.write(f"not used: {line}\n")
     for first, second in report.confusable:
         sys.stdout.write(f"'{first}' and '{second}' sound alike; say them more clearly: --words {first},{second}\n")
+    if report.other_name:
+        wrong, name = f"they say 'I am {report.other_name}', and not '{options.person}'", options.person
+        sys.stdout.write(f"{name}: {wrong}; if the voice is not {name}'s: hvcpctl enrol {name} --remove\n")
     if report.known:
         known = plural(report.known, "recording")
         sys.stdout.write(f"{options.person}: {known} known already, and not added again\n")
