@@ -108,7 +108,7 @@ def task_number(text: str) -> int:
     words = spoken_words(text)
     found = next((number for number in range(1, NUMBER_MAX + 1) if number_words(number) == words), None)
     if found is None:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a task number; write for example 3")
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a task number from 1 to {NUMBER_MAX}")
     return found
 
 

@@ -34,7 +34,7 @@ from tests.control.conftest import Refuse
         (["say", "-oo.wav", "--rat", "1"], "hvcpctl say: the following arguments are required: TEXT; see"),
         (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),
         (["simulate", "--mode", "xyz"], "'xyz' is not one of the choices; choose from volunteer, coordinate; see"),
-        (["task", "again", "thrice"], "argument NUMBER: 'thrice' is not a task number; write for example 3; see"),
+        (["task", "again", "thrice"], "argument NUMBER: 'thrice' is not a task number from 1 to 99; see"),
         (
             ["task", "add", "water the rose", "--number", "9", "--robots", "two"],
             "'two' is not a whole number from 1 to",

@@ -62,7 +62,9 @@ less; of 216 taken for another sentence, none did."""
 
 OTHER_NAME = 5.0
 """Nepers a sentence by which another name fits better than the speaker's, so that it is told. Of four names in three of
-our voices, and five others, the name that was said fits better than any other by 10.6 or more."""
+our voices, and five others, the name that was said fits better than any other by 10.6 or more. Of 64
+sentences in four voices of flite and Kokoro each, at 20 dB, 3 fit one of 171 other names better by more than this (7.0
+to 16.8); a team has few names."""
 
 
 @dataclass(frozen=True)
