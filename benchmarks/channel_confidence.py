@@ -38,7 +38,7 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser, Evidence, no
 from hvcpd.recognition.channel.search import ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.fitted import fitted as weights_of
 from hvcpd.recognition.frontend import power_ratio
-from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stages import SegmentSearcher, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 
 CONDITIONS = (

@@ -40,7 +40,7 @@ from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.second_pass import Hypotheses, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

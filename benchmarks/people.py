@@ -48,7 +48,7 @@ from benchmarks.people_stage import NAMES, SNR_DB, Stage, found, listen, say_the
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 
 TRAINED = 3
 TEST_FROM = 5

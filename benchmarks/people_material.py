@@ -18,7 +18,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import ENERGY_FLOOR
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.recognition.templates import trimmed_energies
 
 SPEECH_RMS = 0.05

@@ -22,7 +22,7 @@ from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser, Words, same_meaning
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
-from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
 
 NAMES = ("Rob", "Bot", "Anna")
 SNR_DB = 20.0

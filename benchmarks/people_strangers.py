@@ -39,7 +39,7 @@ from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import Segment, SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

@@ -21,7 +21,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.spelling import WORD_OF
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 

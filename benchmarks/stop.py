@@ -41,7 +41,7 @@ from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
-from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 

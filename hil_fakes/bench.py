@@ -36,7 +36,7 @@ from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
 from hvcpd.memory.store_file import IN_MEMORY
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelCommand, WheelReading
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.reporting.events import Event, MissionRecord, Moved, Plant, Started, Summary, Switched, Trail
 from hvcpd.robot.records import LearnName
 from hvcpd.robot.robot import Robot

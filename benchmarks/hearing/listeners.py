@@ -18,7 +18,7 @@ from benchmarks.hearing.scoring import Outcome, Score, judge_events
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 
 PAD_S = 0.5
 """Of noise before and after a sentence, for PocketSphinx."""

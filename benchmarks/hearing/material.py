@@ -17,7 +17,7 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.synthesis.leveling import audible
 from hvcpd.synthesis.lexicon import common_words
 from hvcpd.synthesis.speaker import Speaker

@@ -33,8 +33,8 @@ from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.stage import KeywordRescorer, KeywordStage
 from hvcpd.recognition.network import Beam
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import SpeechRecogniser, Stage, SynchronousWorker, Worker
 from hvcpd.recognition.shared_front_end import SharedFrontEnd
+from hvcpd.recognition.stages import SpeechRecogniser, Stage, SynchronousWorker, Worker
 from hvcpd.recognition.template_recogniser import MIN_SPELLED_CONFIDENCE, RecogniserSettings, TemplateRecogniser
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.performer import Performer

@@ -12,7 +12,7 @@ from hvcpd.config.settings import MAX_KNOWN_NAMES
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.synthesis.likeness import sounds_alike
 
 

@@ -14,7 +14,7 @@ from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose, WheelReading
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import Segment, Worker
+from hvcpd.recognition.stages import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keys import KeyRing
 from hvcpd.security.silence import Patience

@@ -18,7 +18,7 @@ from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
 from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 
 Write = Callable[[Path, tuple[SpokenSentence, ...]], None]

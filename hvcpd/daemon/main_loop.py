@@ -38,7 +38,7 @@ from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.robot.robot import Robot
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.cache_warm_up import CacheWarmUp
 from hvcpd.errors import PhraseError
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.robot.records import LearnName, Record
 from hvcpd.robot.robot import Robot
 

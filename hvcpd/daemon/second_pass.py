@@ -10,7 +10,7 @@ from typing import Generic
 
 import structlog
 
-from hvcpd.recognition.second_pass import Job, Result, SegmentSearcher
+from hvcpd.recognition.stages import Job, Result, SegmentSearcher
 
 MOST_WAITING = 2
 """Pieces that are looked at or wait for it: a third would be told too late."""
@@ -29,7 +29,7 @@ def one_thread(name: str = "second-pass") -> Executor:
 
 
 class SecondPass(Generic[Job, Result]):
-    """A `recognition.second_pass.Worker` with a thread of its own."""
+    """A `recognition.stages.Worker` with a thread of its own."""
 
     def __init__(self, failed: Result, make_pool: Callable[[], Executor] = one_thread) -> None:
         """`failed` is the result of a pass that fails. `make_pool` makes what runs one call after the other; one that

@@ -30,7 +30,7 @@ from hvcpd.memory.people import enrolled_people
 from hvcpd.people.enrolled import Person
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import Segment, Worker
+from hvcpd.recognition.stages import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
 from hvcpd.security.keys import KeyRing

@@ -19,7 +19,7 @@ from hvcpd.evaluation.sphinx import heard as heard_by_sphinx
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 
 OURS, PEER = "hvcpd", "PocketSphinx"
 CALLED, CALLER = "Ted", "Mia"

@@ -16,7 +16,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.fitted import mapped_arrays
 from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 
 Bands = NDArray[np.float64]
 """Mel filterbank energies, shape (frames, N_BANDS), of sound whose full scale is FULL_SCALE."""

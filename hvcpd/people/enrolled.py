@@ -23,7 +23,7 @@ from hvcpd.recognition.events import Recognised, Source
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, HOP_SAMPLES, Energies, energies_of, features_of
 from hvcpd.recognition.network import MAX_ADVANCE, Beam, Costs, Network
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.recognition.templates import Noise, TemplateBank, distances, noise_features, norms_of
 
 MAX_TAKES = 6

@@ -31,7 +31,7 @@ from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted, logistic, logit
 from hvcpd.recognition.keyword.stage import KEYWORD
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
 
 Words = tuple[str, ...]

@@ -27,7 +27,7 @@ from hvcpd.people.phones import (
     mean_normalised,
     nets,
 )
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 
 BLANK = len(PHONES)
 """The index of the blank."""

@@ -18,7 +18,8 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.second_pass import (
+from hvcpd.recognition.shared_front_end import MIN_FRAMES, WAIT_FRAMES
+from hvcpd.recognition.stages import (
     AFTER,
     GOES_ON_WITHIN,
     LEAD,
@@ -29,7 +30,6 @@ from hvcpd.recognition.second_pass import (
     SegmentSearcher,
     Worker,
 )
-from hvcpd.recognition.shared_front_end import MIN_FRAMES, WAIT_FRAMES
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 

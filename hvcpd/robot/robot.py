@@ -22,7 +22,7 @@ from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
 from hvcpd.recognition.events import Held, KeywordEvent, Recognised, Released
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer

@@ -18,7 +18,7 @@ from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import N_BANDS
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 from tests.recognition.signals import word
 

@@ -20,7 +20,7 @@ from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import LOGGED_EVERY_S, CacheWarmUp, Preparation, RenderJob
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.unit_cache import UnitCache
 

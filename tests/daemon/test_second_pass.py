@@ -12,7 +12,7 @@ from structlog.testing import capture_logs
 
 from hvcpd.daemon.second_pass import MOST_WAITING, SecondPass
 from hvcpd.recognition.events import Recognised
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 
 SENTENCE = Recognised(("stop",), "stranger", 0, 100, 0.9, 20.0, ())
 

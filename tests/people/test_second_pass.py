@@ -29,7 +29,7 @@ from hvcpd.recognition.decoder import TracedWord
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import Segment, SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for
 

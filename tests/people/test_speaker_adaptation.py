@@ -15,7 +15,7 @@ from hvcpd.people.phones import PHONES, CtcSearch, OutputLayer, far_net, nets
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment, spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import Voice

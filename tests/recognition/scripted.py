@@ -10,7 +10,7 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import (
+from hvcpd.recognition.stages import (
     Job,
     Result,
     SegmentSearcher,

@@ -15,7 +15,7 @@ from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import MEMORY_TIME, ChannelStage
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
-from hvcpd.recognition.second_pass import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
 from tests.recognition.scripted import (
     AT,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.endpoints import MAX_LENGTH
 from hvcpd.recognition.people_stage import LONGEST
-from hvcpd.recognition.second_pass import LEAD, MAX_WAIT
+from hvcpd.recognition.stages import LEAD, MAX_WAIT
 from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
 
 KEEP = 100

@@ -14,7 +14,7 @@ from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, KeywordNet, Posteriors, Weights
 from hvcpd.recognition.keyword.stage import USUAL_GAIN, KeywordRescorer, KeywordStage
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME, SENTENCE_WAIT
-from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 from hvcpd.synthesis.lexicon import Lexicon

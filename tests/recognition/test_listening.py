@@ -20,7 +20,7 @@ from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.second_pass import SpeechRecogniser
+from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.robot.records import HeardRecord, LearnName
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.speaker import Speaker

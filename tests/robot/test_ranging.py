@@ -15,7 +15,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.peers import PeerDistance
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.robot.records import RangeRecord, Record
 from hvcpd.robot.robot import Robot
 

@@ -22,7 +22,7 @@ from hvcpd.assembly.plan import HearingPlan
 from hvcpd.config.names import Accent
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.second_pass import SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
 
 MODES = ("first", "acquainted")
 NOISE_DBFS = -50.0

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.second_pass import SegmentSearcher, SynchronousWorker
+from hvcpd.recognition.stages import SegmentSearcher, SynchronousWorker
 
 if TYPE_CHECKING:
     from hvcpd.daemon.wiring import Wiring

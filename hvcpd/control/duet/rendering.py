@@ -24,7 +24,7 @@ from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import DeviceError
 from hvcpd.ports import Samples
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.synthesis.unit_cache import SUFFIX, UnitCache, key_of
 
 LOOK_S = 0.5

@@ -29,7 +29,7 @@ from hvcpd.recognition.frontend import (
     smoothed,
 )
 from hvcpd.recognition.network import PADDING
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.recognition.templates import MASK_DB
 
 FULL_SCALE = 0.985

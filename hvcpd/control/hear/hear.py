@@ -21,7 +21,7 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.second_pass import Segment, SynchronousWorker
+from hvcpd.recognition.stages import Segment, SynchronousWorker
 
 SILENT_DB = -80.0
 """A recording whose loudest sample is below that is silent: rooms and microphones alone are louder."""

@@ -16,7 +16,7 @@ from hvcpd.control.simulate.team import Team
 from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, SecondPassRecogniser, Words, same_meaning
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised, Urgent
-from hvcpd.recognition.second_pass import Segment
+from hvcpd.recognition.stages import Segment
 from hvcpd.recognition.template_recogniser import RecogniserSettings
 
 

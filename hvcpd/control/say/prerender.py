@@ -25,7 +25,7 @@ from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import EX_OK, ConfigError, StoreError, unwritable, writing
-from hvcpd.recognition.second_pass import SynchronousWorker
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.synthesis.unit_cache import UnitCache
 
 SERVICE_USER = "hvcpd"

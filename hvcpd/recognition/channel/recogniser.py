@@ -22,7 +22,7 @@ from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import TINY
-from hvcpd.recognition.second_pass import GOES_ON_WITHIN
+from hvcpd.recognition.stages import GOES_ON_WITHIN
 
 LEAST_EXPECTED = 60.0
 """Expected energy of a word, in variances of the noise, from which on its absence shows, by 8 standard deviations."""

@@ -27,7 +27,7 @@ from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.second_pass import GOES_ON_WITHIN, LEAD, MAX_WAIT, SecondPassStage, Worker
+from hvcpd.recognition.stages import GOES_ON_WITHIN, LEAD, MAX_WAIT, SecondPassStage, Worker
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 INCOMPLETE_WITHIN = SAMPLE_RATE_HZ // 5

@@ -29,7 +29,7 @@ from hvcpd.recognition.keyword.verification import (
     Verdict,
     may_open_sentence,
 )
-from hvcpd.recognition.second_pass import Reception, Stage
+from hvcpd.recognition.stages import Reception, Stage
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 

@@ -11,7 +11,7 @@ import pytest
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.people_stage import PeopleStage
-from hvcpd.recognition.second_pass import Segment, SpeechRecogniser, SynchronousWorker
+from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.recognition.stream import Chunk, FrameStream, History
 from tests.recognition.scripted import Slow, alone
 
