@@ -105,5 +105,5 @@ def test_commands_tell_of_bad_alternatives(tmp_path: Path, capsys: pytest.Captur
     path.write_text("tasks:\n  - {number: 1, name: water it, actions: [{wait: 1}]}\nalternatives: {watre: [what a]}\n")
     assert main(["phrases", "--tasks", str(path)]) == 2
     assert capsys.readouterr().err == (
-        f"hvcpctl: {path}: alternatives: 'watre' is not a word of the phrasebook; did you mean 'water'?\n"
+        f"hvcpctl: {path}:3: alternatives: 'watre' is not a word of the phrasebook; did you mean 'water'?\n"
     )
