@@ -25,22 +25,15 @@ settings.load_profile("hvcpd")
 
 @pytest.hookimpl(tryfirst=True)  # marks are read by what comes after
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks what was measured to be slow, and sorts the modules: first those in real time, then what takes longest.
-
-    `make test` gives each worker one module after another in this order. What is in real time mostly waits: begun
-    first, and by different workers, it costs no time of the others; and no worker is left with a long one at the end.
-    """
+    """Marks what was measured to be slow, and sorts the modules by how long they take: each worker is given one module
+    after another in this order, and none is left with a long one at the end."""
     took_s = slow.seconds()
     for item in items:
         if slow.name_of(item.nodeid) in took_s:
             item.add_marker("slow")
     of_modules_s = slow.of_modules(took_s)
-
-    def begins(item: pytest.Item) -> tuple[bool, float]:
-        module = slow.module_of(slow.name_of(item.nodeid))
-        return not module.startswith("tests.e2e."), -of_modules_s.get(module, 0.0)
-
-    items.sort(key=begins)  # what takes the same time stays in its order
+    # What takes the same time stays in its order.
+    items.sort(key=lambda item: -of_modules_s.get(slow.module_of(slow.name_of(item.nodeid)), 0.0))
 
 
 def pytest_collection_finish() -> None:

@@ -20,8 +20,6 @@ _MISSING = "the following arguments are required"
 """How argparse's message begins."""
 _SYNONYMS = {"--names": "--robots", "--robots": "--names"}
 """Options for the same, of which each command has at most one: names that are known, and robots that are there."""
-
-
 _PLAIN = "hvcpd-plain"
 """The name of our way to write what an output has no letters for."""
 _LOOKS_LIKE = dict(zip("“”‘’–—−·→×│≥", ('"', '"', "'", "'", *"----", "->", "x", "|", ">="), strict=True))

@@ -150,16 +150,21 @@ def test_what_may_go_on_is_told_when_nobody_goes_on() -> None:
     assert not recogniser.busy
 
 
+def while_somebody_speaks(script: Script, recogniser: SpeechRecogniser) -> list[Event]:
+    """The events of blocks 30 to 39, in which somebody goes on."""
+    script.speaking = True
+    events = run(recogniser, 10, 30)
+    script.speaking = False
+    return events
+
+
 @pytest.mark.parametrize("half", [None, replace(SENTENCE, words=("hi", "rob"))])
 def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | None) -> None:
     looker = Looker(half, goes_on=True)
-    recogniser = alone(
-        PeopleStage(Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]}), looker, SynchronousWorker())
-    )
+    script = Script({29: [Garbled(32000, 40000)], 44: [Garbled(52000, 64000)]})
+    recogniser = alone(PeopleStage(script, looker, SynchronousWorker()))
     assert run(recogniser, 30) == []
-    recogniser.first_pass.speaking = True  # type: ignore[misc]
-    assert run(recogniser, 10, 30) == []
-    recogniser.first_pass.speaking = False  # type: ignore[misc]
+    assert while_somebody_speaks(script, recogniser) == []
     looker.found, looker.has_successors = SENTENCE, False
     assert run(recogniser, 10, 40) == [SENTENCE]
     [_, whole] = looker.segments
@@ -169,13 +174,10 @@ def test_a_sentence_with_a_long_pause_is_looked_at_as_one(half: Recognised | Non
 def test_the_first_half_of_a_sentence_is_not_told_although_the_second_comes_late() -> None:
     """The channel search may hold the second half for two seconds."""
     looker = Looker(replace(SENTENCE, words=("hi", "rob")), goes_on=True)
-    recogniser = alone(
-        PeopleStage(Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]}), looker, SynchronousWorker())
-    )
+    script = Script({29: [Garbled(32000, 40000)], 64: [Garbled(52000, 64000)]})
+    recogniser = alone(PeopleStage(script, looker, SynchronousWorker()))
     assert run(recogniser, 30) == []
-    recogniser.first_pass.speaking = True  # type: ignore[misc]
-    assert run(recogniser, 10, 30) == []
-    recogniser.first_pass.speaking = False  # type: ignore[misc]
+    assert while_somebody_speaks(script, recogniser) == []
     assert run(recogniser, 20, 40) == [Garbled(32000, 40000)]
     looker.found, looker.has_successors = SENTENCE, False
     assert run(recogniser, 10, 60) == [SENTENCE]
