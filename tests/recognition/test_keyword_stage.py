@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
@@ -128,15 +126,6 @@ class Silent:
         self.chunks = []
         self.history.lose(n_samples)
         return []
-
-    def flush(self) -> list[Event]:
-        return []
-
-    def adopt(self, others: object) -> None:
-        pass
-
-    def prepare(self, go_on: Callable[[], bool]) -> None:
-        pass
 
 
 class Bench:
