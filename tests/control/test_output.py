@@ -12,6 +12,7 @@ import pytest
 
 from hvcpd.config.files import write_whole
 from hvcpd.errors import unwritable
+from tests.full_disk import NO_BYTECODE
 
 HVCPCTL = (sys.executable, "-m", "hvcpd.control.cli")
 HVCPD = (sys.executable, "-m", "hvcpd.cli")
@@ -53,7 +54,7 @@ def test_a_disk_that_fills_up_leaves_no_part_of_a_file(arguments: str, tmp_path:
     key, folder = tmp_path / "key", tmp_path / "folder"
     folder.mkdir()
     assert shell(f"{' '.join(HVCPCTL)} key new --key {key}").returncode == 0
-    done = shell(f"ulimit -f 1; {' '.join(HVCPCTL)} {arguments.format(key=key)} {folder / 'x.wav'}")
+    done = shell(f"ulimit -f 1; {' '.join(HVCPCTL)} {arguments.format(key=key)} {folder / 'x.wav'}", **NO_BYTECODE)
     assert "cannot be written: File too large; make room" in done.stderr
     assert list(folder.iterdir()) == []
 
@@ -90,7 +91,7 @@ def test_a_reader_that_goes_away_is_no_fault(arguments: str) -> None:
 @pytest.mark.parametrize("arguments", ["bench", "hear -"])
 def test_a_full_disk_with_the_temporary_folders_is_told(arguments: str) -> None:
     """It was "standard output: cannot be written", and "/dev/stdin: there is no such file"."""
-    done = shell(f"ulimit -f 0; echo RIFF | {' '.join(HVCPCTL)} {arguments}")
+    done = shell(f"ulimit -f 0; echo RIFF | {' '.join(HVCPCTL)} {arguments}", **NO_BYTECODE)
     assert done.returncode == 2
     assert "no folder for temporary files can be written: make room in /tmp" in done.stderr
 

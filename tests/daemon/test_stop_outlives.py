@@ -19,6 +19,7 @@ import pytest
 from hvcpd.control.cli import main
 from hvcpd.errors import EX_CONFIG, EX_FAILURE, EX_OK
 from hvcpd.memory.store_file import SCHEMA_VERSION
+from tests.full_disk import NO_BYTECODE
 
 pytestmark = pytest.mark.slow
 
@@ -32,7 +33,11 @@ class Process:
         self._config = folder / "hvcpd.yaml"
         command = [sys.executable, "-m", "tests.daemon.quiet_robot", "--config", str(self._config)]
         self._process = subprocess.Popen(
-            [*command, "--log-format", "json"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            [*command, "--log-format", "json"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env=os.environ | NO_BYTECODE,
         )
         self.log: list[dict[str, Any]] = []
 
