@@ -2,13 +2,14 @@
 
     python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
         [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0] [--overlaps 60] [--overlap-db -15,-10,-5]
-        [--gaps 0.5]
+        [--gaps 0.5] [--steps 1]
 
 The robot's microphone is 10 cm from its loudspeaker, its latency known to within the shift. Rooms follow Polack's
 model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cubic metres). The call, 2 m away, is
 --call-db louder than the own voice as the microphone has it; the robot has said --first sentences before, from which it
 knows the way through the room. A call counts as heard when it is told after its beginning and no later than 0.5 s after
 its end. --gaps: so often a second the loudspeaker leaves out 25 to 300 ms, as on a busy computer; the robot knows when.
+--steps: so often a second its sound is 10 to 300 ms later from then on, or earlier again; the robot is not told.
 --overlaps: so often another robot begins to speak from 0.2 s before to 0.4 s after this one, five people talk
 at once (babble), or somebody knocks at the table, each --overlap-db louder than the own voice; all names take turns.
 """
@@ -35,6 +36,8 @@ OWN_M, CALLER_M = 0.1, 2.0
 VOLUME_M3 = 60.0
 SOUND_SPEED_M_S = 343.0
 PAUSE_S, TAIL_S = 1.0, 0.12
+STEPS_S = (0.01, 0.02, 0.05, 0.1, 0.3)
+"""From a block of a card to what two clocks are allowed to drift apart."""
 UNHEARD_S = (-0.2, 0.4)
 """A speaker who begins at least this much before or after the robot neither heard it nor was heard by it."""
 SWAY_DB = 0.03
@@ -57,7 +60,15 @@ class Trial:
     """Some of the robot's own sentences, as they are played and as they are heard."""
 
     def __init__(
-        self, stage: Stage, n: int, rt60_s: float, shift_ms: float, seed: int, speaker: int = 0, gaps: float = 0.0
+        self,
+        stage: Stage,
+        n: int,
+        rt60_s: float,
+        shift_ms: float,
+        seed: int,
+        speaker: int = 0,
+        gaps: float = 0.0,
+        steps: float = 0.0,
     ) -> None:
         chooser, rng = random.Random(seed), np.random.default_rng(seed)
         talks = [at_level(stage.sentence(chooser, stage.names[speaker]), OWN_DBFS) for _ in range(n)]
@@ -72,6 +83,8 @@ class Trial:
         late = round((DELAY_TOLERANCE_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
         self.gaps: list[int] = []
         really = self._with_gaps(gaps, rng)
+        for begin, end in self.spans if steps else ():
+            really[begin : end + len(gap)] = with_steps(really[begin:end], len(gap), steps, rng)
         echo = np.concatenate([np.zeros(late), fftconvolve(really, way(rt60_s, OWN_M, rng))])[: len(self.played)]
         self.own_rms = float(np.sqrt(np.mean(np.square(echo[np.abs(self.played) > 1e-4]))))
         seconds = np.arange(len(echo)) / SAMPLE_RATE_HZ
@@ -128,6 +141,22 @@ class Trial:
         return sum(end - begin for begin, end in self.spans) / SAMPLE_RATE_HZ
 
 
+def with_steps(talk: Samples, pause: int, steps: float, rng: np.random.Generator) -> Samples:
+    """The sentence and a pause, in which again and again the sound comes later from then on, or earlier again."""
+    pieces, at, late = [], 0, 0
+    while at < len(talk):
+        n = round(rng.exponential(1.0 / steps) * SAMPLE_RATE_HZ) + 1
+        pieces.append(talk[at : at + n])
+        at += n
+        step = round(rng.choice(STEPS_S) * SAMPLE_RATE_HZ)
+        if rng.random() < 0.5 and step <= late:
+            at, late = at + step, late - step
+        elif late + step <= pause:
+            pieces.append(np.zeros(step, np.float32))
+            late += step
+    return np.concatenate([*pieces, np.zeros(len(talk) + pause, np.float32)])[: len(talk) + pause]
+
+
 def other_sound(stage: Stage, kind: str, chooser: random.Random, speaker: int) -> Samples:
     """Sounds over a robot's sentence that do not say "stop"."""
     if kind == "knock":
@@ -171,6 +200,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--overlaps", type=int, default=0)
     parser.add_argument("--gaps", type=float, default=0.0)
+    parser.add_argument("--steps", type=float, default=0.0)
     parser.add_argument("--overlap-db", default="-15,-10,-5")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
@@ -183,7 +213,7 @@ def main() -> None:
         for shift_ms in map(float, o.shifts_ms.split(",")):
             lags, missed = [], []
             for seed in range(o.seed, o.seed + o.calls):
-                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed, gaps=o.gaps)
+                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed, gaps=o.gaps, steps=o.steps)
                 begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
                 told, held, _ = trial.listen(make_barge_in_detector())
                 in_time = [t - end_s for t in sorted(told + held) if begin_s < t <= end_s + IN_TIME_S]
@@ -191,7 +221,7 @@ def main() -> None:
                 missed += [] if in_time else [seed]
             own_s, false, halts, spent_s, seed = 0.0, 0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
-                trial = Trial(stage, 10, rt60_s, shift_ms, seed, gaps=o.gaps)
+                trial = Trial(stage, 10, rt60_s, shift_ms, seed, gaps=o.gaps, steps=o.steps)
                 told, held, cpu_s = trial.listen(make_barge_in_detector())
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
                 halts += len(held)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
+from hvcpd.recognition.channel.whitening import smoothed
 from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
 from hvcpd.recognition.keyword.net import WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
@@ -109,6 +110,21 @@ LEAST_PROBABILITY = 0.4
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
 RECENT_FRAMES = 400
 """The own level is that of the last 4 s of it."""
+WORD_MARGIN = 800
+"""Number of samples before the word, and twice those after it, in which the own voice is looked for."""
+MOST_LAG = 9600
+"""Largest lag, either way, at which it is looked for: 0.6 s, as much as a computer with six times its capacity of work
+was late."""
+OWN_CORRELATION = 0.15
+"""Least correlation with what was played by which a word is the robot's own, or mixed with it: calls 10 and 14 dB below
+the own voice have 0.13 at most (47), nine of ten own words that passed for the call after faults of the loudspeaker
+0.18 to 0.89 (`benchmarks/own_voice.py`)."""
+FAINT_SHARE = 1e-3
+"""Least energy that counts, relative to the largest at any lag: next to nothing correlates with anything."""
+TRACE_SAMPLES = 3 * SAMPLE_RATE_HZ
+"""Time that is kept: the word's, the lag, and what the net looks back."""
+SMOOTHED_REACH = 16
+"""Neighbouring bins, either way, over which a sound's colour is averaged before half of it is taken out."""
 DOUBT_SAMPLES = 4 * SAMPLE_RATE_HZ
 """Time after a gap in what was played in which the residual may have the robot's own words in it, or be judged by them:
 the net looks back 2.2 s, and relative to levels that follow with 1 to 2 s."""
@@ -117,8 +133,9 @@ the net looks back 2.2 s, and relative to levels that follow with 1 to 2 s."""
 class BargeInDetector:
     """Spots the keyword while the robot speaks, from `begin` until its own voice is gone.
 
-    Push the played and the recorded sound, block by block. Where the loudspeaker left something out, the residual has
-    the robot's own words in it; so after `disturb` the word is believed only when it is said twice.
+    Push the played and the recorded sound, block by block. Where the loudspeaker left something out or was late, the
+    residual has the robot's own words in it. So after `disturb` the word is believed only when it is said twice, and
+    one that is correlated with what was played is never believed; both only hold the robot for a moment.
     """
 
     def __init__(self, net: KeywordNet) -> None:
@@ -144,6 +161,7 @@ class BargeInDetector:
         self._echo.pause()
         self._net.reset()
         self._spotter = KeywordSpotter(self._net)
+        self._trace = OwnTrace()
         self._residual_powers = np.zeros(0)
         self._reported_until = 0
         self._playing: Samples = np.zeros(
@@ -187,7 +205,9 @@ class BargeInDetector:
         self._playing = line[len(samples) :]
         found: list[KeywordEvent] = []
         least = self._least_level(samples)
-        for chunk in self._residual.push(self._echo.take(line[: len(samples)], samples), False):
+        residual = self._echo.take(line[: len(samples)], samples)
+        self._trace.push(line[: len(samples)], residual)
+        for chunk in self._residual.push(residual, False):
             self._residual_powers = _recent(self._residual_powers, chunk.energies, WORD_FRAMES)
             word = self._spotter.push(chunk)
             if (
@@ -211,11 +231,56 @@ class BargeInDetector:
             return []  # it is reported already
         self._reported_until = word.end_frame + WORD_FRAMES
         start, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))
-        if self._doubt_left and not self._hold_left:
+        is_own = self._trace.correlation(start - self._began, end - self._began) >= OWN_CORRELATION
+        if is_own or (self._doubt_left and not self._hold_left):
             self._hold_left, self._held = HOLD_TIME, Held(start, end)
             return [self._held]
         self._hold_left = 0
         return [Urgent(start, end)]
+
+
+class OwnTrace:
+    """What was played and the residual of the last seconds, which show whether a word of the residual was played."""
+
+    def __init__(self) -> None:
+        self._played: Samples = np.zeros(0, np.float32)
+        self._residual: Samples = np.zeros(0, np.float32)
+        self._first = 0
+
+    def push(self, played: Samples, residual: Samples) -> None:
+        """Push them in step; either may be late by some samples."""
+        self._played = np.concatenate([self._played, played])
+        self._residual = np.concatenate([self._residual, residual])
+        gone = max(len(self._played) - TRACE_SAMPLES, 0)
+        self._first += gone
+        self._played, self._residual = self._played[gone:], self._residual[gone:]
+
+    def correlation(self, start: int, end: int) -> float:
+        """The largest correlation, 0 to 1, of the residual from `start` to `end` (samples since the first push) with
+        what was played, over all lags; both are whitened by half.
+
+        At a gap the residual has what the filter took out too much, so that the correlation is negative.
+        """
+        begin = max(start - WORD_MARGIN - self._first, 0)
+        word = self._residual[begin : end + 2 * WORD_MARGIN - self._first]
+        before = max(begin - MOST_LAG, 0)
+        played = self._played[before : begin + len(word) + MOST_LAG]
+        played = np.pad(played, (MOST_LAG - begin + before, 0))
+        played = np.pad(played, (0, len(word) + 2 * MOST_LAG - len(played)))
+        size = 1 << (len(played) + len(word)).bit_length()
+        one, other = _whitened(word, size)[: len(word)], _whitened(played, size)
+        products = np.fft.irfft(np.fft.rfft(other) * np.fft.rfft(one, size).conj())[: 2 * MOST_LAG + 1]
+        powers = np.concatenate([np.zeros(1), np.cumsum(np.square(other[: len(played)]))])
+        energies = powers[len(word) :] - powers[: -len(word)]
+        scale = np.sqrt(np.maximum(energies, energies.max() * FAINT_SHARE) * np.square(one).sum())
+        return float((np.abs(products) / np.maximum(scale, 1e-12)).max())
+
+
+def _whitened(sound: Samples, size: int) -> NDArray[np.float64]:
+    """The sound with half of its colour (in dB) taken out, of `size` samples."""
+    spectrum = np.fft.rfft(np.diff(sound, prepend=0.0), size)
+    power = smoothed(np.square(np.abs(spectrum)), SMOOTHED_REACH)
+    return np.fft.irfft(spectrum / np.maximum(power, 1e-12) ** 0.25)
 
 
 def _recent(powers: NDArray[np.float64], energies: Energies, most: int) -> NDArray[np.float64]:

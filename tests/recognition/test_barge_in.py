@@ -187,3 +187,18 @@ def test_after_the_own_sentence_it_does_not_listen() -> None:
     recogniser.hear(np.zeros(BLOCK, np.float32), False)
     stop = call("Max", 0.1)
     assert not any(recogniser.hear(stop[i : i + BLOCK], True) for i in range(0, len(stop), BLOCK))
+
+
+def test_its_own_word_that_comes_later_than_expected_never_stops_it() -> None:
+    """Whatever makes the loudspeaker late, the daemon need not notice it: the sound system, or a mixer."""
+    stop = call("Rob", 0.2)
+    played = own_voice().copy()
+    half = len(played) // 2
+    for start in (half + 9600, half + 27200):
+        played[start : start + 9600] = np.pad(stop, (0, 9600))[:9600]
+    heard = through_room(played, 20.0, 5)
+    late = half + 8000
+    heard[late:] = through_room(np.pad(played, (1600, 0))[: len(played)], 20.0, 5)[late:]
+    told = listen(heard, make_barge_in_detector(), played=played)
+    assert Held in {type(event) for event in told}
+    assert Urgent not in {type(event) for event in told}
