@@ -5,13 +5,14 @@
         [--natural] [--cases call,two,false,collide,kitchen,data]
 
 `call`: "stop", "Rob stop" or "all stop" (people: "stop") in a voice that no robot has, at a random time over a robot's
-random sentence, --over-db louder or alone (`none`). `two`: over two robots at once (over the
-listening robot's own talk: `benchmarks.own_voice`). `false`: the robots' sentences, one after the other, none of which
-says stop; `collide`: two at once, half of them begun within 0.4 s as when neither could hear the other yet; `kitchen`:
-their sentences in kitchen noise as loud, the half of the recording that the net did not learn; `data`: the recordings
-below --data in which nobody says stop. A call counts as heard when the robot halts after its beginning and no later
-than 0.5 s after its end, and as a stop for good when it stays. Intervals are Wilson's, 95 %. --kinds, --over-db,
---snr-db and --worlds are all tried with all. --peer: PocketSphinx spots the keyword instead.
+random sentence, --over-db louder or alone (`none`). `two`: over two robots at once (over the listening robot's own
+talk: `benchmarks.own_voice`). `false`: the robots' sentences, one after the other, none of which says stop, at
+--snr-db, too; `collide`: two at once, half of them begun within 0.4 s as when neither could hear the other yet;
+`kitchen`: their sentences in kitchen noise as loud, the half of the recording that the net did not learn;
+`data`: the recordings below --data in which nobody says stop.
+A call counts as heard when the robot halts after its beginning and no later than 0.5 s after its end, and as a stop for
+good when it stays. Intervals are Wilson's, 95 %. --kinds, --over-db, --snr-db and --worlds are all tried with all.
+--peer: PocketSphinx spots the keyword instead.
 """
 
 from __future__ import annotations
@@ -262,8 +263,17 @@ def kitchen(data: Path) -> Samples:
     return at_level(sound[len(sound) // 2 :], SPEECH_DBFS)
 
 
-def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool, noise: Samples | None = None) -> None:
-    """The robots' own talk; `at_once`: two of them at a time, as when they collide; `noise`: goes on all the time."""
+def false_stops(
+    stage: Stage,
+    minutes: float,
+    seed: int,
+    at_once: bool,
+    noise: Samples | None = None,
+    snr_db: float | None = None,
+) -> None:
+    """The robots' own talk; `at_once`: two of them at a time, as when they collide; `noise`: goes on all the time, in
+    pink noise at `snr_db`, or in a quiet room."""
+    noise_dbfs = NOISE_DBFS if snr_db is None else SPEECH_DBFS - snr_db
     chooser, listener, n, overlap_s = random.Random(seed), Listener(stage.recogniser()), 0, 0.0
     while listener.now_s < minutes * 60.0:
         first, second = chooser.sample(stage.names, 2)
@@ -276,7 +286,7 @@ def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool, noise: S
             talk = np.concatenate([talk, np.zeros(max(begin + len(other) - len(talk), 0), np.float32)])
             talk[begin : begin + len(other)] += other
         gap = round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ)
-        sound = room(len(talk) + gap, n % 100_003)
+        sound = room(len(talk) + gap, n % 100_003, noise_dbfs)
         sound[gap:] += talk
         if noise is not None:
             sound += np.take(noise, np.arange(n, n + len(sound)), mode="wrap")
@@ -284,6 +294,7 @@ def false_stops(stage: Stage, minutes: float, seed: int, at_once: bool, noise: S
         n += len(sound)
     what = f"two robots at once for {overlap_s / 60.0:.1f} min" if at_once else "robots' own talk"
     what += ", in a kitchen" if noise is not None else ""
+    what += f", noise {snr_db:.0f} dB" if snr_db is not None else ""
     print(listener.told(what), flush=True)
 
 
@@ -328,7 +339,8 @@ def main() -> None:
     levels = [_levels(o.over_db), _levels(o.snr_db)]
     for case in o.cases.split(","):
         if case in ("false", "collide"):
-            false_stops(stage, o.minutes, o.seed, at_once=case == "collide")
+            for snr_db in levels[1]:
+                false_stops(stage, o.minutes, o.seed, at_once=case == "collide", snr_db=snr_db)
         elif case == "kitchen":
             noise = kitchen(o.data or sys.exit("kitchen: where is it? (--data)"))
             false_stops(stage, o.minutes, o.seed, at_once=False, noise=noise)

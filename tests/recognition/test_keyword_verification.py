@@ -1,5 +1,6 @@
 """Whether a word that sounded like the keyword was said is decided by how sure it is, and by the sentence around it."""
 
+import math
 from collections.abc import Sequence
 
 import pytest
@@ -93,7 +94,7 @@ def test_nobody_stands_still_for_a_word_of_a_sentence_in_progress_that_is_not_ce
 
 
 def test_a_word_of_a_sentence_in_progress_still_counts_if_it_is_said_again_or_remains_without_the_sentence() -> None:
-    again, over = verifier(), CallVerifier(lambda *_: Residual(0.9, 1.0, 0.0))
+    again, over = verifier(), CallVerifier(lambda *_: Residual(0.9, NEARLY_ALL, 0.0))
     for held in (again, over):
         assert followed(held, 1.2, DOUBTFUL) is None
     assert word(again, 2.2, DOUBTFUL) is Urgent
@@ -216,9 +217,24 @@ def test_the_word_as_part_of_a_sentence_is_for_the_conversation() -> None:
     assert held.recognised(sentence(1.0, ("i", "have", "stopped"))) is Released
 
 
+NEARLY_ALL = math.nextafter(1.0, 0.0)
+"""Of the residual is more than the sentence leaves elsewhere."""
+
+
+def test_what_cannot_be_subtracted_tells_nothing_new() -> None:
+    """In loud noise the residual is the sound itself."""
+    held = CallVerifier(lambda *_: Residual(PLAUSIBLE_PROBABILITY, 1.0, 0.0))
+    word(held, 1.2, DOUBTFUL)
+    assert held.recognised(sentence(0.2)) is None
+    sure = CallVerifier(lambda *_: Residual(SURE, 1.0, 0.0))
+    word(sure, 1.2, SURE, ends=True)
+    assert sure.recognised(sentence(0.2)) is None
+    assert sure.advance(samples(3.0)) is Urgent
+
+
 def asked(left: float) -> CallVerifier:
     """In every sentence the residual has these log odds."""
-    return CallVerifier(lambda *_: Residual(float(expit(left)), 1.0, SENTENCE_BASELINE))
+    return CallVerifier(lambda *_: Residual(float(expit(left)), NEARLY_ALL, SENTENCE_BASELINE))
 
 
 @pytest.mark.parametrize("left", [-1.0, 0.0, 1.5])

@@ -68,9 +68,15 @@ class Residual(NamedTuple):
     call: float
     """Probability of a call in the residual."""
     share: float
-    """Share of the residual, 0 to 1, that is more than the sentence leaves elsewhere."""
+    """Share of the residual, 0 to 1, that is more than the sentence leaves elsewhere; 1 if the sentence explains next to
+    nothing even there."""
     alone: float
     """Probability of a call in the sentence alone, as it was received."""
+
+    @property
+    def is_news(self) -> bool:
+        """Whether it differs from the sound: else, as in loud noise, it only says again what the sound says."""
+        return self.share < 1.0
 
     @property
     def log_odds(self) -> float:
@@ -170,8 +176,9 @@ class CallVerifier:
             residual = self._residual(sentence, detection.start, detection.end) if is_there else None
             if _explains(sentence, detection, residual):
                 explained.append(detection)
-            elif residual is not None and logit(detection.probability) + residual.log_odds >= JOINT_LOG_ODDS:
-                return self._accept()
+            elif residual is not None and residual.is_news:
+                if logit(detection.probability) + residual.log_odds >= JOINT_LOG_ODDS:
+                    return self._accept()
         is_news = any(d.pending for d in explained)
         self._detections = [d for d in self._detections if d not in explained]
         return Released if is_news and not self.pending else None
