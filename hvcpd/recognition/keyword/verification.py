@@ -68,15 +68,10 @@ class Residual(NamedTuple):
     call: float
     """Probability of a call in the residual."""
     share: float
-    """Share of the residual, 0 to 1, that is more than the sentence leaves elsewhere; 1 if the sentence explains next to
-    nothing even there."""
+    """Share of the residual, 0 to 1, that is more than the sentence leaves elsewhere; 1 if the sentence explains hardly
+    anything even there."""
     alone: float
     """Probability of a call in the sentence alone, as it was received."""
-
-    @property
-    def is_news(self) -> bool:
-        """Whether it differs from the sound: else, as in loud noise, it only says again what the sound says."""
-        return self.share < 1.0
 
     @property
     def log_odds(self) -> float:
@@ -118,6 +113,11 @@ class _Detection:
         """Whether the sentence has the keyword, or a word that includes it, in this place."""
         there = (span for span in sentence.spans if span.start_sample < self.end and self.start < span.end_sample)
         return any(span.word in KEYWORD_FORMS for span in there)
+
+    def remains(self, residual: Residual) -> bool:
+        """Whether it is certain, by the sound with the sentence and without it together. A sentence that noise hides
+        cannot be subtracted, so that the residual only says again what the sound says."""
+        return residual.share < 1.0 and logit(self.probability) + residual.log_odds >= JOINT_LOG_ODDS
 
 
 def may_open_sentence(since: int | None, start: int) -> bool:
@@ -176,9 +176,8 @@ class CallVerifier:
             residual = self._residual(sentence, detection.start, detection.end) if is_there else None
             if _explains(sentence, detection, residual):
                 explained.append(detection)
-            elif residual is not None and residual.is_news:
-                if logit(detection.probability) + residual.log_odds >= JOINT_LOG_ODDS:
-                    return self._accept()
+            elif residual is not None and detection.remains(residual):
+                return self._accept()
         is_news = any(d.pending for d in explained)
         self._detections = [d for d in self._detections if d not in explained]
         return Released if is_news and not self.pending else None
