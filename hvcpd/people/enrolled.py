@@ -102,6 +102,11 @@ class Person:
         """The same with more sentences, the oldest beyond MAX_SENTENCES left out."""
         return replace(self, sentences=(*self.sentences, *more)[-MAX_SENTENCES:])
 
+    def joined(self, other: Person) -> Person:
+        """The same with what another record of this person has more."""
+        takes, sentences = self.unknown(other.takes, other.sentences)
+        return self.with_takes(takes).with_sentences(sentences)
+
 
 def _print(text: str, logs: LogBands) -> tuple[str, bytes]:
     """What is the same for two readings of one recording, also if one was in a file, which has float16."""

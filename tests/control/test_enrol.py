@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import strict_words
-from hvcpd.memory.people import person_path, read_person
+from hvcpd.memory.people import person_path, read_person, write_person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -192,6 +193,24 @@ def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.Ca
     capsys.readouterr()
     assert enrol(tmp_path, "--list", "--json") == 0
     assert json.loads(capsys.readouterr().out) == [{"name": "Anna", "sentences": 0, "words": 4, "takes": 12}]
+
+
+def test_what_is_imported_is_added_to_what_is_known(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "anna.npz"
+    assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
+    kept = person_path(tmp_path / "state", "Anna")
+    whole = read_person(kept)
+    one, *others = whole.takes.items()
+    write_person(file, replace(whole, takes=dict([one])))
+    write_person(kept, replace(whole, takes=dict(others)))
+    capsys.readouterr()
+    assert enrol(tmp_path, "--import", str(file)) == 0
+    assert f"{len(whole.takes)} words" in capsys.readouterr().out
+    assert read_person(kept).same_as(whole)
+    assert enrol(tmp_path, "--import", str(file)) == 0
+    assert "is known already" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

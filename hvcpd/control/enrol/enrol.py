@@ -131,8 +131,14 @@ def _import(options: argparse.Namespace) -> int:
     person = read_person(options.import_)
     if options.person is not None and options.person.lower() != person.name.lower():
         raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
-    write_person(person_path(_state_dir(options), person.name), person)
-    known = f"{plural(len(person.sentences), 'sentence')} and {plural(len(person.takes), 'word')}"
+    path = person_path(_state_dir(options), person.name)
+    before = _kept(path, person.name)
+    after = before.joined(person)
+    if after.same_as(before):
+        sys.stdout.write(f"{person.name}: all of {options.import_} is known already, and not added again\n")
+        return EX_OK
+    write_person(path, after)
+    known = f"{plural(len(after.sentences), 'sentence')} and {plural(len(after.takes), 'word')}"
     sys.stdout.write(f"{person.name}: now known by {known}; {HOW_IT_COUNTS}\n")
     return EX_OK
 
