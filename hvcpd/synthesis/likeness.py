@@ -7,9 +7,10 @@ consonants (place of articulation is lost first, then voicing) and neighbourhood
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
+from itertools import islice, product
 
 from hvcpd.language.clashes import RESERVED_WORDS
+from hvcpd.language.rewording import known_names
 from hvcpd.synthesis.lexicon import Lexicon
 
 _SIMILAR_CONSONANTS = "P T K, B D G, F TH S, V DH Z, M N NG, S SH, Z ZH, CH JH, P B, T TT D DD, K G, F V, S Z, L W, R W"
@@ -57,13 +58,26 @@ def sounds_alike(a: str, b: str, lexicon: Lexicon) -> bool:
     )
 
 
+PROPOSALS = 3
+"""Number of names that are proposed in place of one."""
+
+
 def name_fault(name: str, lexicon: Lexicon | None = None) -> str | None:
-    """What is wrong with a robot's name beside the phrasebook's own words, or None."""
+    """What is wrong with a robot's name beside the phrasebook's own words, with names to take instead; or None."""
     lexicon = lexicon or Lexicon.load()
-    for word in sorted(RESERVED_WORDS):
-        if name.lower() == word or sounds_alike(name, word, lexicon):
-            return f"the name {name!r} sounds like the phrasebook's word {word!r}; choose another"
-    return None
+    word = _reserved_word_like(name, lexicon)
+    if word is None:
+        return None
+    sounds = lexicon.pronounce(name)
+    near = sorted(known_names(), key=lambda other: phone_distance(lexicon.pronounce(other), sounds))
+    free = (other for other in near if other.lower() != name.lower() and _reserved_word_like(other, lexicon) is None)
+    *others, last = islice(free, PROPOSALS)
+    return f"the name {name!r} sounds like the phrasebook's word {word!r}; take for example {', '.join(others)} or {last}"
+
+
+def _reserved_word_like(name: str, lexicon: Lexicon) -> str | None:
+    words = sorted(RESERVED_WORDS)
+    return next((word for word in words if name.lower() == word or sounds_alike(name, word, lexicon)), None)
 
 
 MAX_VARIANTS = 8

@@ -19,7 +19,7 @@ from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.inflection import derive, with_ending
 from hvcpd.synthesis.letter_to_sound import letter_to_sound
 from hvcpd.synthesis.lexicon import CMUDICT, Lexicon, Origin, common_words
-from hvcpd.synthesis.likeness import phone_distance, sounds_alike
+from hvcpd.synthesis.likeness import name_fault, phone_distance, sounds_alike
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
 LEXICON = Lexicon.load()
@@ -265,6 +265,15 @@ def test_an_unreadable_lexicon_is_named(tmp_path: Path, content: bytes | None) -
 def test_alike_is_what_sounds_alike(a: str, b: str, alike: bool) -> None:
     assert sounds_alike(a, b, LEXICON) is alike
     assert sounds_alike(b, a, LEXICON) is alike
+
+
+@pytest.mark.parametrize("name", ["Kim", "Tim", "Stop", "Ann"])
+def test_who_is_refused_is_told_names_that_are_free(name: str) -> None:
+    fault = name_fault(name, LEXICON)
+    assert fault is not None
+    proposed = re.split(", | or ", fault.partition("for example ")[2])
+    assert len(set(proposed)) == 3
+    assert [name_fault(each, LEXICON) for each in proposed] == [None] * 3
 
 
 PHONES = st.lists(st.sampled_from(sorted(ARPABET)), max_size=8)
