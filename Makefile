@@ -16,7 +16,7 @@ demo: setup  ## two robots share out the watering, out loud
 
 test: setup-dev  ## everything that runs with the parts that are here: under 8 minutes on 2 cores
 	$(MAKE) --no-print-directory -j 2 lint compiled
-	$(VENV)/bin/python -m pytest tests/e2e  # in real time: on a busy computer a robot may take its own words for "stop"
+	$(VENV)/bin/python -m pytest tests/e2e  # in real time, so nothing else runs beside them
 	$(VENV)/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --ignore tests/e2e
 
 check: setup-dev lint  ## the fast part
