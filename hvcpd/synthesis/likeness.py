@@ -72,7 +72,8 @@ def name_fault(name: str, lexicon: Lexicon | None = None) -> str | None:
     near = sorted(known_names(), key=lambda other: phone_distance(lexicon.pronounce(other), sounds))
     free = (other for other in near if other.lower() != name.lower() and _reserved_word_like(other, lexicon) is None)
     *others, last = islice(free, PROPOSALS)
-    return f"the name {name!r} sounds like the phrasebook's word {word!r}; take for example {', '.join(others)} or {last}"
+    remedy = f"take for example {', '.join(others)} or {last}"
+    return f"the name {name!r} sounds like the phrasebook's word {word!r}; {remedy}"
 
 
 def _reserved_word_like(name: str, lexicon: Lexicon) -> str | None:
