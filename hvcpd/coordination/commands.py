@@ -16,6 +16,7 @@ from collections.abc import Callable
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
+from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
@@ -95,7 +96,10 @@ def _gives_up(me: Knowledge, heard: Heard, _: m.Busy | m.Distrusted) -> None:
 def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     """Halt, and make sure that all for whom it was meant do."""
     now, to = heard.now, heard.to
-    if not is_for(me, to) or me.latched:
+    if not is_for(me, to):
+        return
+    me.repair.resume_s = NEVER_S  # "resume" is to be heard twice after it
+    if me.latched:
         return
     fire(me, Trigger.STOP, now)
     if _stands(me) and not isinstance(to, m.ToRobot):

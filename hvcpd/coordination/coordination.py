@@ -103,11 +103,11 @@ class Coordination:
         snr_db: float | None = None,
         trust: Trust = Trust.OPEN,
     ) -> None:
-        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's. Its own name is never obeyed."""
+        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's. Its own name is never obeyed,
+        unless it says "stop"."""
         me = self.knowledge
         if utterance.speaker is not None and utterance.speaker.lower() == me.role.name.lower():
-            if trust.proves_speaker:  # otherwise it was a speaker without the key, or a recording of this robot
-                hearing.hear_own_name(me, now)
+            hearing.hear_namesake(me, utterance, trust, now)
             return
         believed = trusting.admit(me, utterance, trust)
         if utterance.speaker is not None and believed:

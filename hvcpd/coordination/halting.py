@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hvcpd.coordination import composing, effects
 from hvcpd.coordination.actions import Halt
+from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
@@ -58,6 +59,7 @@ def halt(me: Knowledge, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
     effects.give_tasks_back(me)
     me.latch(True)
+    me.repair.resume_s = NEVER_S
     me.floor.clear()
     effects.forget_report(me, Urgency.TURN, now)
     me.current.clear()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 from hvcpd.coordination import (
@@ -25,6 +26,7 @@ from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, DEPARTING, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
+from hvcpd.security.trust import Trust
 
 GREETING_ANSWERED_FOR_S = 5.0
 """A greeting repeated within this time is the same greeting, which was answered."""
@@ -52,8 +54,16 @@ def react(me: Knowledge, heard: Heard) -> None:
         reaction(me, heard, statement)
 
 
-def hear_own_name(me: Knowledge, now: float) -> None:
-    """Another voice uses this robot's name. Twice is no mishearing: both robots must say so, and do nothing."""
+def hear_namesake(me: Knowledge, utterance: m.Utterance, trust: Trust, now: float) -> None:
+    """Another voice uses this robot's name, or another name was misheard for it: only "stop" is obeyed."""
+    if trust.proves_speaker:  # otherwise it was a speaker without the key, or a recording of this robot
+        _note_namesake(me, now)
+    if isinstance(utterance.statement, m.Stop):
+        commands.stop(me, Heard(replace(utterance, speaker=None), 1.0, now), utterance.statement)
+
+
+def _note_namesake(me: Knowledge, now: float) -> None:
+    """Twice is no mishearing: both robots must say so, and do nothing."""
     me.acquaintance.own_name_heard_s = (*me.acquaintance.own_name_heard_s[-3:], now)
     recent = [t for t in me.acquaintance.own_name_heard_s if now < t + me.timing.name_conflict_s]
     if len(recent) == 2:

@@ -5,6 +5,7 @@ import pytest
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage
 from hvcpd.coordination.states import State
+from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
 pytestmark = pytest.mark.slow
@@ -88,6 +89,37 @@ def test_an_unsure_resume_that_is_said_again_at_once_releases() -> None:
         rob.heard(mission.book.parse_text("Rob resume"), began_s + 0.9, confidence=0.85)
         rob.channel(False, began_s + 1.0)
     assert rob.state is not State.STOPPED
+
+
+@pytest.mark.parametrize("by_voice", [True, False])
+def test_an_unsure_resume_from_before_a_stop_does_not_count(by_voice: bool) -> None:
+    """It released the robot, at the first chance speech that sounded like "resume" within half a minute."""
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob, book = mission.robots["Rob"], mission.book
+    rob.heard(book.parse_text("Resume"), 45.0, confidence=0.85)
+    if by_voice:
+        rob.heard(book.parse_text("Stop"), 50.0)
+    else:
+        rob.stop(50.0)
+    rob.heard(book.parse_text("Resume"), 60.0, confidence=0.85)
+    assert rob.state is State.STOPPED
+    rob.heard(book.parse_text("Stop"), 65.0)
+    rob.heard(book.parse_text("Resume"), 70.0, confidence=0.85)
+    assert rob.state is State.STOPPED
+    rob.heard(book.parse_text("Resume"), 75.0, confidence=0.85)
+    assert rob.state is not State.STOPPED
+
+
+@pytest.mark.parametrize("name", ["Rob", "rob"])
+def test_stop_is_obeyed_from_whoever_gives_the_robots_own_name(name: str) -> None:
+    mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob = mission.robots["Rob"]
+    rob.heard(m.Utterance(name, m.ToAll(), None, m.Stop()), 45.0)
+    assert rob.state is State.STOPPED
+    rob.heard(m.Utterance(name, m.ToAll(), None, m.Resume()), 50.0)
+    assert rob.state is State.STOPPED
 
 
 def test_others_take_over_what_a_stopped_robot_had_claimed() -> None:
