@@ -21,8 +21,9 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, Wheel
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Held, KeywordEvent, Recognised, Released
+from hvcpd.recognition.events import KeywordEvent, Recognised, Released, Urgent
 from hvcpd.recognition.stages import SpeechRecogniser
+from hvcpd.robot.holding import Holding
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics, OwnVoice
 from hvcpd.robot.performer import Outcome, Performer
@@ -77,7 +78,7 @@ class Robot:
         self._voice = OwnVoice(acoustics, own_delay)
         self._n_heard = 0
         self._busy = False
-        self._held_s: float | None = None
+        self._holding = Holding()
         self._disturbed_until_s = 0.0
         self.is_silent = False
         """It listens and obeys, and holds its own sentences back, as if another speaker were talking."""
@@ -146,13 +147,16 @@ class Robot:
         self._take_lesson()
         masked = self._voice.masks(self.now)
         self._voice.hear(heard)
-        events = [*gap_events, *self._recogniser.push(heard, masked=masked), *self._barge_in.hear(heard, masked)]
+        events = [*gap_events, *self._recogniser.push(heard, masked=masked)]
+        over_own_voice = self._barge_in.hear(heard, masked)
         self._n_heard += len(heard)
         self._locate(reading)
         self.coordination.mute(self.is_silent)
         self._set_channel(self._recogniser.busy or self.is_silent, now := self.now)
         for event in events:
             self._understand(event, now)
+        for word in over_own_voice:
+            self._hold(word, self._barge_in, now)
         wheels = self._perform(now, reading)
         if now >= self.coordination.next_deadline():
             self.coordination.tick(now)
@@ -200,7 +204,7 @@ class Robot:
         return self._recogniser.lost(lost)
 
     def _take_lesson(self) -> None:
-        if self._lesson is None or self._recogniser.busy or self._held_s is not None:
+        if self._lesson is None or self._recogniser.busy or self._holding.since_s is not None:
             return  # only these ears can tell the reason for the halt
         (self.phrasebook, recogniser), self._lesson = self._lesson, None
         self._recogniser.adopt(recogniser)
@@ -234,7 +238,7 @@ class Robot:
     def _understand(self, event: HearingEvent, now: float) -> None:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
         if isinstance(event, KeywordEvent):
-            self._hold(event, now)
+            self._hold(event, self._recogniser, now)
             return
         utterance = meaning(event, self.phrasebook, self._voice.may_have_cut(start_s))
         if not isinstance(event, Recognised) or utterance is None:
@@ -261,19 +265,15 @@ class Robot:
             self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
             self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
-    def _hold(self, event: KeywordEvent, now: float) -> None:
+    def _hold(self, event: KeywordEvent, detector: object, now: float) -> None:
         """Stand still at once for a possible "stop", whoever its addressee; go on if it was none, otherwise stay."""
-        if isinstance(event, Held):
-            self._held_s = now if self._held_s is None else self._held_s
-            return
-        held_s, self._held_s = self._held_s, None
-        if isinstance(event, Released):
-            if held_s is not None and self.performer.busy:
-                self._records.append(HoldRecord(held_s, now))
+        held_s = self._holding.take(event, detector, now)
+        if isinstance(event, Released) and held_s is not None and self.performer.busy:
+            self._records.append(HoldRecord(held_s, now))
+        if not isinstance(event, Urgent):
             return
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
-        stop = Utterance(None, statement=Stop())
-        text = self.phrasebook.write(stop)
+        text = self.phrasebook.write(stop := Utterance(None, statement=Stop()))
         self._records.append(HeardRecord(now, stop, text, start_s, end_s, math.nan, math.nan, ""))
         self.coordination.heard(stop, now, confidence=0.0)
 
@@ -281,7 +281,7 @@ class Robot:
         may_drive = self.coordination.may_drive(self.performer.way, now)
         if not self.performer.busy:
             return STANDSTILL
-        if self._held_s is not None or not may_drive:
+        if self._holding.since_s is not None or not may_drive:
             self.performer.rest(now)
             return STANDSTILL
         progress = self.performer.step(self.odometry.pose, now, reading)

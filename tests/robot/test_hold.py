@@ -220,6 +220,23 @@ def test_two_calls_in_a_row_are_one_hold() -> None:
     assert bench.noted(HoldRecord) == [HoldRecord(held_s, bench.robot.now)]
 
 
+def test_each_detector_lets_go_of_its_own_hold_only() -> None:
+    """The one that listens over the own voice let the robot go on while the other was not sure yet."""
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    bench.overheard.coming = [Held(0, 1)]
+    bench.live()
+    held_s = bench.robot.now
+    bench.live(Held(2, 3))
+    for over_own_voice in (True, False):
+        assert bench.wheels == STANDSTILL
+        assert not bench.noted(HoldRecord)
+        bench.overheard.coming = [Released(0, 1)] if over_own_voice else []
+        bench.live(*([] if over_own_voice else [Released(2, 3)]))
+    assert bench.wheels != STANDSTILL
+    assert bench.noted(HoldRecord) == [HoldRecord(held_s, bench.robot.now)]
+
+
 def test_watering_takes_its_time_beside_the_hold() -> None:
     ends = []
     for held_s in (0.0, 3.0):
