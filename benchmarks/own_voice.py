@@ -2,7 +2,7 @@
 
     python -m benchmarks.own_voice [--calls 20] [--call-db -10] [--rt60 0.3,0.45,0.6] [--shifts-ms 0,20,-20]
         [--minutes 4] [--first 1] [--names Rob,Bot] [--seed 0] [--overlaps 60] [--overlap-db -15,-10,-5]
-        [--gaps 0.5] [--steps 1]
+        [--gaps 0.5] [--steps 1] [--past-s 0.2] [--drive 3]
 
 The robot's microphone is 10 cm from its loudspeaker, its latency known to within the shift. Rooms follow Polack's
 model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cubic metres). The call, 2 m away, is
@@ -10,8 +10,10 @@ model (exponentially decaying noise, at the direct-to-reverberant ratio of 60 cu
 knows the way through the room. A call counts as heard when it is told after its beginning and no later than 0.5 s after
 its end. --gaps: so often a second the loudspeaker leaves out 25 to 300 ms, as on a busy computer; the robot knows when.
 --steps: so often a second its sound is 10 to 300 ms later from then on, or earlier again; the robot is not told.
---overlaps: so often another robot begins to speak from 0.2 s before to 0.4 s after this one, five people talk
-at once (babble), or somebody knocks at the table, each --overlap-db louder than the own voice; all names take turns.
+--past-s: the call ends that much later than the sentence. --drive: the loudspeaker distorts (the hyperbolic tangent of
+so many times the voice, whose peak is 1). --overlaps: so often another robot begins to speak from 0.2 s before to 0.4 s
+after this one, five people talk at once (babble), or somebody knocks at the table, each --overlap-db louder than the
+own voice; all names take turns.
 """
 
 from __future__ import annotations
@@ -69,6 +71,7 @@ class Trial:
         speaker: int = 0,
         gaps: float = 0.0,
         steps: float = 0.0,
+        drive: float = 0.0,
     ) -> None:
         chooser, rng = random.Random(seed), np.random.default_rng(seed)
         talks = [at_level(stage.sentence(chooser, stage.names[speaker]), OWN_DBFS) for _ in range(n)]
@@ -83,6 +86,9 @@ class Trial:
         late = round((DELAY_TOLERANCE_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
         self.gaps: list[int] = []
         really = self._with_gaps(gaps, rng)
+        if drive:
+            peak = np.abs(really).max()
+            really = np.asarray(np.tanh(drive * really / peak) / np.tanh(drive) * peak, np.float32)
         for begin, end in self.spans if steps else ():
             really[begin : end + len(gap)] = with_steps(really[begin:end], len(gap), steps, rng)
         echo = np.concatenate([np.zeros(late), fftconvolve(really, way(rt60_s, OWN_M, rng))])[: len(self.played)]
@@ -101,12 +107,17 @@ class Trial:
             at += n
         return really
 
-    def call(self, stage: Stage, call_db: float, rt60_s: float, seed: int) -> tuple[float, float]:
-        """Have a person call over the last sentence; returns when the call begins and ends, s."""
+    def call(
+        self, stage: Stage, call_db: float, rt60_s: float, seed: int, past_s: float | None = None
+    ) -> tuple[float, float]:
+        """Have a person call over the last sentence, until `past_s` after it if that is given; returns when the call
+        begins and ends, s."""
         chooser = random.Random(seed)
         dry = at_level(stage.call(chooser), SPEECH_DBFS)
         begin, end = self.spans[-1]
         at = begin + round(chooser.random() * max(end - begin - len(dry), 0))
+        if past_s is not None:
+            at = end + round(past_s * SAMPLE_RATE_HZ) - len(dry)
         self.add(dry, at, call_db, rt60_s, seed)
         return at / SAMPLE_RATE_HZ, (at + len(dry)) / SAMPLE_RATE_HZ
 
@@ -201,6 +212,8 @@ def main() -> None:
     parser.add_argument("--overlaps", type=int, default=0)
     parser.add_argument("--gaps", type=float, default=0.0)
     parser.add_argument("--steps", type=float, default=0.0)
+    parser.add_argument("--past-s", type=float)
+    parser.add_argument("--drive", type=float, default=0.0)
     parser.add_argument("--overlap-db", default="-15,-10,-5")
     o = parser.parse_args()
     stage = Stage(tuple(o.names.split(",")))
@@ -211,24 +224,25 @@ def main() -> None:
         return
     for rt60_s in map(float, o.rt60.split(",")):
         for shift_ms in map(float, o.shifts_ms.split(",")):
-            lags, missed = [], []
+            lags, missed, sure = [], [], 0
             for seed in range(o.seed, o.seed + o.calls):
-                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed, gaps=o.gaps, steps=o.steps)
-                begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed)
+                trial = Trial(stage, o.first + 1, rt60_s, shift_ms, seed, 0, o.gaps, o.steps, o.drive)
+                begin_s, end_s = trial.call(stage, o.call_db, rt60_s, seed, o.past_s)
                 told, held, _ = trial.listen(make_barge_in_detector())
                 in_time = [t - end_s for t in sorted(told + held) if begin_s < t <= end_s + IN_TIME_S]
+                sure += any(begin_s < t <= end_s + IN_TIME_S for t in told)
                 lags += in_time[:1]
                 missed += [] if in_time else [seed]
             own_s, false, halts, spent_s, seed = 0.0, 0, 0, 0.0, o.seed + 100_000
             while own_s < 60.0 * o.minutes:
-                trial = Trial(stage, 10, rt60_s, shift_ms, seed, gaps=o.gaps, steps=o.steps)
+                trial = Trial(stage, 10, rt60_s, shift_ms, seed, 0, o.gaps, o.steps, o.drive)
                 told, held, cpu_s = trial.listen(make_barge_in_detector())
                 own_s, false, spent_s, seed = own_s + trial.own_s, false + len(told), spent_s + cpu_s, seed + 1
                 halts += len(held)
             cost = spent_s / max(own_s, 1e-9)
             print(
                 f"RT60 {rt60_s} s, {shift_ms:+.0f} ms: {len(lags)} of {o.calls} calls at {o.call_db:+.0f} dB heard, "
-                f"{max(lags, default=0.0):.2f} s after them at the latest"
+                f"{sure} for good, {max(lags, default=0.0):.2f} s after them at the latest"
                 + (f" (not {missed})" if missed else "")
                 + f"; {own_s / 60.0:.1f} min of own talk: {false} false stops, {halts} halts, {cost:.3f} of real time",
                 flush=True,

@@ -84,10 +84,15 @@ def second_sentence(sound: Samples) -> int:
 
 
 def listen(
-    heard: Samples, recogniser: BargeInDetector, gap: int | None = None, played: Samples | None = None, since: int = 0
+    heard: Samples,
+    recogniser: BargeInDetector,
+    gap: int | None = None,
+    played: Samples | None = None,
+    since: int = 0,
+    until: int | None = None,
 ) -> list[KeywordEvent]:
     """To both sentences, or `since` the second; the sound is played one block before it is heard. From `gap` on
-    something was not played."""
+    something was not played; the own voice is heard `until` that sample."""
     told: list[KeywordEvent] = []
     played = own_voice() if played is None else played
     for at in range(since, len(heard), BLOCK):
@@ -96,7 +101,7 @@ def listen(
         if gap is not None and at <= gap < at + BLOCK:
             recogniser.disturb()
         recogniser.play(played[at : at + BLOCK])
-        told += recogniser.hear(heard[at : at + BLOCK], True)
+        told += recogniser.hear(heard[at : at + BLOCK], until is None or at < until)
     return told + recogniser.hear(heard[:BLOCK], False)
 
 
@@ -150,16 +155,51 @@ def test_a_word_long_after_a_gap_is_believed_at_once() -> None:
     assert [type(event) for event in told] == [Urgent]
 
 
-def test_what_is_held_is_let_go_when_the_own_sentence_ends() -> None:
+def test_what_is_held_is_held_for_two_seconds_though_the_own_sentence_ends() -> None:
+    """It was let go as the sentence ended, so that nobody saw the robot halt."""
     recogniser = make_barge_in_detector()
     heard, half = called_over_the_second_sentence((0.6,))
-    told: list[KeywordEvent] = []
+    told: dict[type, int] = {}
     recogniser.begin(0, 0.0)
     recogniser.disturb()
     for at in range(half, len(heard), BLOCK):
         recogniser.play(own_voice()[at : at + BLOCK])
-        told += recogniser.hear(heard[at : at + BLOCK], not told)
-    assert [type(event) for event in told] == [Held, Released]
+        told |= {type(event): at for event in recogniser.hear(heard[at : at + BLOCK], not told)}
+    assert list(told) == [Held, Released]
+    assert abs(told[Released] - told[Held] - HOLD_TIME) <= BLOCK
+
+
+@pytest.mark.parametrize("over_s", [0.1, 0.3])
+def test_a_call_over_the_end_of_the_own_sentence_is_heard(over_s: float) -> None:
+    """The recogniser hears only the end of such a call, and the detector no longer listened when it ended."""
+    heard, stop = through_room(own_voice(), 20.0, 4), np.trim_zeros(call("Max", 0.05))
+    end = len(heard) - SAMPLE_RATE_HZ
+    at = end + round(over_s * SAMPLE_RATE_HZ) - len(stop)
+    heard[at : at + len(stop)] += stop
+    told = listen(heard, make_barge_in_detector(), until=end + round(0.12 * SAMPLE_RATE_HZ))
+    assert isinstance(told[-1], Urgent)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_knock_as_the_own_sentence_ends_stops_nobody(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    heard, knock = (
+        through_room(own_voice(), 20.0, 4),
+        0.2 * rng.standard_normal(1280) * np.exp(-np.arange(1280) / 213.0),
+    )
+    end = len(heard) - SAMPLE_RATE_HZ
+    at = end + round(rng.uniform(-0.3, 0.4) * SAMPLE_RATE_HZ)
+    heard[at : at + len(knock)] += knock.astype(np.float32)
+    told = listen(heard, make_barge_in_detector(), until=end + round(0.12 * SAMPLE_RATE_HZ))
+    assert not any(isinstance(event, Urgent) for event in told)
+
+
+def test_a_call_after_the_own_sentence_is_left_to_the_recogniser() -> None:
+    heard, stop = through_room(own_voice(), 20.0, 4), np.trim_zeros(call("Max", 0.05))
+    end = len(heard) - SAMPLE_RATE_HZ
+    at = end + round(0.3 * SAMPLE_RATE_HZ)
+    heard[at : at + len(stop)] += stop
+    assert listen(heard, make_barge_in_detector(), until=end + round(0.12 * SAMPLE_RATE_HZ)) == []
 
 
 def test_own_words_round_a_gap_in_what_was_played_stop_nobody() -> None:
