@@ -86,27 +86,16 @@ class Phrasebook:
 
         Raises PhraseError when no form makes it, or when it has a name or a task that is not in the vocabulary.
         """
-        tokens = self._tokens(utterance)
-        parts: list[list[str]] = [[]]
-        for token in tokens:
-            if token == COMMA:
-                parts.append([])
-            else:
-                parts[-1].append(token)
-        return tuple(tuple(part) for part in parts if part)
+        return _parts(self._tokens(utterance, self.slots))
 
     def render(self, utterance: m.Utterance) -> Words:
         """The spoken words of an utterance, without pauses. Raises as `phrases` does."""
-        return tuple(token for token in self._tokens(utterance) if token != COMMA)
+        return tuple(token for token in self._tokens(utterance, self.slots) if token != COMMA)
 
     def write(self, utterance: m.Utterance) -> str:
         """The utterance as a person writes it: "Hi Rob, I am Bot, water the yellow rose". Raises as `phrases`."""
-        names = {name.lower(): name for name in self.vocabulary.names}
-        parts = [
-            " ".join(_KEEP_CASE.get(word) or names.get(word) or word for word in part)
-            for part in self.phrases(utterance)
-        ]
-        text = ", ".join(parts)
+        parts = _parts(self._tokens(utterance, self._written_slots))
+        text = ", ".join(" ".join(_KEEP_CASE.get(word, word) for word in part) for part in parts)
         return text[:1].upper() + text[1:]
 
     def parse(self, words: Sequence[str]) -> m.Utterance:
@@ -210,24 +199,32 @@ class Phrasebook:
             if all(self.slots[slot] for slot in compiled.needed - {LETTERS_SLOT}):
                 yield compiled
 
-    def _tokens(self, utterance: m.Utterance) -> list[str]:
+    @cached_property
+    def _written_slots(self) -> SlotValues:
+        """`slots` with names as they are written, and with the capitals that remarks give them: the same word elsewhere,
+        as in "the rose" beside Rose, is no name."""
+        names = {name.lower(): name for name in self.vocabulary.names}
+        written: dict[object, Words] = {name: (name,) for name in names.values()}
+        addressees = {**self.slots["addressee"], **{m.ToRobot(name): (name,) for name in names.values()}}
+        remarks: dict[object, Words] = {
+            text: tuple(names[word] if names.get(word, text) in text.split() else word for word in words)
+            for text, words in self.slots["remark"].items()
+            if isinstance(text, str)
+        }
+        return {**self.slots, "speaker": written, "other": written, "addressee": addressees, "remark": remarks}
+
+    def _tokens(self, utterance: m.Utterance, slots: SlotValues) -> list[str]:
         audible = hidden(utterance)
         for compiled in self._forms:
             bindings = bindings_of(compiled, audible)
             if bindings is None:
                 continue
-            spoken = {slot: self._words_of(slot, value) for slot, value in bindings.items()}
+            spoken = {slot: _words_of(slots, slot, value) for slot, value in bindings.items()}
             known = {slot: words for slot, words in spoken.items() if words is not None}
             tokens = render(compiled.node, known) if len(known) == len(spoken) else None
             if tokens is not None:
                 return tokens if utterance.mark is None else [*tokens, COMMA, *mark_words(utterance.mark)]
         raise PhraseError(f"the phrasebook has no words for {utterance}")
-
-    def _words_of(self, slot: str, value: object) -> Words | None:
-        if slot != LETTERS_SLOT:
-            return self.slots[slot].get(value)
-        letters = str(value)
-        return letter_words(letters) if set(letters) <= WORD_OF.keys() else None
 
     def _readings(self, words: Words) -> Iterator[m.Utterance]:
         spoken = frozenset(words)
@@ -256,6 +253,24 @@ class Phrasebook:
     def known_name(self, name: str) -> str | None:
         """The name as the vocabulary writes it, whatever its case; None if it is not known."""
         return next((known for known in self.vocabulary.names if known.lower() == name.lower()), None)
+
+
+def _parts(tokens: Sequence[str]) -> tuple[Words, ...]:
+    """The words between the pauses."""
+    parts: list[list[str]] = [[]]
+    for token in tokens:
+        if token == COMMA:
+            parts.append([])
+        else:
+            parts[-1].append(token)
+    return tuple(tuple(part) for part in parts if part)
+
+
+def _words_of(slots: SlotValues, slot: str, value: object) -> Words | None:
+    if slot != LETTERS_SLOT:
+        return slots[slot].get(value)
+    letters = str(value)
+    return letter_words(letters) if set(letters) <= WORD_OF.keys() else None
 
 
 def _slot_values(vocabulary: Vocabulary) -> SlotValues:

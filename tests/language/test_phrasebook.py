@@ -113,6 +113,23 @@ def test_an_utterance_is_written_as_a_person_would() -> None:
     assert BOOK.write(m.Utterance(None, m.ToRobot("Bot"), None, m.Stop())) == "Bot stop"
 
 
+def test_a_word_that_is_also_a_robots_name_has_a_capital_only_where_it_is_a_name() -> None:
+    """It wrote "task Seven, Seven metres" and "water the green Rose" for a team of Seven and Rose."""
+    tasks = ("water the green rose",)
+    book = Phrasebook(
+        Vocabulary(names=("Seven", "Rose"), teams=("plant",), tasks=tasks, numbers=(1,), remarks=("thank you Rose",))
+    )
+    for text in (
+        "Hi Rose, I am Seven, water the green rose",
+        "Hi Seven, I am Rose, confirmed seven",
+        "Hi team plant, I am Seven, I will complete task seven, seven metres",
+        "Hi all, I am Rose, Seven says, I will complete task seven",
+        "Rose stop",
+        "Hi all, I am Seven, thank you Rose",
+    ):
+        assert book.write(book.parse_text(text)) == text
+
+
 def test_our_voices_say_a_mere_greeting_as_the_question_that_robots_hear() -> None:
     hail = BOOK.parse_text("Hello Rob")
     assert BOOK.write(hail) == "Hi Rob"
