@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -201,17 +202,23 @@ class Phrasebook:
 
     @cached_property
     def _written_slots(self) -> SlotValues:
-        """`slots` with names as they are written, and with the capitals that remarks give them: the same word elsewhere,
-        as in "the rose" beside Rose, is no name."""
+        """`slots` with names as they are written, and with the capitals that remarks give them: the same word
+        elsewhere, as in "the rose" beside Rose, is no name."""
         names = {name.lower(): name for name in self.vocabulary.names}
         written: dict[object, Words] = {name: (name,) for name in names.values()}
-        addressees = {**self.slots["addressee"], **{m.ToRobot(name): (name,) for name in names.values()}}
+        robots: dict[object, Words] = {m.ToRobot(name): (name,) for name in names.values()}
         remarks: dict[object, Words] = {
-            text: tuple(names[word] if names.get(word, text) in text.split() else word for word in words)
+            text: tuple(names[word] if names.get(word) in re.findall(r"\w+", text) else word for word in words)
             for text, words in self.slots["remark"].items()
             if isinstance(text, str)
         }
-        return {**self.slots, "speaker": written, "other": written, "addressee": addressees, "remark": remarks}
+        return {
+            **self.slots,
+            "speaker": written,
+            "other": written,
+            "addressee": {**self.slots["addressee"], **robots},
+            "remark": remarks,
+        }
 
     def _tokens(self, utterance: m.Utterance, slots: SlotValues) -> list[str]:
         audible = hidden(utterance)

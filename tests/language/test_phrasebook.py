@@ -117,7 +117,9 @@ def test_a_word_that_is_also_a_robots_name_has_a_capital_only_where_it_is_a_name
     """It wrote "task Seven, Seven metres" and "water the green Rose" for a team of Seven and Rose."""
     tasks = ("water the green rose",)
     book = Phrasebook(
-        Vocabulary(names=("Seven", "Rose"), teams=("plant",), tasks=tasks, numbers=(1,), remarks=("thank you Rose",))
+        Vocabulary(
+            names=("Seven", "Rose"), teams=("plant",), tasks=tasks, numbers=(1,), remarks=("thank you, Rose", "hurrah")
+        )
     )
     for text in (
         "Hi Rose, I am Seven, water the green rose",
@@ -126,6 +128,7 @@ def test_a_word_that_is_also_a_robots_name_has_a_capital_only_where_it_is_a_name
         "Hi all, I am Rose, Seven says, I will complete task seven",
         "Rose stop",
         "Hi all, I am Seven, thank you Rose",
+        "Hi all, I am Rose, hurrah",
     ):
         assert book.write(book.parse_text(text)) == text
 
