@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -218,7 +218,8 @@ class Bench:
             listener, trails, virtual_s = self._live(places, score)
         self.recordings = {place.name: np.concatenate(place.recording) for place in places}
         wall_s = time.perf_counter() - began_s
-        summary = score.summary(virtual_s, wall_s, self.plan.seed, mode)
+        stopped = tuple(name for name, robot in self.robots.items() if robot.coordination.state is State.STOPPED)
+        summary = replace(score.summary(virtual_s, wall_s, self.plan.seed, mode), stopped=stopped)
         score.emit(summary)
         return MissionRecord(tuple(score.events), trails, listener, title=_title(self.plan, summary))
 

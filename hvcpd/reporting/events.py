@@ -252,6 +252,8 @@ class Summary:
     """The tasks that were not carried out, or not by enough robots; as many as `lost`."""
     repeated: tuple[int, ...] = ()
     """The tasks that were carried out more than once."""
+    stopped: tuple[str, ...] = ()
+    """The robots that stood stopped at the end."""
 
 
 Event = Started | Said | Heard | Garbled | Held | TaskChanged | Performed | Skill | Switched | Moved | Summary

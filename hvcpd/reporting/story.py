@@ -252,7 +252,8 @@ def outcome(summary: Summary) -> str:
         return f"{few.get(summary.tasks, f'All {summary.tasks} tasks done, each')} exactly once"
     counts = {"not done": summary.lost, "done more than once": len(summary.repeated)}
     wrong = [f"{count} {what}" for what, count in counts.items() if count]
-    return f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}"
+    stopped = f": {listed(summary.stopped)} stopped, and nobody said “resume”" if summary.stopped else ""
+    return f"Of {plural(summary.tasks, 'task')}, {listed(wrong)}{stopped}"
 
 
 def task_names(started: Started) -> dict[int, str]:

@@ -153,6 +153,7 @@ def test_a_mission_whose_robots_all_stand_stopped_ends_once_they_have_said_so() 
     assert {event.speaker for event in hints} == set(NAMES)
     assert said[-1].end_s < summary(record).virtual_s < said[-1].end_s + 10.0
     assert summary(record).lost == 1
+    assert summary(record).stopped == NAMES
 
 
 def test_with_the_air_muted_nothing_is_coordinated() -> None:

@@ -42,6 +42,14 @@ def test_what_is_not_done_in_the_end_is_unfinished() -> None:
     ]
 
 
+def test_the_outcome_of_a_mission_that_was_stopped_says_so() -> None:
+    """Three of five tasks were "not done", without a word of why; a robot had misheard another's sentence as "stop"."""
+    counts = ({}, 0, 1, 0, 0, 0, 0.0, 0.0, 0.0, 0, "volunteer", (2,), ())
+    assert outcome(ev.Summary(3, *counts, stopped=("Rob", "Bot"))) == (
+        "Of 3 tasks, 1 not done: Rob and Bot stopped, and nobody said “resume”"
+    )
+
+
 @pytest.mark.parametrize(
     ("tasks", "words"),
     [
