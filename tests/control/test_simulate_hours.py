@@ -92,9 +92,11 @@ def test_without_an_option_the_settings_robots_take_part(tmp_path: Path, capsys:
     assert {member["name"] for member in shift["members"]} == {"Ada", "Leo", "Zoe"}
 
 
-def test_options_about_sound_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert hours(tmp_path, "--hours", "1", "--mute") == 2
-    assert "leave out --mute" in capsys.readouterr().err
+@pytest.mark.parametrize("option", ["--mute", "--noise-db 90", "--room open", "--speed real", "--tank 1", "--key"])
+def test_options_about_sound_are_refused(option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A day at 90 dB of noise ended as one in quiet does."""
+    assert hours(tmp_path, "--hours", "1", *option.split()) == 2
+    assert f"leave out {option.split()[0]}" in capsys.readouterr().err
 
 
 def test_loss_is_refused_where_there_is_sound(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

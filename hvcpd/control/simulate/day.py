@@ -13,6 +13,7 @@ from datetime import timedelta
 from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
+from hvcpd.control.simulate.simulate_parser import FOR_SOUND
 from hvcpd.control.simulate.team import Team, lacked_skills
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, writing
@@ -26,15 +27,13 @@ from hvcpd.security.trust import Trust
 BEGIN_S = (BEGIN + timedelta(weeks=1)).timestamp()
 """Midnight before a Monday, local time: every such shift begins then, so that the same seed gives the same shift."""
 HOUR_S = 3600.0
-FOR_SOUND = ("play", "key", "encrypted", "mute", "strangers", "tank")
-"""Options that need sound."""
 
 
 def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> int:
     """Run it, show the shift, write its page; returns 0 only if everything due was done, and nothing twice."""
-    useless = next((name for name in FOR_SOUND if getattr(options, name)), None)
+    useless = next((name for name, default in FOR_SOUND.items() if getattr(options, name) != default), None)
     if useless is not None:
-        raise ConfigError(f"--hours simulates words, without sound; leave out --{useless}")
+        raise ConfigError(f"--hours simulates words, without sound; leave out --{useless.replace('_', '-')}")
     once = [task.number for task in team.tasks.tasks if task.every is None and not task.on_demand]
     if once:
         subject = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"

@@ -21,6 +21,19 @@ from hvcpd.control.arguments import (
     whole,
 )
 
+FOR_SOUND: dict[str, object] = {
+    "play": False,
+    "speed": "max",
+    "noise_db": 40.0,
+    "room": "furnished",
+    "mute": False,
+    "key": None,
+    "encrypted": False,
+    "strangers": False,
+    "tank": None,
+}
+"""Options that need sound, and what they are if they are not given."""
+
 
 def add_simulate_commands(commands: Commands) -> None:
     """Add `simulate`, `new-team` and `evaluate`."""
@@ -58,19 +71,20 @@ def _add_simulate(commands: Commands) -> None:
     c.add_argument("--hours", type=between(0.1, 24.0 * 31), metavar="N", help=hours)
     lost = "with --hours: the share of sentences that each listener does not understand (default 0)"
     c.add_argument("--loss", type=between(0.0, 0.9), default=0.0, metavar="SHARE", help=lost)
-    c.add_argument("--speed", choices=("max", "real"), default="max", help="as fast as the processor can, or real time")
+    speed = "as fast as the processor can, or real time"
+    c.add_argument("--speed", choices=("max", "real"), default=FOR_SOUND["speed"], help=speed)
     c.add_argument("--play", action="store_true", help="play the mission as heard in the room (implies --speed real)")
     c.add_argument(
         "--noise-db",
         type=between(-200.0, 200.0, "dB"),
-        default=40.0,
+        default=FOR_SOUND["noise_db"],
         metavar="DB",
         help="ambient noise in dB SPL (default 40, a quiet room)",
     )
     c.add_argument(
         "--room",
         choices=("open", "furnished"),
-        default="furnished",
+        default=FOR_SOUND["room"],
         help="furnished: small loudspeakers and echoes (default); open: free air, ideal loudspeakers",
     )
     _add_robots_options(c)
