@@ -14,7 +14,6 @@ from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
-    HOP_SAMPLES,
     N_BANDS,
     SILENT_POWER,
     Energies,
@@ -162,8 +161,6 @@ class DecoderSession:
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=SURE_BLOCKS)
-        self._since: int | None = None
-        """The sample at which a sentence that may be in progress was first seen."""
         self.awake = False
         self.best = BestPath(0.0)
         """The best path after the last frame."""
@@ -181,10 +178,9 @@ class DecoderSession:
         return max(self._bests[0] - self._bests[-1], 0.0) if known else 0.0
 
     @property
-    def since(self) -> int | None:
-        """The sample at which a sentence surely in progress was first seen, 0.1 to 0.3 s after its beginning; None if
-        there is none."""
-        return self._since if self.best.cost < -SURE_GAIN else None
+    def surely_under_way(self) -> bool:
+        """Whether a sentence surely is in progress, 0.1 to 0.3 s after its beginning."""
+        return self.best.cost < -SURE_GAIN
 
     @property
     def ending_word(self) -> str:
@@ -198,7 +194,6 @@ class DecoderSession:
         self._tail = np.repeat(energies[:1], CONTEXT_FRAMES, axis=0)
         self._decoder.reset(first_frame)
         self._bests.clear()
-        self._since = None
         self._gain = self._bank.level_of(energies, noise)
         self.feed(energies, energies, noise)
 
@@ -230,10 +225,6 @@ class DecoderSession:
         self._decoder.drop_long_pauses(LONGEST_PAUSE_FRAMES)
         self.best = self._decoder.best(END_MARGIN)
         self._bests.append(self.best.cost)
-        if not self.under_way:
-            self._since = None
-        elif self._since is None:
-            self._since = self._next * HOP_SAMPLES
 
     def _decode(self, features: Features) -> None:
         active = self._decoder.prune()

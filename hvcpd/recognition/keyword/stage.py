@@ -27,7 +27,6 @@ from hvcpd.recognition.keyword.verification import (
     CallVerifier,
     Residual,
     Verdict,
-    may_open_sentence,
 )
 from hvcpd.recognition.stages import Reception, Stage
 from hvcpd.recognition.stream import CHUNK_FRAMES, CHUNK_SAMPLES, Chunk, History
@@ -212,7 +211,7 @@ class KeywordStage(Stage):
         if self._detection is not None and now >= self._span[1] + CALL_DELAY:
             events += self._reconsider(self._detection.call, now)
             self._detection = None
-        return events + self._as_events(self._verifier.advance(now, session.since))
+        return events + self._as_events(self._verifier.advance(now, session.surely_under_way))
 
     def _reconsider(self, call: float, now: int) -> list[Event]:
         """Apply the net again, with noise, if the detection is still uncertain now that all of it has been heard."""
@@ -227,7 +226,7 @@ class KeywordStage(Stage):
             checked = logistic(logit(call) - nats)
             call = max(checked, CHECKED_FLOOR) if checked < ACCEPT_PROBABILITY <= call else checked
         session = self.first_pass.session
-        awaited = bool(session.ending_word) or may_open_sentence(session.since, self._span[0])
+        awaited = bool(session.ending_word) or session.surely_under_way
         return self._as_events(self._verifier.detected(*self._span, call, now, awaited, self._is_explained()))
 
     def _is_explained(self) -> bool:

@@ -47,8 +47,6 @@ POSITION_TOLERANCE = 3 * SAMPLE_RATE_HZ // 20
 """Accuracy (0.15 s) of the positions of detections and sentences."""
 OPENING_SPAN = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
 """Range of the time (0.1 to 0.6 s) from the beginning of a sentence to the end of its first word."""
-OPENING_LEAD = 3 * SAMPLE_RATE_HZ // 10
-"""A detection this soon (0.3 s) after a sentence was first seen may be its first words: "hi Siobhan"."""
 DROPPED_MEMORY = 12 * SAMPLE_RATE_HZ
 """Time (12 s) for which a dropped detection is remembered, since the sentence around it may show that it was a call:
 the length of a sentence and the rest after it."""
@@ -120,11 +118,6 @@ class _Detection:
         return residual.share < 1.0 and logit(self.probability) + residual.log_odds >= JOINT_LOG_ODDS
 
 
-def may_open_sentence(since: int | None, start: int) -> bool:
-    """Whether a detection from sample `start` on may be the beginning of a sentence that was first seen at `since`."""
-    return since is not None and start <= since + OPENING_LEAD
-
-
 class CallVerifier:
     """Takes detections and sentences in the order of their reports. After `Released` or `Urgent` none is pending."""
 
@@ -187,13 +180,12 @@ class CallVerifier:
         self._last_sentence = None
         return self._accept() if any(d.pending and d.is_sure for d in self._detections) else None
 
-    def advance(self, now: int, since: int | None = None) -> Verdict:
-        """Let time go on to sample `now`. `since`: where a sentence in progress was first seen; a detection that may
-        have opened it waits for it."""
-        self._detections = [
-            replace(d, accept_from=now + SENTENCE_WAIT) if d.pending and may_open_sentence(since, d.start) else d
-            for d in self._detections
-        ]
+    def advance(self, now: int, in_progress: bool = False) -> Verdict:
+        """Let time go on to sample `now`. `in_progress`: a sentence surely is; a detection waits for it, since that may
+        account for it."""
+        if in_progress:
+            until = now + SENTENCE_WAIT
+            self._detections = [replace(d, accept_from=until) if d.pending else d for d in self._detections]
         if self._recheck_at is not None and now >= self._recheck_at:
             self._recheck_at = None
             if self._last_sentence is not None and (verdict := self.recognised(self._last_sentence)) is not None:
