@@ -28,11 +28,10 @@ from hvcpd.language.rewording import (
     instead_of_noun,
     instead_of_team,
     instead_of_verb,
-    known_names,
 )
 from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
 from hvcpd.synthesis.lexicon import Origin
-from hvcpd.synthesis.likeness import phone_distance
+from hvcpd.synthesis.likeness import near_names
 from hvcpd.synthesis.unit_cache import recipe
 from hvcpd.synthesis.voices import Voice
 
@@ -259,8 +258,7 @@ def _key_of(word: str, vocabulary: Vocabulary) -> str:
 def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator[tuple[str, ...]]:
     """Replacements for a word of the team's, the best first, if their words can be read and are not used."""
     if key == "names":
-        names = sorted(known_names(), key=lambda name: _sound_distance(name, word, sound))
-        known = ((name,) for name in names[:NEAR_NAMES])
+        known = ((name,) for name in near_names(word, sound.lexicon)[:NEAR_NAMES])
         name = next(each for each in book.vocabulary.names if each.lower() == word)
         found: Iterable[tuple[str, ...]] = (*known, *instead_of_name(name))
     elif key == "teams":
@@ -273,10 +271,6 @@ def _instead_of(word: str, key: str, book: Phrasebook, sound: Sound) -> Iterator
         guessed = [each for each in phrase if each != word and sound.lexicon.find(each).origin is Origin.LETTERS]
         if not (key == "tasks" and guessed) and not used & {each.lower() for each in phrase}:
             yield phrase
-
-
-def _sound_distance(a: str, b: str, sound: Sound) -> float:
-    return phone_distance(sound.lexicon.pronounce(a), sound.lexicon.pronounce(b))
 
 
 def _passes(

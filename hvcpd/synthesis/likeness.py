@@ -68,12 +68,16 @@ def name_fault(name: str, lexicon: Lexicon | None = None) -> str | None:
     word = _reserved_word_like(name, lexicon)
     if word is None:
         return None
-    sounds = lexicon.pronounce(name)
-    near = sorted(known_names(), key=lambda other: phone_distance(lexicon.pronounce(other), sounds))
-    free = (other for other in near if other.lower() != name.lower() and _reserved_word_like(other, lexicon) is None)
+    free = (other for other in near_names(name, lexicon) if _reserved_word_like(other, lexicon) is None)
     *others, last = islice(free, PROPOSALS)
     remedy = f"take for example {', '.join(others)} or {last}"
     return f"the name {name!r} sounds like the phrasebook's word {word!r}; {remedy}"
+
+
+def near_names(name: str, lexicon: Lexicon) -> list[str]:
+    """Names of people, those that sound most like this one first."""
+    sounds = lexicon.pronounce(name)
+    return sorted(known_names(), key=lambda other: phone_distance(lexicon.pronounce(other), sounds))
 
 
 def _reserved_word_like(name: str, lexicon: Lexicon) -> str | None:
