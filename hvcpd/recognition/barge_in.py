@@ -247,14 +247,14 @@ class BargeInDetector:
         if not is_new and (is_unsure or not self._may_rise):
             return []  # it is reported already
         self._reported_until, self._may_rise = word.end_frame + WORD_FRAMES, is_unsure
-        start, end = (self._began + frame * HOP_SAMPLES for frame in (word.start_frame, word.end_frame))
-        is_own = self._trace.correlation(start - self._began, end - self._began) >= OWN_CORRELATION
+        start, end = word.start_frame * HOP_SAMPLES, word.end_frame * HOP_SAMPLES
         is_second = is_new and self._hold_left > 0
-        if is_own or is_unsure or (self._doubt_left and not is_second):
-            self._hold_left, self._held = HOLD_TIME, Held(start, end)
+        is_doubtful = is_unsure or (self._doubt_left > 0 and not is_second)
+        if is_doubtful or self._trace.correlation(start, end) >= OWN_CORRELATION:
+            self._hold_left, self._held = HOLD_TIME, Held(self._began + start, self._began + end)
             return [self._held]
         self._hold_left = 0
-        return [Urgent(start, end)]
+        return [Urgent(self._began + start, self._began + end)]
 
 
 class OwnTrace:
@@ -281,10 +281,9 @@ class OwnTrace:
         """
         begin = max(start - WORD_MARGIN - self._first, 0)
         word = self._residual[begin : end + 2 * WORD_MARGIN - self._first]
-        before = max(begin - MOST_LAG, 0)
-        played = self._played[before : begin + len(word) + MOST_LAG]
-        played = np.pad(played, (MOST_LAG - begin + before, 0))
-        played = np.pad(played, (0, len(word) + 2 * MOST_LAG - len(played)))
+        played = self._played[max(begin - MOST_LAG, 0) : begin + len(word) + MOST_LAG]
+        missing = max(MOST_LAG - begin, 0)
+        played = np.pad(played, (missing, len(word) + 2 * MOST_LAG - missing - len(played)))
         size = 1 << (len(played) + len(word)).bit_length()
         one, other = _whitened(word, size)[: len(word)], _whitened(played, size)
         products = np.fft.irfft(np.fft.rfft(other) * np.fft.rfft(one, size).conj())[: 2 * MOST_LAG + 1]

@@ -19,8 +19,9 @@ class Holding:
             self._detectors.add(detector)
             self.since_s = now if self.since_s is None else self.since_s
             return None
-        self._detectors -= {detector} if isinstance(event, Released) else set(self._detectors)
-        if self._detectors:
+        self._detectors.discard(detector)
+        if isinstance(event, Released) and self._detectors:
             return None
+        self._detectors.clear()
         since_s, self.since_s = self.since_s, None
         return since_s

@@ -183,10 +183,8 @@ def test_a_call_over_the_end_of_the_own_sentence_is_heard(over_s: float) -> None
 @pytest.mark.parametrize("seed", range(4))
 def test_a_knock_as_the_own_sentence_ends_stops_nobody(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    heard, knock = (
-        through_room(own_voice(), 20.0, 4),
-        0.2 * rng.standard_normal(1280) * np.exp(-np.arange(1280) / 213.0),
-    )
+    heard = through_room(own_voice(), 20.0, 4)
+    knock = 0.2 * rng.standard_normal(1280) * np.exp(-np.arange(1280) / 213.0)
     end = len(heard) - SAMPLE_RATE_HZ
     at = end + round(rng.uniform(-0.3, 0.4) * SAMPLE_RATE_HZ)
     heard[at : at + len(knock)] += knock.astype(np.float32)
