@@ -9,10 +9,9 @@ random sentence, --over-db louder or alone (`none`). `two`: over two robots at o
 talk: `benchmarks.own_voice`). `false`: the robots' sentences, one after the other, none of which says stop, at
 --snr-db, too; `collide`: two at once, half of them begun within 0.4 s as when neither could hear the other yet;
 `kitchen`: their sentences in kitchen noise as loud, the half of the recording that the net did not learn;
-`data`: the recordings below --data in which nobody says stop.
-A call counts as heard when the robot halts after its beginning and no later than 0.5 s after its end, and as a stop for
-good when it stays. Intervals are Wilson's, 95 %. --kinds, --over-db, --snr-db and --worlds are all tried with all.
---peer: PocketSphinx spots the keyword instead.
+`data`: the recordings below --data in which nobody says stop. A call counts as heard when the robot halts after its
+beginning and no later than 0.5 s after its end, and as a stop for good when it stays. Intervals are Wilson's, 95 %.
+--kinds, --over-db, --snr-db and --worlds are all tried with all. --peer: PocketSphinx spots the keyword instead.
 """
 
 from __future__ import annotations
@@ -30,6 +29,7 @@ import numpy as np
 
 from benchmarks.hearing.material import BLOCK, GAP_S
 from benchmarks.stop_callers import Callers, ended, is_held_out
+from benchmarks.stop_peer import Peer
 from hil_fakes.room import PinkNoise
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
@@ -56,9 +56,6 @@ REST_S = 2
 IN_TIME_S = 0.5
 UNHEARD_S = 0.4
 """A robot that begins this soon after another one has not heard it yet."""
-PEER_THRESHOLD = 1e-20
-"""At which it hears 20 of 20 people's and robots' calls in quiet, and 5 in 3.5 minutes of robots' talk; at 1e-15 19, 20
-and 4, at 1e-30 all and 14."""
 CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 
 
@@ -98,6 +95,10 @@ def at_level(sound: Samples, dbfs: float) -> Samples:
 
 def room(n: int, seed: int, dbfs: float = NOISE_DBFS) -> Samples:
     return np.asarray(PinkNoise(10.0 ** (dbfs / 20.0), seed).take(n).copy(), np.float32)
+
+
+def noise_level(snr_db: float | None) -> float:
+    return NOISE_DBFS if snr_db is None else SPEECH_DBFS - snr_db
 
 
 class Listener:
@@ -153,25 +154,6 @@ class Listener:
             f"{len(self.stood_s)} of them released after {sum(self.stood_s):.1f} s in all; "
             f"{self.spent_s / self.now_s:.3f} of real time"
         )
-
-
-class Peer:
-    """PocketSphinx's keyword mode, as a recogniser that tells nothing but the word."""
-
-    def __init__(self) -> None:
-        from pocketsphinx import Config, Decoder
-
-        self._decoder = Decoder(Config(keyphrase="stop", kws_threshold=PEER_THRESHOLD, lm=None, loglevel="FATAL"))
-        self._decoder.start_utt()
-
-    def push(self, samples: Samples) -> list[Event]:
-        """As `SpeechRecogniser.push`."""
-        self._decoder.process_raw((np.clip(samples, -1.0, 1.0) * 32767.0).astype("<i2").tobytes(), False, False)
-        if self._decoder.hyp() is None:
-            return []
-        self._decoder.end_utt()
-        self._decoder.start_utt()
-        return [Urgent(0, 0)]
 
 
 @dataclass(frozen=True)
@@ -230,8 +212,8 @@ def mixture(stage: Stage, callers: Callers, cell: Cell, seed: int) -> tuple[Samp
         talk[: len(said)] += said
     lead = round(LEAD_S * SAMPLE_RATE_HZ)
     at = lead + round(chooser.random() * max(len(talk) - end, 0))
-    noise_dbfs = NOISE_DBFS if cell.snr_db is None else SPEECH_DBFS - cell.snr_db
-    sound = room(lead + max(len(talk), at - lead + len(call)) + REST_S * SAMPLE_RATE_HZ, seed, noise_dbfs)
+    n = lead + max(len(talk), at - lead + len(call)) + REST_S * SAMPLE_RATE_HZ
+    sound = room(n, seed, noise_level(cell.snr_db))
     if cell.over_db is not None:
         sound[lead : lead + len(talk)] += talk
     sound[at : at + len(call)] += call
@@ -264,16 +246,10 @@ def kitchen(data: Path) -> Samples:
 
 
 def false_stops(
-    stage: Stage,
-    minutes: float,
-    seed: int,
-    at_once: bool,
-    noise: Samples | None = None,
-    snr_db: float | None = None,
+    stage: Stage, minutes: float, seed: int, at_once: bool, noise: Samples | None = None, snr_db: float | None = None
 ) -> None:
     """The robots' own talk; `at_once`: two of them at a time, as when they collide; `noise`: goes on all the time, in
     pink noise at `snr_db`, or in a quiet room."""
-    noise_dbfs = NOISE_DBFS if snr_db is None else SPEECH_DBFS - snr_db
     chooser, listener, n, overlap_s = random.Random(seed), Listener(stage.recogniser()), 0, 0.0
     while listener.now_s < minutes * 60.0:
         first, second = chooser.sample(stage.names, 2)
@@ -286,7 +262,7 @@ def false_stops(
             talk = np.concatenate([talk, np.zeros(max(begin + len(other) - len(talk), 0), np.float32)])
             talk[begin : begin + len(other)] += other
         gap = round(chooser.uniform(*GAP_S) * SAMPLE_RATE_HZ)
-        sound = room(len(talk) + gap, n % 100_003, noise_dbfs)
+        sound = room(len(talk) + gap, n % 100_003, noise_level(snr_db))
         sound[gap:] += talk
         if noise is not None:
             sound += np.take(noise, np.arange(n, n + len(sound)), mode="wrap")
