@@ -265,3 +265,39 @@ def test_a_call_that_others_and_the_net_found_stands() -> None:
     bench.live(*[0.0] * 50, HOLD_PROBABILITY, HOLD_PROBABILITY)
     bench.recogniser.events = [Recognised(("hi", "rob", "stop"), "oak", 10_000, 31_000, 0.9, 10.0, ())]
     assert Recognised in bench.live(0.0)
+
+
+def after_own(own: Samples, rt60_s: float, noise_db: float, called: Samples) -> list[Event]:
+    """What is told of the end of the robot's own sentence in a room, with a call soon after it."""
+    pause, tail = SAMPLE_RATE_HZ, 3 * SAMPLE_RATE_HZ // 25
+    rng, ringing = np.random.default_rng(3), round(rt60_s * SAMPLE_RATE_HZ)
+    way = rng.standard_normal(ringing) * 10.0 ** (-3.0 * np.arange(ringing) / ringing)
+    way *= 0.15 / np.sqrt(np.square(way).sum())  # a microphone beside the loudspeaker
+    way[0] = 1.0
+    dry = np.pad(own, (pause, 2 * pause))
+    size = len(dry) + ringing
+    sound = np.fft.irfft(np.fft.rfft(dry, size) * np.fft.rfft(way, size), size)[: len(dry)]
+    sound += 10.0 ** (noise_db / 20.0) * rng.standard_normal(len(dry))
+    end = pause + len(own) + tail
+    sound[end : end + len(called)] += called
+    listener, told = recogniser(), list[Event]()
+    for at in range(0, len(sound), 320):
+        told += listener.push(np.asarray(sound[at : at + 320], np.float32), masked=pause <= at < end)
+    return [event for event in told if isinstance(event, Held | Urgent)]
+
+
+@pytest.mark.parametrize(
+    ("voice", "text", "rt60_s", "noise_db"),
+    [
+        ("oak", "i am here", 0.45, -60.0),
+        ("rose", "hi all i am bot task two complete", 0.6, -60.0),
+        ("lark", "hi all i am bot task two complete", 0.45, -80.0),
+        ("granite", "confirmed", 0.6, -60.0),
+    ],
+)
+def test_the_echo_of_its_own_sentence_holds_nobody_but_a_call_in_it_does(
+    voice: str, text: str, rt60_s: float, noise_db: float
+) -> None:
+    own, nobody = said(text, voice, -15.0), np.zeros(0, np.float32)
+    assert not after_own(own, rt60_s, noise_db, nobody)
+    assert after_own(own, rt60_s, noise_db, said("stop", "wren", -35.0))

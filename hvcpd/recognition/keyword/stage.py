@@ -10,7 +10,7 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.fitted import logistic, logit
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of, power_ratio
 from hvcpd.recognition.keyword.net import (
     HOLD_PROBABILITY,
     SMOOTHING_COLUMNS,
@@ -45,6 +45,9 @@ RECEPTIVE_FIELD = 3 * SAMPLE_RATE_HZ // 2
 """Samples (1.5 s) before a detection with which the net starts again."""
 NOISE_POWER = 0.1
 """Power of the noise added to an uncertain detection, relative to its mean power (-10 dB)."""
+ECHO_RISE_DB = 10.0
+"""Least rise of the sound after the robot's own voice by which a detection there is a word: what fades with the room's
+echo rises by its own and the noise's irregularities alone (`benchmarks.own_echo`)."""
 CHECKED_BEFORE_S = 1.6
 """Length of the sound, up to the keyword's end, by which a call is checked: the keyword, a name before it, and what
 precedes that."""
@@ -69,19 +72,19 @@ class KeywordRescorer:
         """`net`: an instance of its own, since it starts again each time. `history`: the sound of the chunks."""
         self._net = net
         self._history = history
-        self._begin = self._end = 0
+        self.begin = self._end = 0
         """The first and the last sample of the sound of consecutive chunks, up to the newest."""
 
     def push(self, chunk: Chunk) -> None:
         """Note the next frames."""
         first = chunk.first_frame * HOP_SAMPLES
         if first != self._end:
-            self._begin = first
+            self.begin = first
         self._end = first + len(chunk.energies) * HOP_SAMPLES
 
     def sound_since(self, start: int) -> Samples | None:
         """The sound from sample `start` on; None if that is not kept."""
-        return self._history.between(start, self._end) if start >= self._begin else None
+        return self._history.between(start, self._end) if start >= self.begin else None
 
     def residual(self, sentence: Recognised, start: int, end: int) -> Residual | None:
         """The residual of a sentence between samples `start` and `end`; None if the sentence's samples are unknown, or
@@ -119,7 +122,7 @@ class KeywordRescorer:
 
     def _around(self, start: int, end: int) -> tuple[int, Samples] | None:
         """The sound around a detection between two samples that the net needs, and its first sample."""
-        first = max(start - RECEPTIVE_FIELD, self._begin, self._history.begin)
+        first = max(start - RECEPTIVE_FIELD, self.begin, self._history.begin)
         sound = self.sound_since(first) if first <= start else None
         return (first, sound[: end + CALL_DELAY - first]) if sound is not None else None
 
@@ -181,6 +184,8 @@ class KeywordStage(Stage):
         self._verifier = CallVerifier(rescorer.residual)
         self._detection: Detection | None = None
         """The last detection, until it is reconsidered."""
+        self._after_own = False
+        """Whether it was the robot's own voice that interrupted the sound last."""
         self._excess_gain = 0.0
         """Gain beyond USUAL_GAIN of a robot's sentence in progress when it was first detected."""
         self._span = (0, 0)
@@ -189,6 +194,8 @@ class KeywordStage(Stage):
 
     def take(self, events: Sequence[Event], how: Reception, n_samples: int) -> list[Event]:  # noqa: ARG002
         """As `Stage.take`."""
+        if how in (Reception.OWN, Reception.LOST):
+            self._after_own = how is Reception.OWN
         events = [self._checked(event) for event in events]
         following = [each for event in events for each in self._after(event)]
         for chunk in self.first_pass.chunks:
@@ -201,7 +208,7 @@ class KeywordStage(Stage):
         now = (chunk.first_frame + len(chunk.energies)) * HOP_SAMPLES
         events: list[Event] = []
         found = self._spotter.push(chunk)
-        if found is not None:
+        if found is not None and not self._only_fades(found):
             if self._detection is None or found.start_frame != self._detection.start_frame:
                 self._excess_gain = max(session.gain - USUAL_GAIN, 0.0) if session.ending_word != KEYWORD else 0.0
             self._detection = found
@@ -228,6 +235,17 @@ class KeywordStage(Stage):
         session = self.first_pass.session
         awaited = bool(session.ending_word) or session.surely_under_way
         return self._as_events(self._verifier.detected(*self._span, call, now, awaited, self._is_explained()))
+
+    def _only_fades(self, found: Detection) -> bool:
+        """Whether a detection that seems to begin in the robot's own voice is nothing but its echo: to the net, which
+        heard quiet before, that is a sudden sound; a word would rise above it."""
+        begin = self._rescorer.begin
+        if not self._after_own or begin <= found.start_frame * HOP_SAMPLES:
+            return False
+        if (sound := self._rescorer.sound_since(begin)) is None:
+            return False
+        powers = energies_of(sound).sum(axis=1)
+        return bool((powers < power_ratio(ECHO_RISE_DB) * np.minimum.accumulate(powers)).all())
 
     def _is_explained(self) -> bool:
         """Whether a robot's sentence explains the last detection better than a call over it would."""
