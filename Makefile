@@ -9,21 +9,28 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where no bytecode is kept, every process compiles hvcpd, and every test run all tests, anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test test-arm64 test-package check slow setup setup-dev deb wheel image sbom lock clean
+# What takes a machine or a root folder of its own has commands of its own.
+HERE := not arm64 and not container
+WORKERS := -n 3 --dist loadfile --no-loadscope-reorder
+
+.PHONY: demo test test-long test-arm64 test-package check slow setup setup-dev deb wheel image sbom lock clean
 
 demo: setup  ## two robots share out the watering, out loud
 	$(VENV)/bin/hvcpctl simulate --seed $(SEED) --tank 2 --report $(OUT)
 
-test: setup-dev  ## everything that runs with the parts that are here: under 8 minutes on 2 cores
+test: setup-dev  ## all tests but the longest, in under 8 minutes on 2 cores, with the parts that are here
 	$(MAKE) --no-print-directory -j 2 lint compiled
+	$(VENV)/bin/python -m pytest -m "not long and $(HERE)" $(WORKERS)
+
+test-long: setup-dev  ## whole missions in sound, of processes in real time, and what else takes long: 15 minutes
 	$(VENV)/bin/python -m pytest tests/e2e  # in real time, so nothing else runs beside them
-	$(VENV)/bin/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder --ignore tests/e2e
+	$(VENV)/bin/python -m pytest -m "long and $(HERE)" $(WORKERS) --ignore tests/e2e
 
 check: setup-dev lint  ## the fast part
 	$(VENV)/bin/python -m pytest -m "not slow" -n 2 -x
 
-slow: setup-dev  ## measures all tests anew: check leaves out what took long
-	-$(VENV)/bin/python -m pytest -n 2 --junitxml=out/tests.xml
+slow: setup-dev  ## measures all tests anew: check and test leave out what took long
+	-$(VENV)/bin/python -m pytest -p tests.slow -n 2 --dist loadfile --junitxml=out/tests.xml
 	$(VENV)/bin/python -m tests.slow out/tests.xml
 
 .PHONY: fit

@@ -29,8 +29,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     after another in this order, and none is left with a long one at the end."""
     took_s = slow.seconds()
     for item in items:
-        if slow.name_of(item.nodeid) in took_s:
+        name = slow.name_of(item.nodeid)
+        if name in took_s:
             item.add_marker("slow")
+        if took_s.get(name, 0.0) > slow.LONG_S:
+            item.add_marker("long")
     of_modules_s = slow.of_modules(took_s)
     # What takes the same time stays in its order.
     items.sort(key=lambda item: -of_modules_s.get(slow.module_of(slow.name_of(item.nodeid)), 0.0))
