@@ -232,7 +232,8 @@ class Daemon:
             if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
             self._keep_hours(robot, time.time())
-            if self._control.body.is_held_down and robot.coordination.stop(robot.now):
+            was_held_down, robot.is_held_down = robot.is_held_down, self._control.body.is_held_down
+            if robot.is_held_down and not was_held_down:
                 _log.warning("stop button pressed")
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:

@@ -82,6 +82,8 @@ class Robot:
         self._disturbed_until_s = 0.0
         self.is_silent = False
         """It listens and obeys, and holds its own sentences back, as if another speaker were talking."""
+        self.is_held_down = False
+        """Its stop button is pressed: it stops, and nothing releases it, not even for one block."""
         self._task = 0
         self._records: list[Record] = []
         self._strangers: dict[str, Recognised] = {}
@@ -166,7 +168,8 @@ class Robot:
     def _output(self, n: int, wheels: WheelCommand) -> RobotOutput:
         self._note_skills()
         records, self._records = tuple(self._records), []
-        return RobotOutput(self._next_sound(n), wheels, records, self.performer.take_orders())
+        self._barge_in.play(sound := self._voice.take(n))
+        return RobotOutput(sound, wheels, records, self.performer.take_orders())
 
     def _endure(self, lost: int, reading: WheelReading | None) -> RobotOutput:
         """Time goes on without sound. A robot that hears nobody must not speak: for the floor the channel is in use.
@@ -304,6 +307,8 @@ class Robot:
 
     def _act(self, now: float) -> bool:
         """Carry out coordination's actions. Returns whether it asked for a halt."""
+        if self.is_held_down:
+            self.coordination.stop(now)
         halted = False
         pending = list(self.coordination.actions(now))
         while pending:
@@ -343,8 +348,3 @@ class Robot:
         if may_stop and self._voice.is_latency_known:
             self._barge_in.begin(self._n_heard, self._voice.latency_s)
         self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
-
-    def _next_sound(self, n: int) -> Samples:
-        out = self._voice.take(n)
-        self._barge_in.play(out)
-        return out

@@ -18,7 +18,7 @@ from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.ranging.ranging import Ranging
-from hvcpd.recognition.events import Event, Held, Released, Urgent
+from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.stream import History
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.own_voice import Acoustics
@@ -298,3 +298,23 @@ def test_who_has_no_words_yet_listens_and_obeys_and_speaks_once_it_has_them() ->
     said = [r.text for r in bench.records if isinstance(r, SaidRecord)]
     assert said[0] == "Stop"
     assert any(text.endswith("I have stopped") for text in said)
+
+
+def test_while_its_stop_button_is_pressed_it_is_released_by_nobody_not_even_for_a_block() -> None:
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    bench.robot.is_held_down = True
+    bench.live()
+    assert bench.wheels == STANDSTILL
+    resume = Recognised(("resume",), "oak", 0, BLOCK, 1.0, 20.0, ())
+    for _ in range(2):
+        bench.live(resume)
+        assert bench.stopped
+        assert bench.noted(SaveStopped)[-1] == SaveStopped(True)
+    bench.run(20.0)
+    assert bench.wheels == STANDSTILL
+    bench.robot.is_held_down = False
+    bench.live()
+    assert bench.stopped
+    bench.live(resume)
+    assert not bench.stopped
