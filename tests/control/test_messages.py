@@ -65,6 +65,15 @@ def test_names_that_cannot_be(names: str, part: str, refused: Refuse) -> None:
     assert part in refused("phrases", "--names", names)
 
 
+@pytest.mark.parametrize("command", [["simulate"], ["phrases"], ["say", "stop", "-o", "x.wav"]])
+@pytest.mark.parametrize("settings", ["names: [Rob,\n  Stop]\n", "names: [Rob]\nname: Stop\n"])
+def test_a_name_in_the_settings_that_cannot_be_is_told_with_its_line(
+    command: list[str], settings: str, refused: Refuse, tmp_path: Path
+) -> None:
+    (file := tmp_path / "hvcpd.yaml").write_text(settings)
+    assert f"{file}:2: the name 'Stop' sounds like" in refused(*command, "--config", file)
+
+
 @pytest.mark.parametrize(
     "command",
     [

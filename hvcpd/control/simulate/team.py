@@ -61,7 +61,9 @@ def load_team(
     With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key, and an
     `encrypted` one hides what it says. Raises ConfigError and PhraseError.
     """
-    settings = load_settings(options.config, {"tasks": options.tasks and str(options.tasks)}, name_needed=False)
+    reserved = None if names else name_fault
+    overrides = {"tasks": options.tasks and str(options.tasks)}
+    settings = load_settings(options.config, overrides, name_needed=False, reserved=reserved)
     sound = make_sound(settings.lexicon, user_cache_folder(), settings.accent)
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
     tasks = load_tasks(settings.tasks, alike, robots=len(names or settings.names))
@@ -87,7 +89,7 @@ def load_team(
 
 def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The robots that the settings name, without enrolled people. Raises ConfigError."""
-    loaded = load_with_sources(options.config, name_needed=False)
+    loaded = load_with_sources(options.config, name_needed=False, reserved=name_fault)
     people = _enrolled(loaded.settings)
     named = {name.lower(): name for name in (*loaded.settings.names, loaded.name) if name is not None}
     return tuple(name for key, name in named.items() if key not in people)
