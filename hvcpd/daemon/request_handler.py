@@ -10,6 +10,7 @@ from typing import Any
 import structlog
 
 from hvcpd import __version__
+from hvcpd.coordination.addressing import is_for
 from hvcpd.daemon import base_request_handler, skill_service
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import NUMBER, PROTOCOL, RefusalError, Request, checked_arguments
@@ -17,7 +18,7 @@ from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
 from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
-from hvcpd.language.messages import for_robots
+from hvcpd.language.messages import Stop, for_robots
 from hvcpd.robot.robot import Robot
 
 MAX_ROWS = 100
@@ -87,6 +88,8 @@ class RequestHandler:
             written = robot.phrasebook.write(utterance)
         except PhraseError as error:
             raise RefusalError("not_in_phrasebook", str(error)) from None
+        if isinstance(utterance.statement, Stop) and is_for(robot.coordination.knowledge, utterance.addressee):
+            self._halt()  # it does not hear itself
         reason = robot.coordination.say(utterance, robot.now)
         if reason is not None:
             raise RefusalError("refused", reason)
@@ -107,6 +110,12 @@ class RequestHandler:
         return {"number": number, "name": robot.coordination.board[number].definition.name, "do": wanted}
 
     async def stop(self, _: Arguments, _client: Client) -> Result:
+        before = self._halt()
+        unkept = await self._body.journal.stop_kept()
+        return {"stopped": True, "before": before, "kept": unkept is None, "reason": unkept}
+
+    def _halt(self) -> bool:
+        """Stop the robot. Returns whether it was stopped before."""
         if self._body.wheels is not None:
             self._body.wheels.halt()
         self._body.skills.halt()
@@ -117,8 +126,7 @@ class RequestHandler:
         else:
             before = not robot.coordination.stop(robot.now)
         self._body.journal.stop()
-        unkept = await self._body.journal.stop_kept()
-        return {"stopped": True, "before": before, "kept": unkept is None, "reason": unkept}
+        return before
 
     async def resume(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()

@@ -274,6 +274,29 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
     run(scene())
 
 
+@pytest.mark.parametrize(
+    ("text", "is_meant"), [("stop", True), ("all stop", True), ("rob stop", True), ("bot stop", False)]
+)
+def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
+    text: str, is_meant: bool, tmp_path: Path
+) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            await talk.ask("subscribe", events=["said"])
+            await talk.ask("say", text=text)
+            assert (bench.bench.robot.coordination.state is State.STOPPED) is is_meant
+            await bench.live(blocks=40)
+            await bench.journal.settled()
+            assert starts_stopped(bench) is is_meant
+            said = await talk.line()
+            assert said is not None
+            assert said["text"] == text.capitalize()
+            await talk.hang_up()
+
+    run(scene())
+
+
 def test_events_come_to_who_wants_them_and_readings_only_by_name(tmp_path: Path) -> None:
     async def scene() -> None:
         async with control(tmp_path) as bench:
