@@ -186,6 +186,17 @@ def test_no_daemon_is_status_3_and_says_who_does_run(ctl: Ctl, robot: RunningRob
     assert "no daemon answers" in ctl("stop", "--socket", str(tmp_path / "none.sock"), status=3)
 
 
+@pytest.mark.parametrize("command", ["status", "stop"])
+def test_how_to_start_a_robot_that_does_not_run_names_its_settings(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`hvcpd --name Rob` would have started another robot: one of the system's settings."""
+    config = tmp_path / "greenhouse.yaml"
+    config.write_text(f"name: Rob\nstate_dir: {tmp_path}\n")
+    assert main([command, "--config", str(config)]) == 3
+    assert f"start it with `hvcpd --config {config} --name Rob`" in capsys.readouterr().err
+
+
 def test_what_is_no_socket_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It was "(Connection refused)", or "(None)"; and a daemon should be started."""
     assert main(["status", "--socket", str(tmp_path)]) == 3

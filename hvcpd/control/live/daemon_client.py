@@ -204,21 +204,22 @@ def find_daemon(options: argparse.Namespace, *, noted: bool = True) -> DaemonCli
     """
     if options.socket is not None:
         return DaemonClient(options.socket)
-    return daemon_in(*lenient_settings(options, noted=noted))
+    return daemon_in(*lenient_settings(options, noted=noted), options.config)
 
 
-def daemon_in(settings: Settings, name: str | None) -> DaemonClient:
-    """The daemon of the robot of this name whose socket is where the settings have it; as `find_daemon`."""
+def daemon_in(settings: Settings, name: str | None, file: Path | None = None) -> DaemonClient:
+    """The daemon of the robot of this name whose socket is where the settings, from `file`, have it; as
+    `find_daemon`."""
     if settings.control.socket is not None:
         return DaemonClient(settings.control.socket)
     folders = socket_folders(settings)
     if name is not None:
-        return _first([folder / socket_name(name) for folder in folders], name, folders)
+        return _first([folder / socket_name(name) for folder in folders], name, folders, file)
     running = _running(folders)
     if len(running) > 1:
         names = ", ".join(path.stem for path in running)
         raise ConfigError(f"several robots run here ({names}); choose one with --name NAME")
-    return _first(running, None, folders)
+    return _first(running, None, folders, file)
 
 
 def unnamed_sockets(settings: Settings, name: str | None) -> list[Path]:
@@ -272,7 +273,7 @@ def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
     return Settings(name=name or STAND_IN_NAME, state_dir=state_dir, control=control), name
 
 
-def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...]) -> DaemonClient:
+def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:
     forbidden: NotAllowedError | None = None
     for path in paths:
         try:
@@ -285,7 +286,8 @@ def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...]) -> Da
         raise forbidden
     missing = f"{name} does not run here" if name else "no robot runs here"
     others = ", ".join(path.stem for path in _running(folders))
-    hint = f"running here: {others}" if others else f"start it with `hvcpd --name {name or 'NAME'}`"
+    with_file = f"--config {file} " if file is not None else ""
+    hint = f"running here: {others}" if others else f"start it with `hvcpd {with_file}--name {name or 'NAME'}`"
     raise NotRunningError(f"{missing} (no socket in {', '.join(map(str, folders))}); {hint}")
 
 

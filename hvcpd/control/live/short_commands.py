@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     settings, name = lenient_settings(options)
     several = unnamed_sockets(settings, name)
     if len(several) < 2:
-        _give(options, daemon_in(settings, name))
+        _give(options, daemon_in(settings, name, options.config))
         return EX_OK
     with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
         given = [pool.submit(_stop, options, path) for path in several]
