@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import io
 import os
+import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -157,7 +158,7 @@ def duet(
 @pytest.mark.slow
 def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     """From the first claim to a typed "stop"; who types something else is told what may be said."""
-    script = {1.0: "this is no sentence", STOP_S: "bot stop"}
+    script = {0.5: "what is left", 1.0: "this is no sentence", STOP_S: "bot stop"}
 
     def watch(now_s: float) -> None:
         if script and now_s >= min(script):
@@ -178,6 +179,7 @@ def test_robots_talk_and_obey_who_types(tmp_path: Path, units: Path) -> None:
     assert "I will complete task" in out.getvalue()
     assert "I have stopped" in out.getvalue()
     assert "Anna: bot stop\n" in out.getvalue()
+    assert re.search(r"I am (Rob|Bot), task .* left\n", out.getvalue()), "asked before any robot had spoken"
     assert UNHEARD not in out.getvalue()
 
 

@@ -7,17 +7,17 @@ from collections.abc import Callable
 
 import pytest
 
-from hvcpd.control.duet.onlookers import ANSWER_S, TIMES, UNHEARD, Onlooker, Visit
+from hvcpd.control.duet.onlookers import ANSWER_S, LATER, TIMES, UNHEARD, Onlooker, Visit
 
 
-def visit(times: list[float], addressee: str = "") -> Visit:
+def visit(times: list[float], addressee: str = "", may_wait: bool = False) -> Visit:
     """A visit whose sentence is said at once; `times` grows by each time that it is said."""
 
     def say() -> Callable[[], bool]:
         times.append(0.0)
         return lambda: True
 
-    return Visit("Anna: what is left", say, addressee)
+    return Visit("Anna: what is left", say, addressee, may_wait)
 
 
 def test_a_visitor_whom_nobody_understands_says_it_again_and_is_then_told_so_once() -> None:
@@ -79,3 +79,19 @@ def test_a_call_that_robots_pass_on_or_hear_again_as_a_whole_is_shown_once() -> 
     onlooker.tell({"event": "said", "text": "Stop", "at_s": 6.0}, "Rob")
     onlooker.tell({**heard, "at_s": 6.2}, "Bot")
     assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"
+
+
+def test_a_question_before_any_robot_has_spoken_waits_for_that_but_a_stop_does_not() -> None:
+    out, asked, called = io.StringIO(), list[float](), list[float]()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    onlooker.visited(visit(asked, may_wait=True), 0.0)
+    onlooker.visited(visit(called), 0.0)
+    assert (len(asked), len(called)) == (0, 1)
+    assert out.getvalue().count(LATER) == 1
+    said = {"event": "said", "text": "Hi all, I am Rob, member of team plant", "at_s": 6.0}
+    onlooker.tell(said, "Rob")
+    onlooker.tell({**said, "at_s": 9.0}, "Rob")
+    assert len(asked) == 1
+    onlooker.visited(visit(asked, may_wait=True), 10.0)
+    assert len(asked) == 2
+    assert out.getvalue().count(LATER) == 1

@@ -17,7 +17,7 @@ from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
 from hvcpd.language.addressees import ToRobot
-from hvcpd.language.messages import for_robots
+from hvcpd.language.messages import Stop, for_robots
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clock
 from hvcpd.synthesis.speaker import Speaker
@@ -33,6 +33,7 @@ ECHO_S = 1.0
 SOMEBODY = "somebody"
 """The speaker of a sentence without a name, in an event."""
 UNHEARD = "that was not understood; say it again"
+LATER = "said once a robot has spoken; until then they obey only “stop”"
 
 
 class Visitor:
@@ -47,28 +48,31 @@ class Visitor:
         self._play = play
 
     def say(self, text: str) -> Visit:
-        """Say it in the robots' next pause."""
+        """To be said in the robots' next pause."""
         phrasebook = self.wiring.phrasebook()
         utterance = for_robots(phrasebook.parse_text(text))
         sound = self._speaker.render(phrasebook.phrases(utterance))
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
-        return Visit(f"{self._name}: {text.strip()}", lambda: self._play(sound), one)
+        line, may_wait = f"{self._name}: {text.strip()}", not isinstance(utterance.statement, Stop)
+        return Visit(line, lambda: self._play(sound), one, may_wait)
 
 
 class Visit:
     """A visitor's sentence, with its `line` for the terminal; `say` says it and returns a function that tells whether
-    it is over. `addressee` is the robot that it is for, "" for any."""
+    it is over. `addressee` is the robot that it is for, "" for any; `may_wait`: until a robot has spoken."""
 
-    def __init__(self, line: str, say: Callable[[], Callable[[], bool]], addressee: str = "") -> None:
+    def __init__(
+        self, line: str, say: Callable[[], Callable[[], bool]], addressee: str = "", may_wait: bool = False
+    ) -> None:
         self.line = line
+        self.may_wait = may_wait
         self._say = say
         self._addressee = addressee
         self._times = 0
         self._said_s: float | None = None
-        self.again()
 
     def again(self) -> None:
-        """Say it once more."""
+        """Say it, or say it once more."""
         self._times += 1
         self._said_s = None
         self._is_said = self._say()
@@ -97,6 +101,8 @@ class Onlooker:
         self._said: dict[tuple[str, str], float] = {}
         """When each text was last said by a robot, or heard by the robot of that name."""
         self._visit: Visit | None = None
+        self._held: list[Visit] | None = []
+        """Visits that wait for the first sentence of a robot, as robots that are new answer nobody; None after it."""
         self.fault: OSError | None = None
         """Why nothing more can be written: the reader has gone, or the disk is full."""
 
@@ -117,6 +123,14 @@ class Onlooker:
     def visited(self, visit: Visit, now_s: float) -> None:
         """A visitor wants to say this."""
         self.write(f"{clock(now_s):>5}  {visit.line}")
+        if self._held is not None and visit.may_wait:
+            self._held.append(visit)
+            self.note(LATER)
+        else:
+            self._admit(visit)
+
+    def _admit(self, visit: Visit) -> None:
+        visit.again()
         self._visit = visit
 
     def look(self, now_s: float) -> None:
@@ -131,6 +145,9 @@ class Onlooker:
             case "said":
                 self._said["", event["text"]] = event["at_s"]
                 self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
+                held, self._held = self._held or (), None
+                for visit in held:
+                    self._admit(visit)
             case "heard" if event["speaker"] not in self._robots and not self._is_known(event, robot):
                 self._has_reached(robot)
                 self._said[robot, event["text"]] = event["at_s"]
