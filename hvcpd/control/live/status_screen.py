@@ -30,7 +30,8 @@ def status_screen(status: Mapping[str, Any]) -> RenderableType:
         facts.add_row(label, value)
     parts: list[RenderableType] = [head, Padding(facts, (0, 0, 0, 2))]
     if status["stopped"]:
-        held = "its stop button is pressed, or the wire is broken; " if status.get("button_pressed") else ""
+        pressed = "its stop button is pressed, or the wire is broken: nothing releases it meanwhile; then it "
+        held = pressed if status.get("button_pressed") else ""
         parts.insert(1, Text(f'STOPPED: {held}stands until somebody says "resume", or hvcpctl resume', "bold red"))
     parts.append(Padding(_peers(status["peers"]), (1, 0, 0, 2)))
     return Group(*parts)
