@@ -64,8 +64,10 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     if me.state is State.REPORTING and me.current.repeats == 0 and not me.report.said:
         return False
     if me.current.partner is not None:
-        return speaker == me.current.partner
+        return speaker == me.current.partner and me.state not in AT_WORK
     waiting = me.my_tasks()[: 1 if me.state in AT_WORK else None] or me.report.tasks
+    if not s.tasks and me.report.failed and me.report.said:
+        return any(me.board[number].is_shared for number in waiting)
     return bool(waiting) and {ref.number for ref in s.tasks}.issuperset(waiting)
 
 

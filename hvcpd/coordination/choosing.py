@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Sequence
 
 from hvcpd.config.tasks import Place, TaskDefinition
 from hvcpd.coordination import routes, schedule
@@ -197,21 +198,33 @@ def is_assured(me: Knowledge, now: float) -> bool:
 
 def next_order(me: Knowledge, now: float) -> tuple[str, TaskDefinition] | None:
     """A robot that can take an order, and a task for it."""
-    free = next(_free_robots(me, now), None)
-    return (free[0], me.rng.choice(_most_urgent(me, free[1]))) if free is not None else None
+    orders = _possible_orders(me, now)
+    waiting = {name: tuple(t for t in tasks if me.board[t.number].has_room) for name, tasks in orders.items()}
+    name, tasks = next(((n, t) for each in (waiting, orders) for n, t in each.items() if t), (None, ()))
+    return (name, me.rng.choice(_most_urgent(me, tasks))) if name is not None else None
 
 
 def can_order(me: Knowledge, now: float) -> bool:
     """Whether there is a robot that can take an order, and a task for it."""
-    return any(True for _ in _free_robots(me, now))
+    return any(_possible_orders(me, now).values())
 
 
-def _free_robots(me: Knowledge, now: float) -> Iterator[tuple[str, tuple[TaskDefinition, ...]]]:
-    for peer in sorted(me.peers.all(), key=lambda p: p.name):
-        if not is_at_work(me, peer, now) and peer.silent_until_s <= now and me.peers.is_present(peer.name, now):
-            free = me.board.free_for(peer.name, now, peer.unable)
-            if free:
-                yield peer.name, free
+def _possible_orders(me: Knowledge, now: float) -> dict[str, tuple[TaskDefinition, ...]]:
+    """Each robot that can take an order, and the tasks for it: one for several robots only if a robot waits for others
+    there, or enough of them can take that order."""
+    me.expire(now)
+    ready = (p for p in me.peers.all() if p.silent_until_s <= now and me.peers.is_present(p.name, now))
+    free = {
+        p.name: me.board.free_for(p.name, now, p.unable)
+        for p in sorted(ready, key=lambda p: p.name)
+        if not is_at_work(me, p, now)
+    }
+    able = Counter(task.number for tasks in free.values() for task in tasks)
+
+    def can_begin(task: TaskDefinition) -> bool:
+        return me.board[task.number].has_room or able[task.number] >= task.robots
+
+    return {name: tuple(filter(can_begin, tasks)) for name, tasks in free.items()}
 
 
 def is_at_work(me: Knowledge, peer: Peer, now: float) -> bool:

@@ -284,7 +284,8 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if entry is None or name is None:
         return
     number = entry.definition.number
-    left_alone = entry.is_shared and name not in entry.team and s.reason is None  # by one that said so before
+    # by one that said so before; a robot that cannot do it refuses the coordinator's next order
+    left_alone = entry.is_shared and s.reason is None and (name not in entry.team or me.role.coordinator)
     teaming.gone(me, name, number, now)
     if not left_alone:
         if me.current.task != number or me.state not in AT_WORK:
@@ -294,7 +295,7 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)
     elif not isinstance(heard.to, m.ToRobot):
-        said = m.Confirmed(m.TaskByNumber(number))
+        said = m.Confirmed(None if entry.is_shared else m.TaskByNumber(number))  # with it: "I do it with you"
         slot = confirming_slot(me, now) + me.rank_with_unheard(name, number, now)
         composing.answer(me, name, f"confirm {name}", said, now, slot, call=name, tentative=True)
     me.reconsider(now)

@@ -28,7 +28,7 @@ from hvcpd.coordination.conversation import (
 from hvcpd.coordination.floor import RANK_MAX, Floor
 from hvcpd.coordination.peers import Peers, name_hash
 from hvcpd.coordination.place_state import PlaceState
-from hvcpd.coordination.states import AT_WORK, State
+from hvcpd.coordination.states import AT_WORK, PROPOSING, State
 from hvcpd.language import messages as m
 
 
@@ -186,7 +186,8 @@ class Knowledge:
     def expire(self, now: float) -> None:
         """Forget who has tasks for several robots where that was not said again in time: never this robot's own claim,
         nor the robots that it is at work with."""
-        own, at_work = self.my_tasks(), self.state in AT_WORK
+        own = self.my_tasks() if self.state in PROPOSING | AT_WORK else ()  # and not what it has just ordered
+        at_work = self.state in AT_WORK
         for number in own:
             if self.board[number].is_shared and not at_work:
                 self.board.claim(number, self.role.name, self.lease_end_s(now))

@@ -75,7 +75,7 @@ def _with_own_turn(me: Knowledge, confirmation: Intent, now: float) -> m.Utteran
     """A confirmation, together with the claim or report that waits for this robot's own turn."""
     said = _compose(me, confirmation, now)
     topic = composing.joinable(me)
-    if said is None or not isinstance(said.statement, m.Confirmed) or topic is None:
+    if said is None or not isinstance(said.statement, m.Confirmed) or not said.statement.tasks or topic is None:
         return said
     own = me.floor.take_along(topic, now)
     words = _compose(me, own, now) if own is not None else None

@@ -161,9 +161,12 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
 
 def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> None:
     """Two other robots have agreed on the task; a robot that has claimed it too, and is not needed, leaves it to them.
-    If two have agreed on it with the same third, the one whose name comes first in the alphabet keeps it."""
+    If two have agreed on it with the same third, the one whose name comes first in the alphabet keeps it, or the one
+    that the third tells so."""
     number = entry.definition.number
-    is_sure = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
+    was_taken = one in entry.team - me.current.agreed and other not in entry.team and not entry.has_room
+    is_first = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
+    is_sure = me.state is State.ACTING or (is_first and not was_taken)
     if _is_in(me, number) and me.state not in PROPOSING and is_sure:
         return
     me.board.pair(number, one, other, me.lease_end_s(now))

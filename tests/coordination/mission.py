@@ -59,6 +59,33 @@ class Mission(WordMission):
         return all(self.watered[t.number] == 1 for t in self.plan.tasks)
 
 
+class Watched(WordMission):
+    """A mission that notes when each robot begins at a task."""
+
+    def __init__(self, plan: WordPlan) -> None:
+        self.begun: list[tuple[float, str, int]] = []
+        super().__init__(plan, keep=True)
+
+    def perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
+        if task and self.robots[name].at_place:
+            self.begun.append((self.air.now, name, task))
+        super().perform(name, task, actions)
+
+    def was_told(self, speaker: str, to: str, number: int, before_s: float) -> bool:
+        """Whether somebody has told another one so far that it begins."""
+        told = m.Utterance(speaker, m.ToRobot(to), None, m.Confirmed(m.TaskByNumber(number)))
+        return any(at_s < before_s and m.parts(u)[0] == told for at_s, _, u in self.said)
+
+    def check_each_begins_with_others(self) -> None:
+        """Nobody has begun alone, or without having told the others so."""
+        for task in (task for task in self.plan.tasks if task.robots > 1):
+            acts = [(at_s, name) for at_s, name, number in self.begun if number == task.number]
+            for at_s, name in acts:
+                others = {other for _, other in acts if other != name}
+                told = {other for other in others if self.was_told(name, other, task.number, at_s)}
+                assert len(told) >= task.robots - 1, (task.number, name, at_s, acts)
+
+
 def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:
     return m.Utterance(speaker, m.ToRobot(to), None, statement)
 

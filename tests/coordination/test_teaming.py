@@ -13,14 +13,14 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission, WordPlan
 from hil_fakes.word_plans import random_plan
 from hvcpd.config.recurrence import Recurrence
-from hvcpd.config.tasks import Action, Place, TaskDefinition, Wait
+from hvcpd.config.tasks import Place, TaskDefinition, Wait
 from hvcpd.coordination import choosing, composing, effects, teaming
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
-from tests.coordination.mission import Mission, plants
+from tests.coordination.mission import Mission, Watched, plants
 
 NAMES = ("Rob", "Bot", "Max")
 
@@ -29,33 +29,6 @@ def shared(n: int, robots: int = 2, work_s: float = 5.0) -> tuple[TaskDefinition
     """The first of so many tasks takes several robots."""
     first, *others = plants(n)
     return replace(first, robots=robots, actions=(*first.actions[:-1], Wait(work_s))), *others
-
-
-class Watched(WordMission):
-    """A mission that notes when each robot begins at a task."""
-
-    def __init__(self, plan: WordPlan) -> None:
-        self.begun: list[tuple[float, str, int]] = []
-        super().__init__(plan, keep=True)
-
-    def perform(self, name: str, task: int, actions: tuple[Action, ...]) -> None:
-        if task and self.robots[name].at_place:
-            self.begun.append((self.air.now, name, task))
-        super().perform(name, task, actions)
-
-    def was_told(self, speaker: str, to: str, number: int, before_s: float) -> bool:
-        """Whether somebody has told another one so far that it begins."""
-        told = m.Utterance(speaker, m.ToRobot(to), None, m.Confirmed(m.TaskByNumber(number)))
-        return any(at_s < before_s and m.parts(u)[0] == told for at_s, _, u in self.said)
-
-    def check_each_begins_with_others(self) -> None:
-        """Nobody has begun alone, or without having told the others so."""
-        for task in (task for task in self.plan.tasks if task.robots > 1):
-            acts = [(at_s, name) for at_s, name, number in self.begun if number == task.number]
-            for at_s, name in acts:
-                others = {other for _, other in acts if other != name}
-                told = {other for other in others if self.was_told(name, other, task.number, at_s)}
-                assert len(told) >= task.robots - 1, (task.number, name, at_s, acts)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -1,0 +1,89 @@
+"""Tasks for two robots in a team that follows orders, and what else two and a third may agree on."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import pytest
+
+from hil_fakes.word_channel import Conditions
+from hil_fakes.word_mission import WordPlan
+from hvcpd.config.tasks import TaskDefinition
+from hvcpd.coordination.actions import Role, Say
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
+from hvcpd.language import messages as m
+from tests.coordination.mission import Watched, plants
+
+NAMES = ("Rob", "Bot", "Max")
+
+
+def pairs(n: int, n_pairs: int) -> tuple[TaskDefinition, ...]:
+    """So many tasks, the last of them for two robots."""
+    return tuple(replace(task, robots=1 + (task.number > n - n_pairs)) for task in plants(n))
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+@pytest.mark.parametrize("seed", range(4))
+def test_who_gives_orders_sends_two_to_one_task_until_all_are_done(seed: int, loss: float) -> None:
+    """Each waited alone at another task, gave it up, and was never sent there again."""
+    plan = WordPlan((*NAMES, "Zoe"), pairs(6, 4), seed, Conditions(loss), coordinator="Zoe")
+    mission = Watched(plan)
+    result = mission.run()
+    assert (result.lost, result.duplicates, result.agreed) == (0, 0, True)
+    mission.check_each_begins_with_others()
+
+
+def ordered(state: State, *team: str) -> Coordination:
+    """Kim, whom Max has ordered to do a task for two, which these robots have."""
+    kim = Coordination(Role("Kim", "plant", roster=("Kim", "Lou", "Max", "Rob")), pairs(2, 1), random.Random(1))
+    for name in team:
+        kim.board.claim(2, name, 250.0)
+    kim.knowledge.state, kim.knowledge.current.task, kim.knowledge.current.partner = state, 2, "Max"
+    return kim
+
+
+def test_a_confirmation_of_the_order_that_comes_late_does_not_begin_the_task() -> None:
+    kim = ordered(State.ANNOUNCING, "Kim")
+    kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 10.0)
+    assert kim.state is State.ANNOUNCING
+
+
+def test_who_waits_at_the_place_leaves_it_to_another_that_its_partner_begins_with() -> None:
+    """It began alone when both had reported: to it the report was its partner's."""
+    kim = ordered(State.CHECKING, "Rob", "Kim")
+    with_lou = m.Utterance("Rob", m.ToRobot("Lou"), None, m.Confirmed(m.TaskByNumber(2)))
+    kim.heard(with_lou, 10.0)
+    assert kim.state is State.READY
+
+    kim = ordered(State.CHECKING, "Rob", "Kim")
+    kim.knowledge.current.agreed = frozenset({"Rob"})
+    kim.heard(with_lou, 10.0)
+    assert kim.state is State.CHECKING, "Rob has told it that it begins with it"
+
+
+def test_who_gives_orders_does_not_take_the_task_itself_that_it_has_just_ordered() -> None:
+    """Then the task had room for only one more, and that one was never sent."""
+    zoe = Coordination(Role("Zoe", "plant", coordinator=True, volunteer=False), pairs(2, 1), random.Random(1))
+    zoe.knowledge.state, zoe.knowledge.current.task, zoe.knowledge.current.partner = State.ORDERED, 2, "Max"
+    zoe.heard(m.Utterance("Kim", m.ToTeam("plant"), None, m.Claim(m.TaskByNumber(2))), 10.0)
+    assert zoe.board[2].team == {"Kim"}
+
+
+def test_a_failure_is_confirmed_without_the_number_which_would_mean_to_do_it_together() -> None:
+    """Whoever had missed the failure took the two for a pair, and was too busy to be sent there."""
+    failed = m.Failed(m.TaskByNumber(2))
+    kim = ordered(State.READY, "Max")
+    kim.heard(m.Utterance("Max", m.ToAll(), None, failed), 10.0)
+    said: list[m.Utterance] = []
+    while not said:
+        kim.tick(at_s := kim.next_deadline())
+        said = [action.utterance for action in kim.actions(at_s) if isinstance(action, Say)]
+    assert said == [m.Utterance("Kim", m.ToRobot("Max"), None, m.Confirmed())]
+
+    kim = ordered(State.REPORTED)
+    kim.knowledge.current.clear()
+    kim.knowledge.report.task, kim.knowledge.report.failed, kim.knowledge.report.said = 2, True, True
+    kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 40.0)
+    assert kim.state is State.READY
