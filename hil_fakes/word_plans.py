@@ -102,8 +102,7 @@ def any_plan(seed: int) -> WordPlan:
     starts = {name: Place(rng.uniform(-ROOM_M, ROOM_M), rng.uniform(-ROOM_M, ROOM_M)) for name in plan.names}
     outages = tuple(replace(each, back_s=each.back_s or rng.uniform(5.0, 200.0)) for each in plan.outages)
     plan = replace(plan, tasks=tasks, unable=lacking, starts=starts if rng.random() < 0.5 else {}, outages=outages)
-    # Who only gives orders does no task, and tasks for two take two others.
-    orders = rng.random() < ORDERING and not two and not plan.outages and not plan.late
+    orders = rng.random() < ORDERING and not plan.outages and not plan.late
     plan = replace(plan, coordinator=plan.names[-1] if orders and len(plan.names) > 2 else None)
     return with_talk(plan, rng.choice(("full", "normal", "terse", "mixed")))
 

@@ -265,7 +265,8 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
         return True
     last = me.claim_heard
     before = last.before[number][1] if last is not None and number in last.before else None
-    agrees = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    did_part = me.role.name in entry.parts
+    agrees = did_part or doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
     sure = agrees and not hearsay
     if not sure or me.current.task == number:
         me.missed.last_s = now

@@ -84,6 +84,8 @@ class Current:
     """All robots that it has told so there."""
     agreed: frozenset[str] = frozenset()
     """The robots at the place that have told this robot so."""
+    rivals: frozenset[str] = frozenset()
+    """Robots that do the same task, as they say, and whom this robot has told that there is no room for them."""
 
     def clear(self) -> None:
         """No task or motion is being agreed on or carried out any longer."""

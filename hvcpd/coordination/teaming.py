@@ -48,6 +48,7 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
         return
     is_member = other in entry.team
     if not is_member and (other in entry.parts or not entry.has_room):
+        me.current.rivals |= {other}
         _tell(me, other, m.Negative(), number, now)
         return
     _note_answer(me, other)
@@ -141,8 +142,8 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
     entry, now, other = me.board[number], heard.now, heard.speaker
     if not entry.is_shared or other is None or not _is_in(me, number):
         return False
-    if complete and me.state in PROPOSING:
-        me.board.complete(number, me.role.name)
+    if complete and me.state is not State.ACTING:
+        me.board.complete(number, me.role.name, hearsay=me.state in AT_WORK)
         fire(me, Trigger.DONE_BEFORE, now)
     if complete or (other not in entry.team and not entry.has_room):
         return True
@@ -164,7 +165,7 @@ def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> 
     If two have agreed on it with the same third, the one whose name comes first in the alphabet keeps it, or the one
     that the third tells so."""
     number = entry.definition.number
-    was_taken = one in entry.team - me.current.agreed and other not in entry.team and not entry.has_room
+    was_taken = one in entry.team - me.current.agreed and other in me.current.rivals
     is_first = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
     is_sure = me.state is State.ACTING or (is_first and not was_taken)
     if _is_in(me, number) and me.state not in PROPOSING and is_sure:

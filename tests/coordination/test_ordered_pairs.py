@@ -53,13 +53,18 @@ def test_a_confirmation_of_the_order_that_comes_late_does_not_begin_the_task() -
 def test_who_waits_at_the_place_leaves_it_to_another_that_its_partner_begins_with() -> None:
     """It began alone when both had reported: to it the report was its partner's."""
     kim = ordered(State.CHECKING, "Rob", "Kim")
+    lou = m.Utterance("Lou", m.ToAll(), None, m.Working(m.TaskByNumber(2)))
     with_lou = m.Utterance("Rob", m.ToRobot("Lou"), None, m.Confirmed(m.TaskByNumber(2)))
     kim.heard(with_lou, 10.0)
+    assert kim.state is State.CHECKING, "the name may be misheard: Lou has not said that it is there"
+    kim.heard(lou, 20.0)
+    kim.heard(with_lou, 30.0)
     assert kim.state is State.READY
 
     kim = ordered(State.CHECKING, "Rob", "Kim")
     kim.knowledge.current.agreed = frozenset({"Rob"})
-    kim.heard(with_lou, 10.0)
+    kim.heard(lou, 20.0)
+    kim.heard(with_lou, 30.0)
     assert kim.state is State.CHECKING, "Rob has told it that it begins with it"
 
 
