@@ -69,7 +69,8 @@ class Entry:
     parts: frozenset[str] = frozenset()
     """Those of them that have done their part."""
     parts_before: frozenset[str] = frozenset()
-    """Those that did their part before the others were no longer heard."""
+    """Those that did their part before the others were no longer heard, or that this robot, which waits to do it, did
+    not know to be at it."""
     calls: int = 0
     """How often this robot has called others to do it with, without an answer."""
     call_s: float = -math.inf

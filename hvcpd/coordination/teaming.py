@@ -213,12 +213,16 @@ def done(me: Knowledge, doer: str, number: int, whole: bool, now: float) -> bool
     is_in = _is_in(me, number)
     if not entry.is_shared or entry.known_done or (whole and not (is_in and me.state in AT_WORK)):
         return False
-    if entry.parts_before and doer not in entry.team:
+    waits = is_in and me.state is not State.ACTING
+    by_others = doer not in entry.team and (waits or bool(entry.parts_before))
+    if by_others:
         entry.parts_before |= {doer}
-        if len(entry.parts_before) >= entry.definition.robots:
-            me.board.complete(number, doer)
-            if is_in:
-                fire(me, Trigger.DONE_BEFORE, now)
+    if (waits or by_others) and len(entry.parts_before | {doer}) >= entry.definition.robots:
+        me.board.complete(number, doer)
+        if is_in:
+            fire(me, Trigger.DONE_BEFORE, now)
+        return True
+    if by_others:
         return True
     if not is_in:
         return not me.board.complete_part(number, doer, me.lease_end_s(now))

@@ -92,3 +92,31 @@ def test_a_failure_is_confirmed_without_the_number_which_would_mean_to_do_it_tog
     kim.knowledge.report.task, kim.knowledge.report.failed, kim.knowledge.report.said = 2, True, True
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 40.0)
     assert kim.state is State.READY
+
+
+def test_who_waits_at_the_place_counts_the_parts_of_others() -> None:
+    """When its partner reported, it began alone: it had told that one that it begins, but another one had, too."""
+    kim = ordered(State.CHECKING, "Rob", "Kim")
+    kim.knowledge.current.promised = frozenset({"Rob"})
+    for at_s, name in ((10.0, "Lou"), (20.0, "Rob")):
+        assert kim.state is State.CHECKING
+        kim.heard(m.Utterance(name, m.ToAll(), None, m.Completed(m.TaskByNumber(2))), at_s)
+    assert kim.state is State.READY
+    assert kim.board[2].known_done
+
+
+def test_who_waits_at_the_place_is_told_that_the_task_is_done() -> None:
+    """It did not listen there, and two did it once more."""
+    kim = ordered(State.CHECKING, "Rob", "Kim")
+    kim.heard(m.Utterance("Lou", m.ToRobot("Kim"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 10.0)
+    assert kim.state is State.READY
+    assert kim.board.hearsay() == (2,), "it may have misheard"
+
+
+def test_who_did_a_part_knows_by_a_word_to_another_that_the_other_part_is_done() -> None:
+    """It took it for hearsay, heard that the task was left, and did it with a third."""
+    kim = ordered(State.READY, "Rob", "Kim")
+    kim.knowledge.current.clear()
+    kim.board.complete_part(2, "Kim", 250.0)
+    kim.heard(m.Utterance("Rob", m.ToRobot("Lou"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 10.0)
+    assert kim.board[2].known_done
