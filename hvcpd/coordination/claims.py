@@ -265,9 +265,9 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
         return True
     last = me.claim_heard
     before = last.before[number][1] if last is not None and number in last.before else None
-    did_part = me.role.name in entry.parts
-    agrees = did_part or doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
-    sure = agrees and not hearsay
+    agrees = doer in (entry.owner, before) or (me.current.task == number and doer == me.current.owner_before)
+    did_part = me.role.name in entry.parts  # its partner began with it, and is done as soon
+    sure = (agrees or did_part) and not hearsay
     if not sure or me.current.task == number:
         me.missed.last_s = now
         me.missed.heard_work = me.missed.heard_work or me.state in NEWCOMER

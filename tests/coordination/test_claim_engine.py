@@ -23,6 +23,7 @@ GIVER = "Zoe"
 """The robot that gives the orders."""
 ROBOTS = (*NAMES, GIVER)
 LIMIT_S = 6000.0
+"""Time enough for a robot that was left alone to be sent again, many times."""
 LOSSES_MAX = 5
 """Single sentences that single robots may miss: one fewer than a claim is repeated."""
 RESOLUTION_S = 40.0
