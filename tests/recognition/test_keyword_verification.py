@@ -66,7 +66,7 @@ def test_a_word_that_grows_certain_is_one_word() -> None:
     assert word(held, 1.2, ACCEPT_PROBABILITY) is Urgent
 
 
-def test_a_certain_word_waits_for_a_sentence_that_may_end_with_it() -> None:
+def test_a_certain_word_waits_for_the_sentence_that_it_may_be_part_of() -> None:
     told, silent = verifier(), verifier()
     for held in (told, silent):
         assert word(held, 3.0, SURE, ends=True) is Held
@@ -136,6 +136,26 @@ def test_what_is_not_understood_or_lost_is_the_stop_if_that_is_certain() -> None
     assert sure.not_recognised() is None
     assert doubtful.not_recognised() is None
     assert doubtful.pending
+
+
+def test_what_was_not_understood_before_a_word_says_nothing_of_it() -> None:
+    held = verifier()
+    word(held, 1.2, SURE, ends=True)
+    assert held.not_recognised(samples(1.1)) is None
+    assert held.not_recognised(samples(1.5)) is Urgent
+
+
+@pytest.mark.parametrize("followed", [True, False])
+def test_a_second_call_waits_as_a_certain_one_does_for_the_sentence_that_it_may_be_part_of(followed: bool) -> None:
+    """Noise that sounded like a call, and four seconds later a word of a sentence that did: that stopped a team."""
+    held = verifier()
+    assert word(held, 1.2, DOUBTFUL) is Held
+    assert held.advance(samples(1.8) + HOLD_TIME) is Released
+    assert word(held, 5.2, DOUBTFUL, ends=True) is Held
+    assert held.advance(samples(5.8) + SENTENCE_WAIT - 1) is None
+    if followed:
+        assert held.recognised(sentence(4.2, ("hi", "rob", "skip", "task", "two"))) is Released
+    assert held.advance(samples(5.8) + SENTENCE_WAIT) is (None if followed else Urgent)
 
 
 def test_a_doubtful_word_is_let_go_after_a_while_whatever_is_said_meanwhile() -> None:

@@ -200,7 +200,9 @@ class KeywordStage(Stage):
         following = [each for event in events for each in self._after(event)]
         for chunk in self.first_pass.chunks:
             following += self._detect(chunk)
-        return [*events, *following, *([] if how is Reception.HEARD else self._not_recognised())]
+        if how is not Reception.HEARD:
+            following += self._as_events(self._verifier.not_recognised())
+        return [*events, *following]
 
     def _detect(self, chunk: Chunk) -> list[Event]:
         session = self.first_pass.session
@@ -253,9 +255,6 @@ class KeywordStage(Stage):
             return False
         return logit(self._detection.probability) - NATS_PER_GAIN * self._excess_gain < logit(HOLD_PROBABILITY)
 
-    def _not_recognised(self) -> list[Event]:
-        return self._as_events(self._verifier.not_recognised())
-
     def _checked(self, event: Event) -> Event:
         """The event, or garbled speech if a sentence ends with the keyword and the net did not detect that: a search
         over the phrasebook finds it in "staff" and "step", too."""
@@ -268,7 +267,7 @@ class KeywordStage(Stage):
     def _after(self, event: Event) -> list[Event]:
         if isinstance(event, Recognised):
             return self._as_events(self._verifier.recognised(event))
-        return self._not_recognised()
+        return self._as_events(self._verifier.not_recognised(event.end_sample))
 
     def _as_events(self, verdict: Verdict) -> list[Event]:
         """The verdict as an event at the position of the last detection."""

@@ -152,7 +152,7 @@ class CallVerifier:
             return None
         self._recheck_at = self._recheck_at or now + WORD_DELAY
         self._detections = [d for d in self._detections if d.start != start]
-        if self._is_repeated(detection) or (detection.is_sure and now >= detection.accept_from):
+        if self._is_certain(detection) and now >= detection.accept_from:
             return self._accept()
         pending = before is not None and before.pending
         held = pending or detection.is_sure or not followed
@@ -175,10 +175,11 @@ class CallVerifier:
         self._detections = [d for d in self._detections if d not in explained]
         return Released if is_news and not self.pending else None
 
-    def not_recognised(self) -> Verdict:
-        """Note that speech was not understood, or was lost."""
+    def not_recognised(self, until: float = math.inf) -> Verdict:
+        """Note that speech up to sample `until` was not understood, or was lost. What was said later may still be."""
         self._last_sentence = None
-        return self._accept() if any(d.pending and d.is_sure for d in self._detections) else None
+        told = (d for d in self._detections if d.pending and d.start < until)
+        return self._accept() if any(map(self._is_certain, told)) else None
 
     def advance(self, now: int, in_progress: bool = False) -> Verdict:
         """Let time go on to sample `now`. `in_progress`: a sentence surely is; a detection waits for it, since that may
@@ -190,9 +191,11 @@ class CallVerifier:
             self._recheck_at = None
             if self._last_sentence is not None and (verdict := self.recognised(self._last_sentence)) is not None:
                 return verdict
-        if any(d.pending and d.is_sure and now >= d.accept_from for d in self._detections):
+        waiting = [d for d in self._detections if d.pending]
+        certain = [d for d in waiting if self._is_certain(d)]
+        if any(now >= d.accept_from for d in certain):
             return self._accept()
-        expired = [d for d in self._detections if d.pending and not d.is_sure and now - d.first_heard >= HOLD_TIME]
+        expired = [d for d in waiting if d not in certain and now - d.first_heard >= HOLD_TIME]
         self._detections = [
             replace(d, pending=d.pending and d not in expired)
             for d in self._detections
@@ -200,9 +203,9 @@ class CallVerifier:
         ]
         return Released if expired and not self.pending else None
 
-    def _is_repeated(self, detection: _Detection) -> bool:
-        """Whether it and the unexplained detections shortly before it are certain together: as independent
-        observations, their log odds add up."""
+    def _is_certain(self, detection: _Detection) -> bool:
+        """Whether it is, by itself or with the unexplained detections shortly before it: as independent observations,
+        their log odds add up."""
         earlier = [
             logit(d.probability)
             for d in self._detections
@@ -210,9 +213,9 @@ class CallVerifier:
             and detection.first_heard - d.first_heard <= REPEAT_WINDOW
             and d.probability >= PLAUSIBLE_PROBABILITY
         ]
-        together = logit(detection.probability) + sum(earlier)
         plausible = bool(earlier) and detection.probability >= PLAUSIBLE_PROBABILITY
-        return plausible and together >= logit(ACCEPT_PROBABILITY)
+        together = logit(detection.probability) + sum(earlier)
+        return detection.is_sure or (plausible and together >= logit(ACCEPT_PROBABILITY))
 
     def _accept(self) -> Verdict:
         self._detections.clear()
