@@ -8,7 +8,7 @@ later, because each tap explains one variance of noise by chance.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -94,12 +94,18 @@ class ChannelSearch:
         self._graph = graph
         self._lengths = lengths_of(graph)
 
-    def paths(self, sound: WhitenedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = ()) -> list[Path]:
-        """Sentences and partial sentences, those that explain most first. They start anywhere, and where the paths
-        `earlier` did, which were found in a shorter part of this sound. None in the voice of a `reported` sentence
-        starts within it: those would be its late echoes."""
+    def paths(
+        self,
+        sound: WhitenedSound,
+        reported: Sequence[Path] = (),
+        earlier: Sequence[Path] = (),
+        first_words: Container[str] | None = None,
+    ) -> list[Path]:
+        """Sentences and partial sentences, those that explain most first. They start anywhere, with one of the
+        `first_words` if these are given, and where the paths `earlier` did, which were found in a shorter part of this
+        sound. None in the voice of a `reported` sentence starts within it: those would be its late echoes."""
         found: list[Path] = []
-        begun = (self._resumed(sound, earlier), self._started(sound))
+        begun = (self._resumed(sound, earlier), self._started(sound, first_words))
         new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
         least = ROBOT_SCORE if reported else LEAST_START
         for level in chain.from_iterable(_by_start(paths, least) for paths in new):
@@ -116,11 +122,12 @@ class ChannelSearch:
     def _said(self, book: RenderedVoice, word: str, third: int, node: int) -> Iterator[Rendering]:
         return (said for said in book.renderings(word, third) if not said.final or node in self._graph.rests)
 
-    def _started(self, sound: WhitenedSound) -> list[Path]:
-        """Paths of one word, at its best starts."""
+    def _started(self, sound: WhitenedSound, words: Container[str] | None) -> list[Path]:
+        """Paths of one word, one of `words` if given, at its best starts."""
         begun: list[Extension] = []
+        firsts = [each for each in self._graph.following[self._graph.start] if words is None or each[0] in words]
         for book in self._books:
-            for word, node in self._graph.following[self._graph.start]:
+            for word, node in firsts:
                 said = list(self._said(book, word, 0, node))
                 places = sorted(_starts(sound, said), key=lambda place: -place[0])[:MAX_STARTS_OF_WORD]
                 begun += [self._beginning(book, word, node, way, at) for _, way, at in places]
