@@ -3,7 +3,8 @@
     python -m benchmarks.missions audio [--seeds 1-20] [--modes volunteer,coordinate] [--robots Rob,Bot]
         [--plants 5-12] [--noise-db 35-45]
     python -m benchmarks.missions relay [--seeds 1-3]
-    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2] [--talk normal | --anything]
+    python -m benchmarks.missions words [--seeds 1-10000] [--loss 0-0.3] [--outages 2]
+        [--talk normal | --anything | --pairs]
     python -m benchmarks.missions earshot [--seeds 1-200]
     python -m benchmarks.missions corridor [--seeds 1-1000] [--loss 0-0.3] [--outages 2] [--inside 0]
     python -m benchmarks.missions days [--seeds 1-10000] [--hours 72] [--no-mishearing]
@@ -48,6 +49,7 @@ from hil_fakes.word_plans import (
     any_plan,
     fading_plan,
     omniscient_airtime_s,
+    ordered_pairs_plan,
     random_plan,
     random_tasks,
     recurring_plan,
@@ -128,6 +130,7 @@ def words(o: argparse.Namespace) -> None:
     for seed in _range(o.seeds):
         usual = random_plan(seed, loss=loss, outages_max=o.outages)
         plan = any_plan(seed) if o.anything else with_talk(usual, o.talk)
+        plan = ordered_pairs_plan(seed, loss, o.outages) if o.pairs else plan
         result = WordMission(plan).run()
         n += 1
         tasks += len(plan.tasks)
@@ -293,6 +296,7 @@ def main() -> None:
     c.add_argument("--loss", default="0-0.3")
     c.add_argument("--outages", type=int, default=2)
     c.add_argument("--anything", action="store_true", help="also skills, orders, tasks for two, talk, order of tasks")
+    c.add_argument("--pairs", action="store_true", help="one robot gives orders, half of the tasks are for two")
     c.add_argument("--talk", choices=(*(talk.value for talk in Talk), "mixed"), default="normal")
     c.set_defaults(run=words)
     c = kinds.add_parser("earshot")

@@ -81,6 +81,15 @@ def with_talk(plan: WordPlan, talk: str) -> WordPlan:
     return replace(plan, talks={name: kinds[n % len(kinds)] for n, name in enumerate(plan.names)})
 
 
+def ordered_pairs_plan(seed: int, loss: tuple[float, float] = (0.0, 0.3), outages_max: int = 2) -> WordPlan:
+    """A mission of three to eight robots, one of which gives the orders; half of the tasks are for two robots."""
+    rng = random.Random(f"pairs {seed}")
+    plan = random_plan(seed, robots=(3, 8), loss=loss, tasks=(2, 16), outages_max=outages_max)
+    outages = tuple(replace(each, back_s=each.back_s or rng.uniform(5.0, 200.0)) for each in plan.outages)
+    tasks = tuple(replace(task, robots=rng.choice((1, 2))) for task in plan.tasks)
+    return replace(plan, tasks=tasks, coordinator=plan.names[-1], outages=outages, late={})
+
+
 def any_plan(seed: int) -> WordPlan:
     """A mission in which everything is drawn at once: tasks in order or for two robots, robots that cannot do some of
     them, how much each says, where it begins, orders or volunteers, losses and outages. No robot stays off, and some
