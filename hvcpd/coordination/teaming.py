@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection
 from functools import partial
 
 from hvcpd.coordination import composing
-from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone, objection_slot
+from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
 from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import LEFT_ALONE, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge
@@ -40,8 +40,8 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
         lease_end_s = me.lease_end_s(now) if other_at_work else now + me.timing.unconfirmed_lease_s
         if other in entry.parts and not other_at_work:
             me.board.release(number)  # it begins again
-        if other_at_work and entry.parts:
-            _tell_that_others_ended(me, other, entry, now)
+        if other_at_work and me.role.name in entry.parts:  # it did not hear that the others began
+            composing.answer(me, None, f"done {number}", composing.done(me, number), now, OWNER_SLOT, call=other)
         me.board.claim(number, other, lease_end_s, firm=other_at_work)
         entry.call_s = now
         me.reconsider(now)
@@ -76,16 +76,6 @@ def _note_answer(me: Knowledge, other: str) -> None:
     other repeatedly would wait for ever for a third that has mistaken another robot for the third."""
     if other not in me.current.agreed:
         me.current.repeats = 0
-
-
-def _tell_that_others_ended(me: Knowledge, other: str, entry: Entry, now: float) -> None:
-    """A robot waits at the place because it did not hear that the others began."""
-    number, doer = entry.definition.number, min(entry.parts)
-    if me.role.name in entry.parts:
-        composing.answer(me, None, f"done {number}", composing.done(me, number), now, OWNER_SLOT, call=other)
-    elif other not in entry.parts:
-        slot, words = objection_slot(me, other, number, now), m.Relayed(doer, composing.done(me, number))
-        composing.answer(me, other, f"done {number}", words, now, slot, call=other)
 
 
 def _is_in(me: Knowledge, number: int) -> bool:

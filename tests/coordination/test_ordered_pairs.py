@@ -44,6 +44,15 @@ def ordered(state: State, *team: str) -> Coordination:
     return kim
 
 
+def next_said(robot: Coordination) -> m.Utterance:
+    """What the robot says next."""
+    said: list[m.Utterance] = []
+    while not said and (at_s := robot.next_deadline()) < 1000.0:
+        robot.tick(at_s)
+        said = [action.utterance for action in robot.actions(at_s) if isinstance(action, Say)]
+    return said[0]
+
+
 def test_a_confirmation_of_the_order_that_comes_late_does_not_begin_the_task() -> None:
     kim = ordered(State.ANNOUNCING, "Kim")
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 10.0)
@@ -81,11 +90,7 @@ def test_a_failure_is_confirmed_without_the_number_which_would_mean_to_do_it_tog
     failed = m.Failed(m.TaskByNumber(2))
     kim = ordered(State.READY, "Max")
     kim.heard(m.Utterance("Max", m.ToAll(), None, failed), 10.0)
-    said: list[m.Utterance] = []
-    while not said:
-        kim.tick(at_s := kim.next_deadline())
-        said = [action.utterance for action in kim.actions(at_s) if isinstance(action, Say)]
-    assert said == [m.Utterance("Kim", m.ToRobot("Max"), None, m.Confirmed())]
+    assert next_said(kim) == m.Utterance("Kim", m.ToRobot("Max"), None, m.Confirmed())
 
     kim = ordered(State.REPORTED)
     kim.knowledge.current.clear()
@@ -120,3 +125,33 @@ def test_who_did_a_part_knows_by_a_word_to_another_that_the_other_part_is_done()
     kim.board.complete_part(2, "Kim", 250.0)
     kim.heard(m.Utterance("Rob", m.ToRobot("Lou"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 10.0)
     assert kim.board[2].known_done
+
+
+def test_who_is_at_work_with_others_does_not_read_its_order_back() -> None:
+    """To its partner that meant that it begins again, so that one did not do its part (seed 164)."""
+    kim = ordered(State.ACTING, "Rob", "Kim")
+    kim.knowledge.current.claimed_s = 5.0
+    kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Order(m.TaskByNumber(2))), 10.0)
+    assert next_said(kim) == m.Utterance("Kim", m.ToRobot("Max"), None, m.Busy())
+
+
+def test_nobody_passes_on_that_another_one_did_a_part() -> None:
+    """One misheard a number, and told all; then one of the two who had agreed left, and its part was never done
+    (seeds 24 and 110)."""
+    kim = ordered(State.READY, "Rob", "Lou")
+    kim.knowledge.current.clear()
+    kim.heard(m.Utterance("Max", m.ToAll(), None, m.Completed(m.TaskByNumber(2))), 10.0)
+    kim.heard(m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(2))), 60.0)
+    while kim.next_deadline() < 90.0:
+        kim.tick(at_s := kim.next_deadline())
+        said = [action.utterance.statement for action in kim.actions(at_s) if isinstance(action, Say)]
+        assert not any(isinstance(each, m.Relayed) for each in said)
+
+
+def test_who_only_follows_orders_asks_at_last_what_is_left() -> None:
+    """It had missed that the last task was done, and never learned it (seeds 25 and 129)."""
+    role = Role("Kim", "plant", roster=("Kim", "Max"), volunteer=False)
+    kim = Coordination(role, pairs(1, 1), random.Random(1))
+    kim.knowledge.state, kim.knowledge.timer_s = State.READY, 10.0
+    kim.heard(m.Utterance("Max", m.ToRobot("Rob"), None, m.Confirmed()), 10.0)
+    assert next_said(kim).statement == m.WhatLeft()
