@@ -17,8 +17,8 @@ BAD_AIR_REPEATS = 2
 ASKS_AT_ONCE = 6
 """Number of questions about tasks that may be done before the pause between two questions doubles; and so on."""
 ASKS_LEFT_OUT = 4
-"""Number of questions of a robot that can claim none of the tasks that are left, the first after a lease in which
-nobody has claimed them; the pause doubles. By then it has heard that they are left, or that they are done."""
+"""Number of questions of a robot that can do none of the tasks that are left, the first after a lease in which nobody
+has claimed them; the pause doubles. By then it has heard that they are left, or that they are done."""
 ASK_DOUBLINGS_MAX = 4
 """Longest pause, if no robot can tell for certain: 8 to 16 minutes."""
 CALL_S = 15.0
@@ -154,8 +154,8 @@ def _asks_what_is_left(me: Knowledge, now: float) -> bool:
 
 
 def _is_left_out(me: Knowledge, now: float) -> bool:
-    """Whether nothing is left but tasks that this robot cannot do, or not without an order, and that nobody is known to
-    do: others may have done them unheard, and it would wait for them for ever."""
+    """Whether nothing is left but tasks that this robot cannot do, and that nobody is known to do: others may have done
+    them unheard, and it would wait for them for ever."""
     if me.role.coordinator:
         return False
     left = [me.board[number] for number in me.board.not_done()]
@@ -164,7 +164,7 @@ def _is_left_out(me: Knowledge, now: float) -> bool:
 
 def _is_for_others(me: Knowledge, e: Entry) -> bool:
     lacks = e.definition.number in me.role.unable or me.role.name in e.failed_by
-    return lacks or not me.role.volunteer or not me.board.can_begin(e)
+    return lacks or not me.board.can_begin(e)
 
 
 def _may_claim(me: Knowledge, now: float) -> bool:

@@ -86,7 +86,8 @@ def _follows(me: Knowledge) -> bool:
 def has_waited(me: Knowledge, now: float) -> bool:
     """Whether this robot, which only takes orders, has waited for one long enough; notes until when it waits."""
     waiting = me.waiting
-    if not _follows(me) or waiting.giver is None or not choosing.task_is_free(me, now):
+    me.expire(now)
+    if not _follows(me) or waiting.giver is None or not me.board.free_for(me.role.name, now, me.role.unable):
         waiting.until_s = None
         return False
     if waiting.until_s is None:

@@ -152,6 +152,7 @@ def test_who_only_follows_orders_asks_at_last_what_is_left() -> None:
     """It had missed that the last task was done, and never learned it (seeds 25 and 129)."""
     role = Role("Kim", "plant", roster=("Kim", "Max"), volunteer=False)
     kim = Coordination(role, pairs(1, 1), random.Random(1))
-    kim.knowledge.state, kim.knowledge.timer_s = State.READY, 10.0
+    kim.knowledge.state, kim.knowledge.timer_s, kim.knowledge.waiting.giver = State.READY, 10.0, "Max"
+    kim.board[1].failed_by = frozenset({"Max"})  # as if nobody were free to do it with Kim
     kim.heard(m.Utterance("Max", m.ToRobot("Rob"), None, m.Confirmed()), 10.0)
     assert next_said(kim).statement == m.WhatLeft()
