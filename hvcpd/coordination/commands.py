@@ -45,8 +45,8 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     same = entry is not None and me.current.task == number and me.current.partner == name
     if entry is not None and entry.known_done:
         reply: m.Statement | None = composing.done(me, entry.definition.number)
-    elif same and me.state in AT_WORK and (entry is None or not entry.is_shared or me.state is not State.ACTING):
-        reply = m.Claim(s.task)  # it did not hear the read-back; a partner would take it that this robot begins again
+    elif same and me.state in AT_WORK and (entry is None or not entry.is_shared or me.state is State.GOING):
+        reply = m.Claim(s.task)  # the read-back was lost; at the place, a partner would take it for a beginning
     elif same and me.state is State.READING_BACK:
         return
     else:

@@ -127,9 +127,10 @@ def test_who_did_a_part_knows_by_a_word_to_another_that_the_other_part_is_done()
     assert kim.board[2].known_done
 
 
-def test_who_is_at_work_with_others_does_not_read_its_order_back() -> None:
-    """To its partner that meant that it begins again, so that one did not do its part (seed 164)."""
-    kim = ordered(State.ACTING, "Rob", "Kim")
+@pytest.mark.parametrize("state", [State.ACTING, State.CHECKING])
+def test_who_is_at_work_with_others_does_not_read_its_order_back(state: State) -> None:
+    """To a partner that meant that it begins again or, where it waited, that it asks to begin (seed 164)."""
+    kim = ordered(state, "Rob", "Kim")
     kim.knowledge.current.claimed_s = 5.0
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Order(m.TaskByNumber(2))), 10.0)
     assert next_said(kim) == m.Utterance("Kim", m.ToRobot("Max"), None, m.Busy())
