@@ -22,7 +22,7 @@ test: setup-dev  ## all tests but the longest, in under 8 minutes on 2 cores, wi
 	$(MAKE) --no-print-directory -j 2 lint compiled
 	$(VENV)/bin/python -m pytest -m "not long and $(HERE)" $(WORKERS)
 
-test-long: setup-dev  ## whole missions in sound, of processes in real time, and what else takes long: 15 minutes
+test-long: setup-dev  ## whole missions in sound, of processes in real time, and what else takes long: 11 minutes
 	$(VENV)/bin/python -m pytest tests/e2e  # in real time, so nothing else runs beside them
 	$(VENV)/bin/python -m pytest -m "long and $(HERE)" $(WORKERS) --ignore tests/e2e
 
