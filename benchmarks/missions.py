@@ -128,9 +128,12 @@ def words(o: argparse.Namespace) -> None:
     ended_s = 0.0
     began_s = time.perf_counter()
     for seed in _range(o.seeds):
-        usual = random_plan(seed, loss=loss, outages_max=o.outages)
-        plan = any_plan(seed) if o.anything else with_talk(usual, o.talk)
-        plan = ordered_pairs_plan(seed, loss, o.outages) if o.pairs else plan
+        if o.anything:
+            plan = any_plan(seed)
+        elif o.pairs:
+            plan = ordered_pairs_plan(seed, loss, o.outages)
+        else:
+            plan = with_talk(random_plan(seed, loss=loss, outages_max=o.outages), o.talk)
         result = WordMission(plan).run()
         n += 1
         tasks += len(plan.tasks)

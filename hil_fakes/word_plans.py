@@ -4,6 +4,7 @@ talk."""
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 from dataclasses import replace
 
 from hil_fakes.word_channel import WORD_S, Conditions
@@ -81,11 +82,16 @@ def with_talk(plan: WordPlan, talk: str) -> WordPlan:
     return replace(plan, talks={name: kinds[n % len(kinds)] for n, name in enumerate(plan.names)})
 
 
+def _all_back(outages: Iterable[Outage], rng: random.Random) -> tuple[Outage, ...]:
+    """The same, with nobody switched off for good."""
+    return tuple(replace(each, back_s=each.back_s or rng.uniform(5.0, 200.0)) for each in outages)
+
+
 def ordered_pairs_plan(seed: int, loss: tuple[float, float] = (0.0, 0.3), outages_max: int = 2) -> WordPlan:
     """A mission of three to eight robots, one of which gives the orders; half of the tasks are for two robots."""
     rng = random.Random(f"pairs {seed}")
     plan = random_plan(seed, robots=(3, 8), loss=loss, tasks=(2, 16), outages_max=outages_max)
-    outages = tuple(replace(each, back_s=each.back_s or rng.uniform(5.0, 200.0)) for each in plan.outages)
+    outages = _all_back(plan.outages, rng)
     tasks = tuple(replace(task, robots=rng.choice((1, 2))) for task in plan.tasks)
     return replace(plan, tasks=tasks, coordinator=plan.names[-1], outages=outages, late={})
 
@@ -109,7 +115,7 @@ def any_plan(seed: int) -> WordPlan:
     tasks = tuple(map(vary, plan.tasks))
     lacking = {name: frozenset(t.number for t in tasks if rng.random() < LACKING) for name in plan.names[2:]}
     starts = {name: Place(rng.uniform(-ROOM_M, ROOM_M), rng.uniform(-ROOM_M, ROOM_M)) for name in plan.names}
-    outages = tuple(replace(each, back_s=each.back_s or rng.uniform(5.0, 200.0)) for each in plan.outages)
+    outages = _all_back(plan.outages, rng)
     plan = replace(plan, tasks=tasks, unable=lacking, starts=starts if rng.random() < 0.5 else {}, outages=outages)
     orders = rng.random() < ORDERING and not plan.outages and not plan.late
     plan = replace(plan, coordinator=plan.names[-1] if orders and len(plan.names) > 2 else None)
