@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 from scipy.signal import fftconvolve
 
-from benchmarks.own_voice import CALLER_M, OWN_DBFS, OWN_M, TAIL_S, way
+from benchmarks.own_voice import CALLER_M, OWN_M, TAIL_S, own_sentences, way
 from benchmarks.stop import IN_TIME_S, Stage, at_level, room
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Urgent
@@ -33,14 +33,8 @@ class Shift:
 
     def __init__(self, stage: Stage, n: int, rt60_s: float, noise_dbfs: float, seed: int) -> None:
         chooser, self._rng = random.Random(seed), np.random.default_rng(seed)
-        pause = np.zeros(round(PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-        parts, self.spans = [pause], list[tuple[int, int]]()
-        for _ in range(n):
-            begin = sum(map(len, parts))
-            parts += [at_level(stage.sentence(chooser, stage.names[0]), OWN_DBFS), pause]
-            self.spans.append((begin, begin + len(parts[-2])))
+        played, self.spans = own_sentences(stage, chooser, 0, n, PAUSE_S)
         self._stage, self._rt60_s, self._chooser = stage, rt60_s, chooser
-        played = np.concatenate(parts)
         echo = fftconvolve(played, way(rt60_s, OWN_M, self._rng))[: len(played)]
         self.heard = np.asarray(echo + room(len(echo), seed, noise_dbfs), np.float32)
 

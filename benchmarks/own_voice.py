@@ -58,6 +58,20 @@ def way(rt60_s: float, distance_m: float, rng: np.random.Generator) -> Samples:
     return np.concatenate([lead, ringing]).astype(np.float32)
 
 
+def own_sentences(
+    stage: Stage, chooser: random.Random, speaker: int, n: int, pause_s: float
+) -> tuple[Samples, list[tuple[int, int]]]:
+    """Sentences of a robot with a pause before, between and after them, and the samples where each begins and ends."""
+    pause = np.zeros(round(pause_s * SAMPLE_RATE_HZ), np.float32)
+    parts, spans, at = [pause], list[tuple[int, int]](), len(pause)
+    for _ in range(n):
+        talk = at_level(stage.sentence(chooser, stage.names[speaker]), OWN_DBFS)
+        spans.append((at, at + len(talk)))
+        parts += [talk, pause]
+        at += len(talk) + len(pause)
+    return np.concatenate(parts), spans
+
+
 class Trial:
     """Some of the robot's own sentences, as they are played and as they are heard."""
 
@@ -74,23 +88,16 @@ class Trial:
         drive: float = 0.0,
     ) -> None:
         chooser, rng = random.Random(seed), np.random.default_rng(seed)
-        talks = [at_level(stage.sentence(chooser, stage.names[speaker]), OWN_DBFS) for _ in range(n)]
-        gap = np.zeros(round(PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-        self.spans: list[tuple[int, int]] = []
-        parts, at = [gap], len(gap)
-        for talk in talks:
-            self.spans.append((at, at + len(talk)))
-            parts += [talk, gap]
-            at += len(talk) + len(gap)
-        self.played = np.concatenate(parts)
+        self.played, self.spans = own_sentences(stage, chooser, speaker, n, PAUSE_S)
         late = round((DELAY_TOLERANCE_S + shift_ms / 1000.0) * SAMPLE_RATE_HZ)
         self.gaps: list[int] = []
         really = self._with_gaps(gaps, rng)
         if drive:
             peak = np.abs(really).max()
             really = np.asarray(np.tanh(drive * really / peak) / np.tanh(drive) * peak, np.float32)
+        pause = round(PAUSE_S * SAMPLE_RATE_HZ)
         for begin, end in self.spans if steps else ():
-            really[begin : end + len(gap)] = with_steps(really[begin:end], len(gap), steps, rng)
+            really[begin : end + pause] = with_steps(really[begin:end], pause, steps, rng)
         echo = np.concatenate([np.zeros(late), fftconvolve(really, way(rt60_s, OWN_M, rng))])[: len(self.played)]
         self.own_rms = float(np.sqrt(np.mean(np.square(echo[np.abs(self.played) > 1e-4]))))
         seconds = np.arange(len(echo)) / SAMPLE_RATE_HZ
