@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 # Where no bytecode is kept, every process compiles hvcpd, and every test run all tests, anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-# What takes a machine or a root folder of its own has commands of its own.
+# What takes a machine or a root folder of its own has commands of its own (-m takes the place of pyproject.toml's).
 HERE := not arm64 and not container
 WORKERS := -n 3 --dist loadfile --no-loadscope-reorder
 

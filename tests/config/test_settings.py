@@ -115,7 +115,7 @@ def test_file_names_are_relative_to_the_file_and_options_to_the_shell(tmp_path: 
 def test_a_home_that_there_is_not_is_told_at_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A user of a container may have none; it was a traceback."""
     monkeypatch.delenv("HOME", raising=False)
-    monkeypatch.setattr(os, "getuid", lambda: 54_321)
+    monkeypatch.setattr(os, "getuid", lambda: 54_321)  # as whom only root could start a process
     with pytest.raises(ConfigError, match=r"yaml:2: state_dir: this user has no home directory for the ~; write the "):
         load(tmp_path, "name: Rob\nstate_dir: ~/state\n")
 
