@@ -131,6 +131,8 @@ class Parser(argparse.ArgumentParser):
 
     def _unknown(self, argument: str) -> str:
         if not argument.startswith("-") or argument == "-":
+            if all(action.option_strings for action in self._actions):
+                return f"'{argument}' needs an option before it"
             return f"'{argument}' is one argument too many; put what has spaces in quotes"
         name = argument.partition("=")[0]
         synonym = _SYNONYMS.get(name)

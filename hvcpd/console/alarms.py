@@ -42,7 +42,7 @@ def _found(status: State, tasks: Sequence[State]) -> Iterator[tuple[str, str]]:
         yield "battery", f"The battery has {battery_v:.1f} V: charge it"
     memory = status["memory"]
     if memory.get("unkept"):
-        yield "latch", f"After a restart {name} may not remember “stop” or “resume”: {memory['unkept']}"
+        yield "latch", f"{name}'s “stop” or “resume” is not kept: {memory['unkept']}"
     if memory.get("loss") and status["stopped"]:
         yield "loss", f"{name} has lost its memory, and started stopped: {memory['loss']}"
     if memory.get("fault"):

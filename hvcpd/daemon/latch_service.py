@@ -71,13 +71,16 @@ class LatchService:
             self._write()
 
     async def kept(self) -> str | None:
-        """Wait until the robot's state, stopped or free, is on the disk; return None, or why it is not."""
+        """Wait until the robot's state, stopped or free, is on the disk; return None, or what a restart may do instead,
+        and why."""
         try:
             async with asyncio.timeout(LATCH_S):
                 await self._began.wait()
                 await self.settled()
         except TimeoutError:
-            return f"{self.file.path}: its disk does not answer"
+            return f"a restart may undo that: {self.file.path}: its disk does not answer"
+        if self._is_unsure and not self._is_stopped:
+            return self.unkept or "the next start will be stopped: the memory cannot be written; see hvcpctl status"
         return self.unkept
 
     async def settled(self) -> None:

@@ -131,7 +131,8 @@ class RequestHandler:
     async def resume(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()
         if self._body.is_held_down:
-            raise RefusalError("refused", "the stop button is pressed, or its wire is broken: nothing else releases it")
+            text = "the stop button is pressed, or its wire is broken; release the button, or mend the wire, first"
+            raise RefusalError("refused", text)
         before = robot.coordination.resume(robot.now)
         self._body.journal.stop(False)
         unkept = await self._body.journal.stop_kept()

@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 
 from hvcpd.config.files import sync_folder
-from hvcpd.errors import StoreError
+from hvcpd.errors import StoreError, unwritable
 
 MAX_BYTES = 100
 """Largest size of the file, which has at most 50."""
@@ -89,6 +89,8 @@ class StopLatch:
         self._spares = tuple(spares)
         self._held: int | None = None
         """The file as it was last written: it can be cut short even where nothing can be opened for writing."""
+        self._kept: Latched | None = None
+        """What is on the disk, unless somebody else has changed it; None after a failure."""
 
     def read(self) -> Latched | None:
         """The content of the file; None if there is none, UNREADABLE if it cannot be read."""
@@ -112,8 +114,12 @@ class StopLatch:
     def write(self, latched: Latched) -> None:
         """Keep this over kill -9 and power cuts; it is on the disk when this returns.
 
-        Raises StoreError if the next start may do more than this permits, or less.
+        What is there already is not written again: a full disk may have no room for a second file. Raises StoreError if
+        the next start may do more than this permits, or less; its text begins with that consequence.
         """
+        if latched == self._kept == self.read() and self.spare() is None:
+            return
+        self._kept = None
         if latched.permit in (Permit.FREE, Permit.NEW):
             with _naming_the_consequence(self.path):
                 self._replace(latched.line)
@@ -122,6 +128,7 @@ class StopLatch:
                         path.unlink()
         else:
             self._revoke(latched.line)
+        self._kept = latched
 
     def close(self) -> None:
         """Close the file; may be called twice."""
@@ -144,12 +151,12 @@ class StopLatch:
         reason = (first.strerror if first is not None else None) or "its old content may still be there"
         if kept is None:
             raise StoreError(
-                f"{self.path}: a stop cannot be kept ({reason}): after a restart the robot may go on; make its disk "
+                f"after a restart the robot may go on: {self.path}: a stop cannot be kept: {reason}; make its disk "
                 "writable, or keep the robot switched off"
             )
         raise StoreError(
-            f"{self.path}: a stop cannot be kept there ({reason}), only in {kept}: after a loss of power the robot may "
-            "go on; make its disk writable"
+            f"after a loss of power the robot may go on: {self.path}: a stop cannot be kept there, only in {kept}: "
+            f"{reason}; make its disk writable"
         )
 
     def _forbids(self) -> bool:
@@ -232,7 +239,5 @@ def _naming_the_consequence(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StoreError(
-            f"{path}: cannot be written ({error.strerror}): the next start will be stopped; free some space on its "
-            "disk, and make the file and its directory writable for the daemon's user"
-        ) from error
+        remedy = "make the file and its folder writable for the daemon's user"
+        raise StoreError(f"the next start will be stopped: {unwritable(path, error, remedy)}") from error

@@ -179,6 +179,15 @@ def test_a_name_that_nobody_gave_is_not_told_as_one(tmp_path: Path, capsys: pyte
     assert name == {"key": "name", "value": None, "source": "default"}
 
 
+def test_a_name_that_no_robot_may_have_is_not_shown_as_a_setting(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("name: Stop\n")
+    assert main(["config", "--config", str(config)]) == 2
+    assert "hvcpd.yaml:1: the name 'Stop' sounds like the phrasebook's word 'stop'" in capsys.readouterr().err
+
+
 def test_no_daemon_is_status_3_and_says_who_does_run(ctl: Ctl, robot: RunningRobot, tmp_path: Path) -> None:
     text = ctl("status", "--name", "Bot", status=3)
     assert "Bot does not run here" in text

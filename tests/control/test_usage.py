@@ -56,6 +56,7 @@ from tests.control.conftest import Refuse
         (["say", "stop", "-o", ""], "argument -o/--output: it is empty; give a value, or leave it out; see"),
         (["hear", ""], "argument FILE.wav: it is empty; give a value, or leave it out; see"),
         (["status", "--name", ""], "argument --name: it is empty; give a value, or leave it out; see"),
+        (["key", "new", "team.key"], "hvcpctl key new: 'team.key' needs an option before it; see"),
         (["say", "Hi", "Rob"], "hvcpctl say: 'Rob' is one argument too many; put what has spaces in quotes; see"),
     ],
 )

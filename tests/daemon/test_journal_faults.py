@@ -69,6 +69,7 @@ def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(wiring
         await journal.settled()
         assert journal.fault is not None
         assert permit(wiring) is Permit.UNSURE, "killed now, the robot would start stopped"
+        assert "the next start will be stopped" in (await journal.stop_kept() or ""), "so is who says resume told"
         journal.write((SaveTask(1, "done", "Rob"),), 1.5)
         await journal.settled()
         other.execute("ROLLBACK")

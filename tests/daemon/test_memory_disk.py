@@ -31,6 +31,14 @@ def test_a_stop_on_a_full_disk_is_kept_all_the_same(robot: Robot) -> None:
     assert robot.starts().stopped
 
 
+def test_what_is_on_a_full_disk_already_needs_no_room(robot: Robot) -> None:
+    """A "resume" was kept, and then reported as one that is not."""
+    with robot.life() as (memory, latch):
+        latch.write(Latched(Permit.FREE, memory.latched.memory))
+        with no_new_bytes():
+            latch.write(Latched(Permit.FREE, memory.latched.memory))
+
+
 def a_link(latch: Path) -> None:
     latch.with_name("precious").write_text("precious")
     latch.symlink_to("precious")

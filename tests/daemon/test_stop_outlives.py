@@ -107,6 +107,8 @@ def test_a_stop_outlives_kill_9_and_a_full_disk_and_is_kept_until_resume(
         assert second.ask("task", "skip", "1") == EX_OK, "a change of a task is written to the memory at once"
         assert second.until("memory failed")["reason"]
         assert second.status(capsys)["memory"]["fault"] is not None
+        assert second.ask("resume") == EX_FAILURE
+        assert "takes on tasks, but the next start will be stopped: the memory" in capsys.readouterr().err
     with life(folder) as third:
         assert third.status(capsys)["stopped"] is True
         assert third.ask("resume") == EX_OK
@@ -154,7 +156,7 @@ def test_a_stop_that_cannot_be_kept_is_told(folder: Path, capsys: pytest.Capture
     state = folder / "state"
     with life(folder) as first, immutable(str(state), str(state / "rob.latch"), str(state / "rob.sqlite3")):
         assert first.ask("stop") == EX_FAILURE
-        assert "stands still, but may move after a restart" in capsys.readouterr().err
+        assert "Rob stands still, but after a loss of power the robot may go on: " in capsys.readouterr().err
         assert first.until("stop not kept")["reason"]
         status = first.status(capsys)
         assert status["stopped"] is True
@@ -172,5 +174,5 @@ def test_a_resume_that_cannot_be_kept_is_told(folder: Path, capsys: pytest.Captu
         assert first.ask("stop") == EX_OK
         with immutable(str(state), str(state / "rob.latch"), str(state / "rob.sqlite3")):
             assert first.ask("resume") == EX_FAILURE
-            assert "takes on tasks, but will stand still after a restart" in capsys.readouterr().err
+            assert "Rob takes on tasks, but the next start will be stopped: " in capsys.readouterr().err
             first.kill()

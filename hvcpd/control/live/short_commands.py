@@ -52,8 +52,8 @@ def _give(options: argparse.Namespace, daemon: DaemonClient) -> None:
         else:
             sys.stdout.writelines(f"{line}\n" for line in result_lines(options.command, daemon.name, result))
         if result.get("kept") is False:
-            after = "stands still, but may move" if result["stopped"] else "takes on tasks, but will stand still"
-            raise NotDoneError(f"{daemon.name} {after} after a restart: {result['reason']}")
+            now = "stands still" if result["stopped"] else "takes on tasks"
+            raise NotDoneError(f"{daemon.name} {now}, but {result['reason']}")
 
 
 def result_lines(command: str, name: str, result: dict[str, Any]) -> list[str]:

@@ -25,7 +25,9 @@ def run(options: argparse.Namespace) -> int:
         with closing(find_daemon(options)) as daemon:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
     else:
-        loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False)
+        from hvcpd.synthesis.likeness import name_fault  # not for `reload`, which loads this module, too
+
+        loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False, reserved=name_fault)
         settings = [_as_dict(each) for each in loaded.sources]
     if options.changed:
         settings = [each for each in settings if each["source"] != "default"]

@@ -73,7 +73,7 @@ def _talk(talk: Mapping[str, Any] | None) -> Iterator[tuple[str, RenderableType]
 def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
     """The faults of a memory in `status`, the worst first; older daemons report only `lost`."""
     if memory.get("unkept"):
-        yield f'"stop" and "resume" would not survive a restart: {memory["unkept"]}'
+        yield memory["unkept"]
     if memory.get("fault"):
         yield f"nothing is kept: {memory['fault']}"
     if memory.get("loss"):
