@@ -179,9 +179,7 @@ def test_a_name_that_nobody_gave_is_not_told_as_one(tmp_path: Path, capsys: pyte
     assert name == {"key": "name", "value": None, "source": "default"}
 
 
-def test_a_name_that_no_robot_may_have_is_not_shown_as_a_setting(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_settings_with_a_name_that_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = tmp_path / "hvcpd.yaml"
     config.write_text("name: Stop\n")
     assert main(["config", "--config", str(config)]) == 2

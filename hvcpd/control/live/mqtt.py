@@ -68,7 +68,8 @@ class Broker:
             self._client.connect(*self._address)
         except (OSError, ValueError) as error:  # ValueError: a host or port that cannot be
             host, port = self._address
-            raise NotDoneError(f"no MQTT broker answers at {host}, port {port}: {error}") from None
+            reason = getattr(error, "strerror", None) or error
+            raise NotDoneError(f"no MQTT broker answers at {host}, port {port}: {reason}") from None
         self._client.loop_start()
         return self
 
@@ -159,13 +160,13 @@ def run(options: argparse.Namespace) -> int:
 def _obey(text: str, path: Path, all_commands: bool) -> None:
     """Carry out `stop`, and with `all_commands` also `resume` and `say SENTENCE`; errors are one line each."""
     command, _, sentence = text.strip().partition(" ")
+    command = command.lower()  # whoever writes "Stop" means it
     try:
-        if command == "stop" or (all_commands and command == "resume"):
-            arguments = {}
-        elif all_commands and command == "say":
-            arguments = {"text": sentence}
-        else:
+        if command not in ("stop", "resume", "say"):
             raise ConfigError(f"MQTT: {text[:80]!r} is not obeyed; see hvcpctl mqtt --help")
+        if command != "stop" and not all_commands:
+            raise ConfigError(f"MQTT: {text[:80]!r} is obeyed only with --commands")
+        arguments = {"text": sentence} if command == "say" else {}
         with closing(DaemonClient(path)) as daemon:
             daemon.ask(command, **arguments)
     except HvcpdError as error:
