@@ -22,6 +22,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_named
 from tests.control.echo_room import EchoRoom
+from tests.daemon.running import RunningRobot
 
 
 def options(tmp_path: Path, *more: str) -> argparse.Namespace:
@@ -50,7 +51,16 @@ def test_without_sound_nothing_arrives_and_it_fails(tmp_path: Path, capsys: pyte
     assert told.err.count('Say "stop"') == 3
     assert "0 of 3 calls halted the robot within 0.5 s (0 to 56 %" in told.out
     assert "3 did not arrive" in told.out
+    assert "`hvcpctl doctor --only sound` looks" in told.out
     assert "not a safety device" in told.out
+
+
+def test_a_robot_that_runs_is_told_to_disturb_the_test(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Beside a sound server both can use the card: the robot's own sentence was a call, 44 dB over the noise."""
+    with RunningRobot(tmp_path):
+        asked = options(tmp_path, "--ask")
+        run(asked, EchoRoom(gain=0.0).devices)
+    assert "Rob runs now" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("how", [(), ("--ask",)])

@@ -8,13 +8,16 @@ import json
 import random
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from hvcpd.assembly.make import make_speech_recogniser
+from hvcpd.config.command_line import print_error
 from hvcpd.control.doctor.self_hearing import QUIET_S, exchange
+from hvcpd.control.live.daemon_client import find_daemon_of
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK
@@ -64,6 +67,10 @@ class Call:
 def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     """Report each call; then the conclusion, and its limits."""
     where, team = devices or Devices(), load_team(options)
+    daemon = find_daemon_of(team.settings.name, options)
+    if daemon is not None:  # a sound server lets both have the card
+        with closing(daemon):
+            print_error("hvcpctl", f"{daemon.name} runs now: it hears the calls, too, and its talk disturbs; end it first")
     found = list(_printed(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
     _tell_verdict(found, options)
     return EX_OK if all(call.in_time for call in found) else EX_FAILURE
@@ -166,6 +173,8 @@ def _tell_verdict(calls: Sequence[Call], options: argparse.Namespace) -> None:
     who = "This was you, here and now" if options.ask else "These were synthetic voices; people sound different (--ask)"
     if not (options.ask or options.output):
         who += ". They came from the robot's own loudspeaker; people stand farther away (--output)"
+    if not arrived:
+        who += ". Is it the right microphone, and is all loud enough? `hvcpctl doctor --only sound` looks"
     sys.stdout.write(
         f"{in_time} of {len(calls)} calls halted the robot within {IN_TIME_S} s ({100 * low:.0f} to {100 * high:.0f} % "
         f"with a certainty of 95 %), {for_good} for good; {len(calls) - len(arrived)} did not arrive.\n"
