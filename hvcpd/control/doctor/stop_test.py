@@ -70,7 +70,7 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
     daemon = find_daemon_of(team.settings.name, options)
     if daemon is not None:  # a sound server lets both have the card
         with closing(daemon):
-            print_error("hvcpctl", f"{daemon.name} runs now: it hears the calls, too, and its talk disturbs; end it first")
+            print_error("hvcpctl", f"{daemon.name} runs now: it hears the calls, and its talk disturbs; end it first")
     found = list(_printed(_asked(team, where, options) if options.ask else _played(team, where, options), options.json))
     _tell_verdict(found, options)
     return EX_OK if all(call.in_time for call in found) else EX_FAILURE
