@@ -214,19 +214,19 @@ def daemon_in(settings: Settings, name: str | None, file: Path | None = None) ->
         return DaemonClient(settings.control.socket)
     folders = socket_folders(settings)
     if name is not None:
-        return _first([folder / socket_name(name) for folder in folders], name, folders, file)
+        return _only([folder / socket_name(name) for folder in folders], name, folders, file)
     running = _running(folders)
-    if len(running) > 1:
+    if len(running) > 1 and len({path.name for path in running}) == len(running):
         names = ", ".join(path.stem for path in running)
         raise ConfigError(f"several robots run here ({names}); choose one with --name NAME")
-    return _first(running, None, folders, file)
+    return _only(running, None, folders, file)
 
 
-def unnamed_sockets(settings: Settings, name: str | None) -> list[Path]:
-    """The sockets of all robots that run here, where neither the settings nor a name say which one is meant."""
-    if settings.control.socket is not None or name is not None:
+def sockets_meant(settings: Settings, name: str | None) -> list[Path]:
+    """The sockets of all robots that run here and that may be meant: of this name, or any where there is none."""
+    if settings.control.socket is not None:
         return []
-    return _running(socket_folders(settings))
+    return _running(socket_folders(settings), name)
 
 
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
@@ -273,15 +273,22 @@ def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
     return Settings(name=name or STAND_IN_NAME, state_dir=state_dir, control=control), name
 
 
-def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:
+def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:
+    """The daemon at one of these sockets; users may each have a robot of one name."""
+    found: list[DaemonClient] = []
     forbidden: NotAllowedError | None = None
-    for path in paths:
+    for path in _each_once(paths):
         try:
-            return DaemonClient(path)
+            found.append(DaemonClient(path))
         except NotAllowedError as error:
             forbidden = error
         except NotRunningError:
             continue
+    if len(found) > 1:
+        sockets = ", ".join(str(daemon.path) for daemon in found)
+        raise ConfigError(f"several robots that run here may be meant ({sockets}); choose one with --socket FILE")
+    if found:
+        return found[0]
     if forbidden is not None:
         raise forbidden
     missing = f"{name} does not run here" if name else "no robot runs here"
@@ -291,13 +298,19 @@ def _first(paths: list[Path], name: str | None, folders: tuple[Path, ...], file:
     raise NotRunningError(f"{missing} (no socket in {', '.join(map(str, folders))}); {hint}")
 
 
-def _running(folders: tuple[Path, ...]) -> list[Path]:
-    """The sockets in these folders at which a daemon answers or may answer."""
-    found = []
+def _running(folders: tuple[Path, ...], name: str | None = None) -> list[Path]:
+    """The sockets in these folders, of the robot of that name or of any, at which a daemon answers or may answer."""
+    found: list[Path] = []
     for folder in folders:
         with suppress(OSError):
-            found += [path for path in sorted(folder.glob("*.sock")) if _answers(path)]
-    return found
+            there = sorted(folder.glob("*.sock")) if name is None else [folder / socket_name(name)]
+            found += [path for path in there if path.exists() and _answers(path)]
+    return _each_once(found)
+
+
+def _each_once(paths: list[Path]) -> list[Path]:
+    """Without those that lead to the same file as one before."""
+    return list({os.path.realpath(path): path for path in reversed(paths)}.values())[::-1]
 
 
 def _answers(path: Path) -> bool:

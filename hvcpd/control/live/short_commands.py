@@ -10,19 +10,19 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, find_daemon, lenient_settings, unnamed_sockets
+from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, find_daemon, lenient_settings, sockets_meant
 from hvcpd.control.live.show_config import value_text
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Give the command, and report its result. "Stop" that names no robot is for each that runs here."""
+    """Give the command, and report its result. "Stop" is for each robot that runs here and may be meant."""
     if options.command != "stop" or options.socket is not None:
         _give(options, find_daemon(options))
         return EX_OK
     settings, name = lenient_settings(options)
-    several = unnamed_sockets(settings, name)
+    several = sockets_meant(settings, name)
     if len(several) < 2:
         _give(options, daemon_in(settings, name, options.config))
         return EX_OK

@@ -1,0 +1,57 @@
+"""`hvcpctl` where two users of one computer each have a robot of the same name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hvcpd.control.cli import main
+from hvcpd.coordination.states import State
+from hvcpd.daemon.control_socket import SYSTEM_FOLDER
+from tests.daemon.running import RunningRobot
+
+
+@pytest.fixture
+def namesakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[RunningRobot, RunningRobot]]:
+    """Two robots called Rob: the socket of the one is in the user's folder, that of the other in `state_dir`."""
+    if any(SYSTEM_FOLDER.glob("*.sock")):
+        pytest.skip("another robot runs on this computer")
+    folders = tmp_path / "a", tmp_path / "b"
+    for folder in folders:
+        folder.mkdir()
+    (tmp_path / "hvcpd").symlink_to(folders[0] / "state")
+    for variable in ("RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"):
+        monkeypatch.delenv(variable, raising=False)
+    with RunningRobot(folders[0]) as one, RunningRobot(folders[1]) as other:
+        monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+        monkeypatch.setenv("HVCPD_STATE_DIR", str(folders[1] / "state"))
+        yield one, other
+
+
+@pytest.mark.parametrize("named", [(), ("--name", "Rob")])
+def test_a_stop_stops_both(named: tuple[str, ...], namesakes: tuple[RunningRobot, RunningRobot]) -> None:
+    assert main(["stop", *named]) == 0
+    assert [robot.state for robot in namesakes] == [State.STOPPED, State.STOPPED]
+
+
+@pytest.mark.parametrize("named", [(), ("--name", "Rob")])
+@pytest.mark.usefixtures("namesakes")
+def test_anything_else_is_for_one_of_them_by_its_socket(
+    named: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Their name did not tell them apart, and one of the two obeyed."""
+    assert main(["resume", *named]) == 2
+    told = capsys.readouterr().err
+    assert "choose one with --socket FILE" in told
+    sockets = tmp_path / "hvcpd" / "rob.sock", tmp_path / "b" / "state" / "rob.sock"
+    assert all(str(path) in told for path in sockets)
+    assert [main(["resume", "--socket", str(path)]) for path in sockets] == [0, 0]
+
+
+def test_one_socket_in_two_folders_is_one_robot(
+    namesakes: tuple[RunningRobot, RunningRobot], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HVCPD_STATE_DIR", str(namesakes[0].directory / "state"))
+    assert main(["resume", "--name", "Rob"]) == 0
