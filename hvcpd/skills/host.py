@@ -116,7 +116,8 @@ class Host:
 
     def _lapse(self) -> None:
         self._lease = None
-        for _, task in self._calls.values():
+        there = [task for _, task in self._calls.values() if not task.cancelling()]  # a robot beats only during a call
+        for task in there:
             _log.warning("skill cancelled", reason=f"the robot was silent for {BEATS_MISSED_S:g} s")
             task.cancel()
 

@@ -18,6 +18,7 @@ import json
 import os
 import subprocess
 import sys
+import traceback
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -163,9 +164,12 @@ class _Worker:
         said = Reported()
         try:
             result = await self._skill.perform(call)
+            if not hasattr(result, "results"):  # its class has another name: this module runs as __main__
+                raise TypeError(f"perform returned {result!r}, not a Result")
             said.add(result.results)
             over = {"done": True} if result.reason is None else {"reason": as_text(result.reason)}
         except (Exception, SystemExit, KeyboardInterrupt) as error:
+            traceback.print_exc()  # for whoever writes the object
             over = {"reason": as_text(f"{type(error).__name__}: {error}")}
         return {"results": said.results, **over}
 

@@ -27,6 +27,7 @@ TALK = (
     ("heard", "Bot", "Hi Anna, I am Bot, I do not know task nine"),
     ("said", "Rob", "Hi Anna, I am Rob, task five complete"),
     ("garbled", None, ""),
+    ("garbled", None, "pour failed: the tank is empty"),
     ("said", "Rob", "Hi team plant, I am Rob, I will complete task one"),
     ("said", "Rob", "Hi all, I am Rob, task one complete, I will complete task two"),
     ("heard", "Bot", "Hi team plant, I am Bot, I will complete task three"),
@@ -49,6 +50,8 @@ def test_the_transcript_as_text_and_as_json(memory: Path, capsys: pytest.Capture
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == len(TALK)
     assert lines[0].endswith("heard    Hi Rob, I am Anna, water the yellow rose  (90%)")
+    assert lines[8].endswith("garbled  …")
+    assert lines[9].endswith("noted    pour failed: the tank is empty"), "nobody has spoken"
     assert main(["transcript", "--memory", str(memory), "--json"]) == 0
     objects = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [(o["kind"], o["speaker"], o["text"]) for o in objects] == list(TALK)

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
-import socket
 import sys
 import time
 from collections.abc import Awaitable, Callable
@@ -19,8 +17,7 @@ from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.robot.records import PerformedRecord, SaidRecord
 from hvcpd.skills.host import Host
-from hvcpd.skills.life import Call
-from hvcpd.skills.runners import ProgramRunner, Runner, Tell, shielded
+from hvcpd.skills.runners import ProgramRunner, Runner
 from tests.daemon.control_bench import ControlBench, Talk, control, run
 from tests.robot.test_hold import BLOCK_S
 
@@ -241,86 +238,3 @@ async def next_event(talk: Talk, kind: str) -> dict[str, Any]:
         if line.get("event") == kind:
             return line
     raise AssertionError("the daemon has hung up")
-
-
-class Lingering:
-    """Takes until `safe` is set to end a call that was cancelled."""
-
-    def __init__(self) -> None:
-        self.safe = asyncio.Event()
-        self.begun: list[int] = []
-        self.under_way = 0
-
-    async def perform(self, call: Call, tell: Tell) -> dict[str, Any]:
-        self.under_way += 1
-        assert self.under_way == 1, "a runner carries out one call at a time"
-        self.begun.append(call.number)
-        try:
-            await asyncio.Event().wait()
-        finally:
-            await shielded(self.safe.wait())
-            self.under_way -= 1
-        return {}
-
-    def hold(self, on: bool) -> None: ...
-
-    async def close(self) -> None: ...
-
-
-def test_a_mistake_of_a_runner_fails_its_call_at_once() -> None:
-    """A pin that broke while it was on, for example: the call hung until its time limit."""
-
-    class Broken(Lingering):
-        async def perform(self, call: Call, tell: Tell) -> dict[str, Any]:
-            raise OSError(5, "Input/output error")
-
-    async def play() -> None:
-        ours, theirs = socket.socketpair()
-        reader, writer = await asyncio.open_connection(sock=ours)
-        serving = asyncio.create_task(Host({"pour": Broken()}).serve(*await asyncio.open_connection(sock=theirs)))
-        called = {"event": "perform", "call": 1, "task": 1, "skill": "pour", "arguments": {}, "limit_s": 60.0}
-        writer.write(json.dumps(called).encode() + b"\n")
-        while (line := json.loads(await reader.readline()))["command"] != "failed":
-            pass
-        assert line["reason"] == "OSError: [Errno 5] Input/output error"
-        writer.close()
-        await serving
-
-    run(play())
-
-
-def test_a_call_begins_only_when_the_cancelled_one_before_it_is_safe() -> None:
-    """A Python object that was called again within milliseconds of its cancel went on to the end of its time limit."""
-
-    async def play() -> None:
-        ours, theirs = socket.socketpair()
-        reader, writer = await asyncio.open_connection(sock=ours)
-        runner = Lingering()
-        serving = asyncio.create_task(Host({"hold": runner}).serve(*await asyncio.open_connection(sock=theirs)))
-
-        def send(event: str, number: int, skill: str = "hold") -> None:
-            call = {"task": 1, "skill": skill, "arguments": {}, "limit_s": 60.0}
-            writer.write(json.dumps({"event": event, "call": number, **call}).encode() + b"\n")
-
-        async def told(command: str, number: int) -> None:
-            while (line := json.loads(await reader.readline())).get("command") != command or line["call"] != number:
-                pass
-
-        send("perform", 1)
-        await told("progress", 1)
-        for number in (1, 2):
-            send("cancel", number)
-            send("perform", number + 1)
-        send("perform", 4, "unknown")
-        await told("failed", 4)  # it has taken all that was sent before
-        assert runner.begun == [1]
-        runner.safe.set()
-        await told("failed", 1)
-        await told("progress", 3)
-        send("cancel", 3)
-        await told("failed", 3)
-        assert runner.begun == [1, 3]
-        writer.close()
-        await serving
-
-    run(play())

@@ -210,7 +210,7 @@ def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed
 
 
 @pytest.mark.usefixtures("package")
-def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other() -> None:
+def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other(capfd: pytest.CaptureFixture[str]) -> None:
     """It hung until its time limit, and one that left took the next call with it."""
     odd = PythonRunner("odd")
 
@@ -219,7 +219,7 @@ def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other() -> No
 
     async def scene() -> None:
         for how, why in (
-            ("nothing", "AttributeError: 'NoneType' object"),
+            ("nothing", "TypeError: perform returned None, not a Result"),
             ("at length", "x" * 200),
             ("no results", "AttributeError: 'NoneType' object"),
             ("leaves", "SystemExit: 3"),
@@ -230,6 +230,7 @@ def test_a_python_object_that_answers_oddly_fails_that_call_and_no_other() -> No
         await odd.close()
 
     run(scene())
+    assert "example_skill.py" in capfd.readouterr().err, "its author sees where"
 
 
 def test_sigterm_ends_what_offers_skills_in_order() -> None:

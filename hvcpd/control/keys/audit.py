@@ -74,7 +74,7 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook) -> Audit:
     pending: dict[tuple[str, str], str] = {}
     for row in rows:
         if row.record.kind == "garbled":
-            found.garbled += 1
+            found.garbled += not row.record.text  # with a text it is a note, and nobody has spoken
             continue
         try:
             utterance = phrasebook.parse_text(row.record.text)

@@ -107,4 +107,5 @@ def line_of(row: TranscriptRow, as_json: bool) -> str:
     at = datetime.fromtimestamp(row.wall_s).strftime("%Y-%m-%d %H:%M:%S") if row.wall_s else f"{record.at_s:19.1f}"
     sure = f"  ({record.confidence:.0%})" if record.confidence is not None else ""
     seal = f"  {seal_words(clean(record.seal))}" if record.seal else ""
-    return f"{at}  {record.kind:7}  {clean(record.text) or '…'}{sure}{seal}"
+    kind = "noted" if record.kind == "garbled" and record.text else record.kind
+    return f"{at}  {kind:7}  {clean(record.text) or '…'}{sure}{seal}"
