@@ -8,7 +8,9 @@ import math
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,11 +22,15 @@ from hvcpd.errors import AudioFileError, unwritable, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Event, Recognised
+from hvcpd.recognition.events import Event, Received, Recognised, WordSpan
+from hvcpd.recognition.frontend import frame_powers
 from hvcpd.recognition.stages import Segment, SynchronousWorker
 
 SILENT_DB = -80.0
 """A recording whose loudest sample is below that is silent: rooms and microphones alone are louder."""
+QUIET_S = 1.0
+"""Before and after a recording; the end of a sentence takes half of it."""
+Place = TypeVar("Place", Event, WordSpan)
 BLOCK = 1600
 """Samples pushed at once, 0.1 s; the size changes no result."""
 
@@ -110,6 +116,34 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     people = SynchronousWorker[Segment, Recognised | None]() if voices != "robots" else None
     hearing = HearingPlan(people=team.people, channel=SynchronousWorker(), second=people, any_voice=voices == "any")
     recogniser = make_speech_recogniser(team.phrasebook, robots or team.names, team.sound, hearing)
-    for start in range(0, len(samples), BLOCK):
-        yield from recogniser.push(samples[start : start + BLOCK])
-    yield from recogniser.flush()
+    quiet = _quiet(samples)
+    whole = np.concatenate([quiet, samples, quiet])
+    for start in range(0, len(whole), BLOCK):
+        for event in recogniser.push(whole[start : start + BLOCK]):
+            yield _earlier(event, len(quiet))
+    for event in recogniser.flush():
+        yield _earlier(event, len(quiet))
+
+
+def _quiet(samples: Samples) -> Samples:
+    """QUIET_S of the quietest sound of a recording, shape (n,), to and fro. A recording may begin and end with a word,
+    but a room does not: what was before is the noise of the word, and the pause after a sentence ends it."""
+    powers = frame_powers(samples, BLOCK)
+    if not len(powers):
+        return np.zeros(round(QUIET_S * SAMPLE_RATE_HZ), np.float32)
+    start = int(np.argmin(powers)) * BLOCK
+    piece = samples[start : start + BLOCK]
+    return np.resize(np.concatenate([piece, piece[::-1]]), round(QUIET_S * SAMPLE_RATE_HZ))
+
+
+def _earlier(event: Event, n: int) -> Event:
+    """The event `n` samples earlier, but not before the recording."""
+    moved = _span_earlier(event, n)
+    if not isinstance(moved, Recognised):
+        return moved
+    received = moved.received and Received(moved.received.start - n, moved.received.samples)
+    return replace(moved, spans=tuple(_span_earlier(span, n) for span in moved.spans), received=received)
+
+
+def _span_earlier(span: Place, n: int) -> Place:
+    return replace(span, start_sample=max(span.start_sample - n, 0), end_sample=max(span.end_sample - n, 0))
