@@ -9,6 +9,7 @@ import pytest
 
 from hvcpd.assembly.sound import make_sound, user_cache_folder
 from hvcpd.control.cli import main, make_parser
+from hvcpd.control.hear.hear import BLOCK, events_in
 from hvcpd.control.hear.heard_sentences import Teller, listening_team
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.recognition.events import Held, Released, Urgent
@@ -30,6 +31,16 @@ def test_a_call_is_shown_with_the_halt_before_it(
     assert all(0.0 <= each["start_s"] - around_s < each["end_s"] - around_s < 0.7 for each in told)
     assert main(hear) == 0
     assert 's        [a robot stands still: this may be "stop"]' in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_nothing_is_heard_beyond_the_ends_of_a_recording() -> None:
+    """What `hear` puts around it is quiet: a piece of it, repeated, passed for speech."""
+    team, _ = listening_team(make_parser().parse_args(["hear", "x.wav"]))
+    sound = team.sound.speaker_of("Bot", 0.9).render([["hi", "rob"], ["i", "am", "bot"], ["what", "is", "left"]])
+    heard = list(events_in(sound, team))
+    assert heard
+    assert all(0 <= event.start_sample < event.end_sample <= len(sound) + BLOCK for event in heard)
 
 
 def test_of_several_holds_in_a_row_the_first_is_shown(capsys: pytest.CaptureFixture[str]) -> None:

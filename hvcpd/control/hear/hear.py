@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TypeVar
 
@@ -117,23 +118,25 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     hearing = HearingPlan(people=team.people, channel=SynchronousWorker(), second=people, any_voice=voices == "any")
     recogniser = make_speech_recogniser(team.phrasebook, robots or team.names, team.sound, hearing)
     quiet = _quiet(samples)
-    whole = np.concatenate([quiet, samples, quiet])
-    for start in range(0, len(whole), BLOCK):
-        for event in recogniser.push(whole[start : start + BLOCK]):
-            yield _earlier(event, len(quiet))
-    for event in recogniser.flush():
-        yield _earlier(event, len(quiet))
+    n, whole = len(quiet), np.concatenate([quiet, samples, quiet])
+    pushed = (recogniser.push(whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
+    for event in chain(chain.from_iterable(pushed), recogniser.flush()):
+        if n < event.end_sample and event.start_sample < n + len(samples):
+            yield _earlier(event, n)
 
 
 def _quiet(samples: Samples) -> Samples:
-    """QUIET_S of the quietest sound of a recording, shape (n,), to and fro. A recording may begin and end with a word,
-    but a room does not: what was before is the noise of the word, and the pause after a sentence ends it."""
-    powers = frame_powers(samples, BLOCK)
-    if not len(powers):
-        return np.zeros(round(QUIET_S * SAMPLE_RATE_HZ), np.float32)
-    start = int(np.argmin(powers)) * BLOCK
-    piece = samples[start : start + BLOCK]
-    return np.resize(np.concatenate([piece, piece[::-1]]), round(QUIET_S * SAMPLE_RATE_HZ))
+    """QUIET_S of noise that is as loud as a recording, shape (n,), where it is quietest, and has that spectrum.
+
+    A recording may begin and end with a word, but a room does not: what was before is the noise of the word, and the
+    pause after a sentence ends it.
+    """
+    n, powers = round(QUIET_S * SAMPLE_RATE_HZ), frame_powers(samples, BLOCK)
+    if not len(powers) or not powers.min():
+        return np.zeros(n, np.float32)
+    start, rng = int(np.argmin(powers)) * BLOCK, np.random.default_rng(1)
+    noise = np.convolve(rng.standard_normal(n + BLOCK - 1), samples[start : start + BLOCK], "valid")
+    return np.asarray(noise / math.sqrt(BLOCK), np.float32)
 
 
 def _earlier(event: Event, n: int) -> Event:
