@@ -294,8 +294,11 @@ def test_a_disk_that_is_full_or_becomes_so_is_told(
 
 
 def test_who_cannot_write_the_services_cache_is_told_how(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = team_of_one(tmp_path)
+    """Where there is none yet, it was said that this user cannot write it."""
+    config, told = team_of_one(tmp_path), f"a service reads {tmp_path / 'none' / 'units'}, which"
+    assert main(["prerender", "--config", str(config)]) == 0
+    assert f"{told} is not there yet\n" in capsys.readouterr().err
+    (tmp_path / "none").write_text("in the way")
     assert main(["prerender", "--config", str(config)]) == 0
     err = capsys.readouterr().err
-    assert f"a service reads {tmp_path / 'none' / 'units'}, which you cannot write" in err
-    assert f"sudo -u hvcpd hvcpctl prerender --config {config}" in err
+    assert f"{told} you cannot write; for that one: sudo -u {tmp_path.owner()} hvcpctl prerender --config " in err

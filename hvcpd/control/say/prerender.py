@@ -55,10 +55,11 @@ def run(options: argparse.Namespace) -> int:
     else:
         sys.stdout.write(f"{n_words} words in the voices of {', '.join(names)} are ready in {folder}\n")
     if not for_service:
-        sys.stderr.write(
-            f"hvcpctl: note: this is your own cache; a service reads {settings.state_dir / 'units'}, which you cannot "
-            f"write; {_remedy(options, settings.state_dir)}\n"
-        )
+        why = "which is not there yet"
+        if os.access(settings.state_dir, os.F_OK):
+            why = f"which you cannot write; {_remedy(options, settings.state_dir)}"
+        read = settings.state_dir / "units"
+        sys.stderr.write(f"hvcpctl: note: this is your own cache; a service reads {read}, {why}\n")
     return EX_OK
 
 
