@@ -81,6 +81,17 @@ def test_a_call_that_robots_pass_on_or_hear_again_as_a_whole_is_shown_once() -> 
     assert out.getvalue() == " 0:05  Rob heard you: Stop\n 0:06  Rob: Stop\n"
 
 
+def test_the_time_of_the_lines_never_goes_back() -> None:
+    """A robot tells of a sentence once it is over, and of a "stop" perhaps seconds later; its line had the time of the
+    beginning, and stood below later ones."""
+    out = io.StringIO()
+    onlooker = Onlooker(["Rob", "Bot"], out)
+    onlooker.tell({"event": "said", "text": "Stop", "at_s": 46.5}, "Bot")
+    onlooker.tell({"event": "heard", "speaker": "somebody", "text": "All stop", "at_s": 44.4}, "Rob")
+    onlooker.tell({"event": "held", "at_s": 45.1}, "Rob")
+    assert [line[:5] for line in out.getvalue().splitlines()] == [" 0:46"] * 3
+
+
 def test_a_question_before_any_robot_has_spoken_waits_for_that_but_a_stop_does_not() -> None:
     out, asked, called = io.StringIO(), list[float](), list[float]()
     onlooker = Onlooker(["Rob", "Bot"], out)

@@ -98,6 +98,7 @@ class Onlooker:
     def __init__(self, robots: Sequence[str], out: TextIO) -> None:
         self._robots = frozenset(robots)
         self._out = out
+        self._latest_s = 0.0
         self._said: dict[tuple[str, str], float] = {}
         """When each text was last said by a robot, or heard by the robot of that name."""
         self._visit: Visit | None = None
@@ -122,7 +123,7 @@ class Onlooker:
 
     def visited(self, visit: Visit, now_s: float) -> None:
         """A visitor wants to say this."""
-        self.write(f"{clock(now_s):>5}  {visit.line}")
+        self._write_at(now_s, visit.line)
         if self._held is not None and visit.may_wait:
             self._held.append(visit)
             self.note(LATER)
@@ -144,7 +145,7 @@ class Onlooker:
         match event.get("event"):
             case "said":
                 self._said["", event["text"]] = event["at_s"]
-                self.write(f"{clock(event['at_s']):>5}  {robot}: {event['text']}")
+                self._write_at(event["at_s"], f"{robot}: {event['text']}")
                 held, self._held = self._held or (), None
                 for visit in held:
                     self._admit(visit)
@@ -152,14 +153,14 @@ class Onlooker:
                 self._has_reached(robot)
                 self._said[robot, event["text"]] = event["at_s"]
                 who = "you" if event["speaker"] == SOMEBODY else event["speaker"]
-                self.write(f"{clock(event['at_s']):>5}  {robot} heard {who}: {event['text']}")
+                self._write_at(event["at_s"], f"{robot} heard {who}: {event['text']}")
             case "statechanged" if (
                 event["state"] == State.STOPPED.name.lower()
             ):  # it may obey a call without its sentence
                 self._has_reached(robot)
             case "held":
                 self._has_reached(robot)
-                self.write(f"{clock(event['at_s']):>5}  {robot} stood still for what sounded like “stop”")
+                self._write_at(event["at_s"], f"{robot} stood still for what sounded like “stop”")
 
     def _has_reached(self, robot: str) -> None:
         """A visitor's sentence need not be repeated once its addressee has reacted to it."""
@@ -171,6 +172,11 @@ class Onlooker:
         robot obeyed at its first word and has now understood as a whole."""
         before = (self._said.get((who, event["text"]), -math.inf) for who in ("", robot))
         return any(abs(event["at_s"] - at_s) < ECHO_S for at_s in before)
+
+    def _write_at(self, at_s: float, text: str) -> None:
+        """Write a line with its time, which never goes back: robots tell of what they heard once it is over."""
+        self._latest_s = max(self._latest_s, at_s)
+        self.write(f"{clock(self._latest_s):>5}  {text}")
 
     def write(self, text: str) -> None:
         """Write a line at once, or note the `fault`: events and signals bring most lines, which must not fail."""
