@@ -5,13 +5,19 @@ from __future__ import annotations
 from hvcpd.config.tasks import Forward, GoTo, SayAction, TaskDefinition, TaskRepository, Tend, Turn, Use, Wait
 
 
-def doubts(tasks: TaskRepository) -> tuple[str, ...]:
-    """One warning for each oddity, in the order of the tasks, with the task and the remedy."""
-    return tuple(f"task {task.number}, {task.name!r}: {text}" for task in tasks.tasks for text in _doubts(task))
+def doubts(tasks: TaskRepository, followers: int | None = None) -> tuple[str, ...]:
+    """One warning for each oddity, in the order of the tasks, with the task and the remedy. `followers`: number of
+    robots that can be sent to a task, where one of the team gives orders."""
+    return tuple(
+        f"task {task.number}, {task.name!r}: {text}" for task in tasks.tasks for text in _doubts(task, followers)
+    )
 
 
-def _doubts(task: TaskDefinition) -> list[str]:
+def _doubts(task: TaskDefinition, followers: int | None) -> list[str]:
     found = []
+    if followers is not None and task.robots > followers:
+        remedy = "write fewer, name more robots, or have the team volunteer"
+        found.append(f"it takes {task.robots} robots, and the one that gives orders has {followers} to send; {remedy}")
     if task.place is not None:
         way = GoTo(task.place)
         done = [k for k, action in enumerate(task.actions) if isinstance(action, Wait | SayAction | Use)]

@@ -73,7 +73,10 @@ def examine(
         wiring = wire_up(settings, allow_confusable)
         numbers = len(wiring.tasks.tasks)
         findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
-        findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubts(wiring.tasks)]
+        robots = {name.casefold() for name in wiring.names} - wiring.people.keys()
+        followers = len(robots) - 1 if settings.mode != "volunteer" else None
+        doubtful = doubts(wiring.tasks, followers)
+        findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubtful]
         findings += [Finding("people", text, doubtful=True) for text in wiring.unknown]
         wrong = tuple(faults(settings, wiring.tasks, programs_too=False, skill_places=skill_places))
         findings += [Finding("skills", text, EX_CONFIG) for text in wrong]

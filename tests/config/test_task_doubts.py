@@ -30,6 +30,14 @@ def test_the_papers_tasks_are_beyond_doubt() -> None:
     assert doubts(load_tasks(default_tasks_path())) == ()
 
 
+@pytest.mark.parametrize(("followers", "n_told"), [(None, 0), (1, 1), (2, 0)])
+def test_a_task_for_more_robots_than_follow_orders(followers: int | None, n_told: int) -> None:
+    """A coordinator with one follower called for half an hour, and the follower waited for orders."""
+    task = TaskDefinition(3, "carry the table", PLACE, (GoTo(PLACE), Wait(5.0)), robots=2)
+    texts = doubts(TaskRepository((task,)), followers)
+    assert [("it takes 2 robots" in text, "has 1 to send" in text) for text in texts] == [(True, True)] * n_told
+
+
 @pytest.mark.parametrize("actions", [(SAY,), (Wait(5.0),), (Tend(5.0),), (GoTo(ELSEWHERE), Tend(5.0))])
 def test_a_place_that_no_action_leads_to(actions: tuple[Action, ...]) -> None:
     [text] = told(*actions)

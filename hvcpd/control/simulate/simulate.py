@@ -86,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         _refuse_confusable(team)
     if options.report is not None:
         _make_directory(options.report)  # before a long mission, not after it
-    for text in doubts(team.tasks):
+    for text in doubts(team.tasks, len(robots) - 1 if plan.coordinator is not None else None):
         sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
     with _shown(options.json) as show, pacing(options) as pace:
         bench = Bench(plan, team.sound, show, pace)
