@@ -262,13 +262,18 @@ class JournalService:
         self._journal.write_together(timed, now)
 
     def _again(self, records: Sequence[Record]) -> Sequence[Record]:
-        """The records to try to write while the disk fails: none yet, or all that are due."""
+        """The records to try to write while the disk fails: none yet, or all that are due. Without any, the memory's
+        number is written again, which shows whether the disk works: the robot may have nothing to say for long."""
         others = [record for record in records if _key(record) is None]
         if self._flights or self._now < self._retry_s:
             self.lost += len(others)
             return ()
         self._retry_s = self._now + RETRY_S
-        return (*self._unwritten.values(), *others)
+        found = (*self._unwritten.values(), *others)
+        memory = self._memory
+        if not found and memory is not None and memory.latched.memory is not None:
+            self._have_done(partial(memory.store.mark, memory.latched.memory))
+        return found
 
     def _landed(self, flight: asyncio.Future[None], records: Sequence[Record]) -> None:
         self._flights.discard(flight)

@@ -21,6 +21,7 @@ from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.robot.records import GarbledRecord
+from tests.full_disk import no_new_bytes
 
 
 @pytest.fixture
@@ -83,6 +84,27 @@ def test_what_must_not_be_lost_is_written_as_soon_as_the_disk_works_again(wiring
         assert (await again.open()).tasks == {1: ("done", "Rob"), 2: ("done", "Bot")}
         assert again.stopped is False
         await again.close()
+
+    run(scene())
+
+
+def test_a_disk_that_works_again_is_noticed_by_a_robot_that_has_nothing_to_write(wiring: Wiring) -> None:
+    """After a start on a full disk it said that nothing is kept, though there was room again, until somebody spoke."""
+
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        await journal.open()
+        await journal.close()
+        with no_new_bytes(), capture_logs():
+            await (journal := JournalService(wiring)).open()
+        assert journal.fault is not None
+        journal.stop(False)
+        journal.write((), 2.0)
+        await journal.settled()
+        assert journal.fault is None
+        assert await journal.stop_kept() is None
+        assert permit(wiring) is Permit.FREE
+        await journal.close()
 
     run(scene())
 
