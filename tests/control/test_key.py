@@ -19,6 +19,7 @@ from hvcpd.language.messages import Code
 from hvcpd.language.spelling import number_of
 from hvcpd.security.keyring import (
     CREDENTIAL,
+    DEFAULT_PATH,
     KeyFile,
     changing,
     find_key_file,
@@ -84,15 +85,15 @@ def test_what_is_advised_for_a_file_without_a_key_is_possible(made: Path, conten
         read_key_file(made)
 
 
-def test_what_is_told_of_a_new_key_has_its_whole_path(
+def test_what_is_told_of_a_new_key_has_its_whole_path_here_and_on_the_robots(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """systemd takes no relative path, and the settings' one begins at their own folder."""
+    """Robots do not have the folder of the computer where the key is made, and systemd takes no relative path."""
     monkeypatch.chdir(tmp_path)
     assert run("new", "--key", "team.key") == 0
     told = capsys.readouterr().out
-    assert f"{{key: {tmp_path / 'team.key'}}}" in told
-    assert f"LoadCredential={CREDENTIAL}:{tmp_path / 'team.key'}. Print" in told
+    assert f"security: {{key: {DEFAULT_PATH}}}" in told
+    assert f"LoadCredential={CREDENTIAL}:{DEFAULT_PATH}. Print `hvcpctl key sheet --key {tmp_path}/" in told
 
 
 @pytest.mark.parametrize("folder", ["/", "."])

@@ -80,12 +80,12 @@ def _restore(_options: argparse.Namespace, path: Path, day: date) -> None:
 
 def _store_first(path: Path, entry: Entry, done: str) -> None:
     write_key_file(path, KeyFile((entry,)), replaces=False)
-    path = path.absolute()  # settings and systemd have a current folder of their own
+    path = path.absolute()  # it may be printed from another folder
     _tell(
-        f"The team's key is {done}: {path} (fingerprint {entry.key.fingerprint}). Copy it to every robot of the team "
-        f"by hand, and set `security: {{key: {path}}}` there; or hand it to the service: systemctl edit hvcpd, with "
-        f"the lines [Service] and LoadCredential={CREDENTIAL}:{path}. Print `{key_command('sheet', path)}` and "
-        "lock it away."
+        f"The team's key is {done}: {path} (fingerprint {entry.key.fingerprint}). Copy it by hand to {DEFAULT_PATH} on "
+        f"every robot of the team, readable for the daemon's user alone, and set `security: {{key: {DEFAULT_PATH}}}` "
+        "there; or have systemd hand it to the service: systemctl edit hvcpd, with the lines [Service] and "
+        f"LoadCredential={CREDENTIAL}:{DEFAULT_PATH}. Print `{key_command('sheet', path)}` and lock it away."
     )
 
 
