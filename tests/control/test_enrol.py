@@ -180,6 +180,8 @@ def test_the_sentences_are_orders_to_the_robot_itself_and_have_many_sounds(
 def test_people_come_go_and_move(tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "anna.npz"
     assert enrol(tmp_path, "Anna", "--from", str(folder)) == 0
+    assert enrol(tmp_path, "Anna", "--export", str(tmp_path / "none" / "anna.npz")) == 2
+    assert f"there is no folder {tmp_path / 'none'}; make it" in capsys.readouterr().err
     assert enrol(tmp_path, "Anna", "--export", str(file)) == 0
     assert enrol(tmp_path, "Anna", "--remove") == 0
     capsys.readouterr()
