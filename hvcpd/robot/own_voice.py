@@ -17,6 +17,8 @@ CUT_S = 0.4
 beginning it covered, at 320 positions in four voices, "resume" and "come back" were heard alone up to 0.37 s later."""
 ECHO_S = 1.0
 """A sentence that ends no later than this after the robot's own, in the same words, is its echo."""
+LATE_S = 2.0
+"""Longest delay of the robot's own words after a fault of the sound system, as much as it keeps (`audio.queue_s`)."""
 NOTHING: Samples = np.zeros(0, np.float32)
 
 
@@ -131,6 +133,10 @@ class OwnVoice:
     def may_have_cut(self, start_s: float) -> bool:
         """Whether speech that was heard to begin then may be the end of something longer."""
         return abs(start_s - self._masked_until_s) < CUT_S
+
+    def may_be_late(self, start_s: float) -> bool:
+        """Whether speech that was heard to begin then may be the robot's own, where sound was lost or late."""
+        return start_s < self.until_s + LATE_S
 
     def returns(self, words: Sequence[str], end_s: float) -> bool:
         """Whether the words are the end of this robot's last sentence, heard later than its known delay.

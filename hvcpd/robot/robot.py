@@ -259,8 +259,8 @@ class Robot:
         heard = HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)
         self._records += (heard, *judged.records)
         speaker, is_torn = (utterance.speaker or "").lower(), start_s < self._disturbed_until_s
-        if is_torn and speaker == self.coordination.role.name.lower():
-            return  # its own words, late
+        if is_torn and speaker == self.coordination.role.name.lower() and self._voice.may_be_late(start_s):
+            return  # its own words
         expected = self._voices.get(speaker, event.voice)
         if utterance.speaker is not None and event.voice != expected and not is_torn:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
