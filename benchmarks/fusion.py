@@ -1,4 +1,4 @@
-"""Fits the weights of the listeners of the second pass (`hvcpd/people/second_pass.py`), and prints the results.
+"""Fits the weights of the listeners of the second pass (`hvcpd/people/fusion.py`), and prints the results.
 
     python -m benchmarks.fusion [--data DIR] [--sentences 25] [--seed 1]
 
@@ -20,8 +20,9 @@ from scipy.optimize import minimize
 
 from benchmarks.fusion_cases import Case, all_cases
 from benchmarks.people_stage import Stage
-from hvcpd.people import second_pass as fusion
-from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY, confidence_features
+from hvcpd.people import fusion
+from hvcpd.people.fusion import confidence_features
+from hvcpd.people.second_pass import MIN_STRANGERS_PROBABILITY
 
 Floats = NDArray[np.float64]
 

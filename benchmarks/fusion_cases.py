@@ -38,7 +38,8 @@ from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, calibrators, kokoro, neural, piper
 from hvcpd.errors import PhraseError
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.second_pass import Hypotheses, SecondPassRecogniser
+from hvcpd.people.fusion import Hypotheses
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.speaker import Speaker

@@ -19,7 +19,8 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.evaluation.sphinx import WIDE_BEAMS, heard, make_decoder
 from hvcpd.language.graph import WordGraph
 from hvcpd.people.enrolled import Person
-from hvcpd.people.second_pass import SecondPassRecogniser, Words, same_meaning
+from hvcpd.people.fusion import Words, same_meaning
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised, Urgent
 from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
@@ -43,10 +44,11 @@ class Stage:
         self._peers: dict[int, Any] = {}
 
     def recogniser(self, people: Sequence[Person] = ()) -> SpeechRecogniser:
-        """As a robot has them that knows the robots' words and has heard nothing."""
+        """As the first robot has them, which knows the robots' words and has heard nothing."""
         known = {person.name.lower(): person for person in people}
         hearing = HearingPlan(people=known, channel=SynchronousWorker(), second=SynchronousWorker())
-        return make_speech_recogniser(self.book, self.names[:2], self.sound, hearing, books=self._books)
+        robots = self.names[:2]
+        return make_speech_recogniser(self.book, robots, self.sound, hearing, books=self._books, name=robots[0])
 
     def opinion(self, graph: WordGraph, people: Sequence[Person]) -> SecondPassRecogniser:
         """Of enrolled people, and of strangers."""

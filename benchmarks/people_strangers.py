@@ -34,11 +34,12 @@ from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.people.enrolled import Person
-from hvcpd.people.second_pass import SecondPassRecogniser, same_meaning
+from hvcpd.people.fusion import same_meaning
+from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
-from hvcpd.recognition.people_stage import PeopleStage
+from hvcpd.recognition.people_stage import Found, PeopleStage
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -199,8 +200,9 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
             segment = alone(say(phrases, rng), 20.0, "white", rng.randrange(1 << 16))
             for label, listener in listeners.items():
                 found = listener.search(segment)
-                right = found is not None and same_meaning(found.words, words)
-                totals.setdefault(label, Count()).add(Count(right, found is not None and not right, n=1))
+                told = isinstance(found, Recognised)
+                right = isinstance(found, Recognised) and same_meaning(found.words, words)
+                totals.setdefault(label, Count()).add(Count(right, told and not right, n=1))
     for label, total in totals.items():
         total.told_alone(f"Kokoro's voices, enrolled: {label}")
 
@@ -269,7 +271,7 @@ class TimedLooks:
         """As the look's own."""
         return self._opinion.may_go_on(words)
 
-    def search(self, segment: Segment) -> Recognised | None:
+    def search(self, segment: Segment) -> Found:
         """As the look's own; the first time, twice, since the net is loaded then."""
         begin = time.thread_time()
         if not self._seen:
@@ -284,7 +286,7 @@ class TimedLooks:
 
 def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
     """The half of people's talk that nothing was fitted to: false alarms in an hour of it."""
-    stops = peer = n = 0
+    stops = peer = n = addressed = 0
     made: list[str] = []
     recogniser = stage.recogniser()
     for path in (p for p in sorted((data / "negatives").rglob("*.wav")) if half_of(p) == "test"):
@@ -292,6 +294,7 @@ def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
         for at in range(0, len(talk), BLOCK):
             for event in recogniser.push(talk[at : at + BLOCK]):
                 stops += isinstance(event, Urgent) or (isinstance(event, Recognised) and event.words[-1] == "stop")
+                addressed += isinstance(event, Garbled) and event.addressed
                 if isinstance(event, Recognised):
                     made.append(f"{' '.join(event.words)} ({event.confidence:.2f})")
         peer += bool(stage.theirs(stage.book.people_graph, talk, Said((), 0, len(talk))))
@@ -301,7 +304,7 @@ def coffee_row(stage: Stage, data: Path, minutes: float) -> None:
     hours = n / SAMPLE_RATE_HZ / 3600.0
     print(
         f"people ordering coffee, {60 * hours:.1f} min: {len(made)} sentences ({len(made) / hours:.1f} an hour), "
-        f"{stops} stops; PocketSphinx {peer} sentences ({peer / hours:.0f} an hour)"
+        f"{stops} stops, {addressed} others to this robot; PocketSphinx {peer} sentences ({peer / hours:.0f} an hour)"
     )
     for each in made:
         print("   ", each)

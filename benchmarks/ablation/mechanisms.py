@@ -45,7 +45,7 @@ SOURCES = (
         "second-look",
         "speech that the robots' listener rejects is looked at again",
         answering(f"{SECOND_PASS}:SecondPassRecogniser.search", None),
-        _files("people", "second_pass phones bands"),
+        _files("people", "second_pass fusion phones bands"),
     ),
     Mechanism(
         "net",

@@ -106,11 +106,12 @@ def make_speech_recogniser(
     hearing: HearingPlan | None = None,
     strangers: bool = False,
     books: Books | None = None,
+    name: str | None = None,
 ) -> SpeechRecogniser:
     """A recogniser for the voices of these robots, by templates and, if `sound` has a cache, through any channel;
     by `hearing`, with a worker that finishes at once if none is given, for people; with `strangers` for spelled names,
     in any voice; and for the keyword. Unless `hearing` is prepared, some of it works only from `prepare` on. `books`:
-    those of `make_waveform_books`."""
+    those of `make_waveform_books`. `name`: this robot's, to tell garbled speech that is for it."""
     hearing = hearing or HearingPlan(channel=SynchronousWorker())
     first_pass = make_template_recogniser(phrasebook, names, sound, strangers)
     if hearing.prepared:
@@ -120,7 +121,7 @@ def make_speech_recogniser(
         books = books or make_waveform_books(phrasebook, names, sound)
         stages.append(make_channel_stage(phrasebook, books, first_pass, sound, hearing.channel, hearing.prepared))
     if hearing.second is not None:
-        people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice)
+        people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice, name)
         stages.append(PeopleStage(first_pass, people, hearing.second))
     weights = Weights.load()
     rescorer = KeywordRescorer(KeywordNet(weights), first_pass.history)
@@ -246,4 +247,4 @@ def _phrasebook_and_recogniser(
     plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool
 ) -> tuple[Phrasebook, SpeechRecogniser]:
     book = phrasebook_of(plan, names)
-    return book, make_speech_recogniser(book, plan.peers(names), sound, plan.hearing, strangers)
+    return book, make_speech_recogniser(book, plan.peers(names), sound, plan.hearing, strangers, name=plan.role.name)

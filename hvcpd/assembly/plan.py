@@ -13,7 +13,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import Pose, WheelReading
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keys import KeyRing
@@ -69,7 +69,7 @@ class HearingPlan:
     """The enrolled people, and no robots, by name in lower case. It is read again at each use, possibly in a thread."""
     channel: Worker[ChannelSegment, SearchResult] | None = None
     """A second pass for robots that speak through an unknown channel; None: there are none."""
-    second: Worker[Segment, Recognised | None] | None = None
+    second: Worker[Segment, Found] | None = None
     """A second pass over sound that the voices of robots do not explain; None: no second pass."""
     any_voice: bool = True
     """It also looks for people who are not enrolled."""

@@ -146,6 +146,8 @@ class Repair:
     """Until then it speaks at the usual level, in quiet hours, too."""
     resume_s: float = NEVER_S
     """When "resume" was heard last."""
+    unclear_s: tuple[float, ...] = ()
+    """When speech was for this robot by name, and not understood otherwise, lately."""
     foreign_until_s: float = NEVER_S
     """Until then speech that is not understood may be code words of a message for others."""
 

@@ -130,9 +130,9 @@ class Coordination:
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
 
-    def garbled(self, over_own_speech: bool, now: float) -> None:
+    def garbled(self, over_own_speech: bool, now: float, addressed: bool = False) -> None:
         """Speech was noticed that could not be understood; over the robot's own speech it shows that nobody heard
-        it."""
+        it. `addressed`: it was for this robot by name."""
         me = self.knowledge
         me.floor.answer_slots = answer_slots(me, now)
         me.floor.hold_back(now)
@@ -141,7 +141,7 @@ class Coordination:
             return  # its content is known
         if me.state is State.MEETING:
             me.arm(now, me.timing.greeting_wait_s)  # a speaker is there, and will say it again
-        repair.after_garble(me, over_own_speech, now)
+        repair.after_garble(me, over_own_speech, addressed, now)
 
     def channel(self, busy: bool, now: float) -> None:
         """Another speaker began (True) or stopped (False) speaking."""

@@ -1,7 +1,7 @@
 """Speech that was not understood: ask for a repetition, for slower speech, or for the speaker's name.
 
 In an exchange with one other robot, this robot says "say again" twice, then "say again slowly", then "I did not
-understand".
+understand". It says that, too, when a person said its name and something that is not clear: the person would wait.
 
 A robot that does not know a name cannot understand any sentence of its owner. So a robot whose name others may not know
 spells it when nobody answers, and a robot that repeatedly hears speech that it cannot understand asks for names.
@@ -28,6 +28,11 @@ REPEATING_ANYWAY = frozenset(
     {State.READ_BACK, State.ORDERED, State.REPORTED, State.PROPOSED, State.CHECKING, State.ASKED}
 )
 """A robot that waits for an answer repeats its sentence when none comes."""
+
+UNCLEAR_MAX = 3
+"""Maximum number of times within GARBLES_WITHIN_S that "I did not understand" is said to people outside an exchange."""
+UNCLEAR = "unclear"
+"""The topic of it; once the person is understood it is no longer needed."""
 
 GARBLES_MAX = 2
 """Maximum number of sentences within GARBLES_WITHIN_S that may not be understood because they collided."""
@@ -56,11 +61,13 @@ def note(me: Knowledge, heard: Heard) -> None:
         me.floor.withdraw(ASK_AGAIN)
     if heard.speaker is not None and is_for_me_alone(me, heard.to):
         me.acquaintance.known_by.add(heard.speaker.lower())
+    if is_for_me_alone(me, heard.to):
+        me.floor.withdraw(UNCLEAR)
 
 
-def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
+def after_garble(me: Knowledge, over_own_speech: bool, addressed: bool, now: float) -> None:
     """Over the robot's own speech: repeat that, because nobody heard it. In an exchange with one other: ask that
-    one."""
+    one. Otherwise, if it was for this robot by name: say that it is not clear."""
     if over_own_speech:
         last, me.repair.last_said = me.repair.last_said, None
         asks_again = last is not None and isinstance(last.statement, m.PlaceWanted)
@@ -70,6 +77,8 @@ def after_garble(me: Knowledge, over_own_speech: bool, now: float) -> None:
         return
     if me.current.partner is not None and me.state in (State.READ_BACK, State.ORDERED):
         _ask_partner(me, me.current.partner, now)
+    elif addressed and me.state not in DEPARTING:
+        _tell_unclear(me, now)
     _ask_names(me, now)
 
 
@@ -81,6 +90,13 @@ def _ask_partner(me: Knowledge, partner: str, now: float) -> None:
     statement = m.NotUnderstood() if gives_up else m.SayAgain(slowly=me.repair.asked > ASK_MAX)
     composing.answer(me, partner, ASK_AGAIN, statement, now)
     me.postpone(me.timing.answer_s)
+
+
+def _tell_unclear(me: Knowledge, now: float) -> None:
+    recent = tuple(t for t in me.repair.unclear_s if now - t < GARBLES_WITHIN_S)
+    if len(recent) < UNCLEAR_MAX:
+        me.repair.unclear_s = (*recent, now)
+        composing.answer(me, None, UNCLEAR, m.NotUnderstood(), now)
 
 
 def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:

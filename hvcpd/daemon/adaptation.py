@@ -18,6 +18,7 @@ from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
 from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
 
@@ -117,7 +118,7 @@ class Adaptation:
         people: Mapping[str, Person],
         learned: Callable[[Person], None],
         state_dir: Path,
-        second: SecondPass[Segment, Recognised | None],
+        second: SecondPass[Segment, Found],
     ) -> None:
         """`people` as in CurrentPeople; `learned` is called with the people of whom there are more sentences."""
         self._learning = ConfirmedSentences(own_name)
@@ -135,7 +136,7 @@ class Adaptation:
     def take(self, records: Iterable[Record]) -> None:
         """Note what was said, read back and confirmed."""
         for segment, sentence in self._second.take_sentences():
-            if sentence is not None:
+            if isinstance(sentence, Recognised):
                 self._learning.found(segment, sentence)
         for record in records:
             if isinstance(record, SaidRecord):

@@ -37,7 +37,7 @@ from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment
 from hvcpd.robot.robot import Robot
 
@@ -80,7 +80,7 @@ class Daemon:
         self._name_learning: NameLearning | None = None
         self._adaptation: Adaptation | None = None
         self._channel = SecondPass[ChannelSegment, SearchResult](SearchResult(), partial(one_thread, "channel-search"))
-        self._second = SecondPass[Segment, Recognised | None](None)
+        self._second = SecondPass[Segment, Found](None)
         self._preparation = self._control.body.preparation = Preparation(self._tell_preparation)
         self.sound: SoundService | None = None
         self.robot: Robot | None = None

@@ -29,7 +29,7 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.people import enrolled_people
 from hvcpd.people.enrolled import Person
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file
@@ -158,7 +158,7 @@ class Wiring:
         here: KeptPose | None = None,
         navigator: Navigator | None = None,
         channel: Worker[ChannelSegment, SearchResult] | None = None,
-        second: Worker[Segment, Recognised | None] | None = None,
+        second: Worker[Segment, Found] | None = None,
         people: Mapping[str, Person] | None = None,
     ) -> RobotPlan:
         """What makes this robot, with what it remembers, and the names that it `heard`.

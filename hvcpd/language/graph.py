@@ -100,6 +100,19 @@ def with_phrases(graph: WordGraph, phrases: Iterable[tuple[str, Sequence[str]]])
     return replace(graph, n_nodes=n_nodes, arcs=tuple(arcs))
 
 
+def beginning_with(graph: WordGraph, phrases: Iterable[Sequence[str]]) -> WordGraph:
+    """The network of those sentences that begin with one of these phrases; not deterministic, and with arcs that no
+    sentence uses any more."""
+    arcs, start, n_nodes = list(graph.arcs), graph.n_nodes, graph.n_nodes + 1
+    for phrase in phrases:
+        inner = range(n_nodes, n_nodes + len(phrase) - 1)
+        n_nodes += len(inner)
+        arcs += [Arc(a, b, word) for a, b, word in zip((start, *inner), inner, phrase, strict=False)]
+        last = inner[-1] if inner else start
+        arcs += [Arc(last, end, phrase[-1]) for end in sorted(ends_of(graph, graph.start, phrase))]
+    return replace(graph, n_nodes=n_nodes, arcs=tuple(arcs), start=start)
+
+
 def ends_of(graph: WordGraph, source: int, phrase: Sequence[str]) -> frozenset[int]:
     """The nodes that the words of `phrase` lead to from the node `source`; empty where they cannot be said."""
     nodes = frozenset((source,))

@@ -90,10 +90,11 @@ class Span:
 class Garbled(Span):
     """Somebody spoke, but no sentence of the network fits: it began late, was cut off, overlapped, or is other speech.
 
-    `robot`: in the voice of a robot.
+    `robot`: in the voice of a robot; `addressed`: in another one, but surely enough a sentence for this robot by name.
     """
 
     robot: bool = False
+    addressed: bool = False
 
 
 class Held(Span):

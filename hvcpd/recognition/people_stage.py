@@ -55,20 +55,24 @@ MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""
 
 
-class PeopleSearcher(SegmentSearcher[Segment, Recognised | None], Protocol):
+Found = Recognised | Garbled | None
+"""Of a second pass: a sentence; garbled speech of which more is known than where it is; or nothing."""
+
+
+class PeopleSearcher(SegmentSearcher[Segment, Found], Protocol):
     """A second pass for sentences of people."""
 
     def may_go_on(self, words: Sequence[str]) -> bool:
         """Whether more words would make another sentence of these."""
 
 
-class PeopleStage(SecondPassStage[Segment, Recognised | None]):
+class PeopleStage(SecondPassStage[Segment, Found]):
     """The second pass for people's speech."""
 
     _searcher: PeopleSearcher
 
     def __init__(
-        self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Recognised | None]
+        self, first_pass: TemplateRecogniser, searcher: PeopleSearcher, worker: Worker[Segment, Found]
     ) -> None:
         super().__init__(first_pass, searcher, worker)
         self._spoke_until = -TORN_WITHIN
@@ -145,13 +149,13 @@ class PeopleStage(SecondPassStage[Segment, Recognised | None]):
             return None
         return self._segment(last.start, segment.end, (*last.later, segment.start)[-MOST_PAUSES:])
 
-    def _taken(self, segment: Segment, found: Recognised | None) -> list[Event]:
+    def _taken(self, segment: Segment, found: Found) -> list[Event]:
         """The events of a finished second pass."""
-        found = self._with_level(found) if found is not None else None
+        found = self._with_level(found) if isinstance(found, Recognised) else found
         if segment.within_talk:
             return [found] if found is not None else []
         events = self._let_go()
-        if found is not None and not self._searcher.may_go_on(found.words):
+        if isinstance(found, Recognised) and not self._searcher.may_go_on(found.words):
             self._last = None
             return [*events, found]
         self._last = segment

@@ -43,11 +43,12 @@ class HeardRecord:
 
 @dataclass(frozen=True)
 class GarbledRecord:
-    """The robot noticed speech that it could not understand."""
+    """The robot noticed speech that it could not understand; `addressed`: by its name it was for this robot."""
 
     at_s: float
     start_s: float
     end_s: float
+    addressed: bool = False
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, Wheel
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import KeywordEvent, Recognised, Released, Urgent
+from hvcpd.recognition.events import Garbled, KeywordEvent, Recognised, Released, Urgent
 from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.robot.holding import Holding
 from hvcpd.robot.measures import Measures
@@ -245,8 +245,9 @@ class Robot:
             return
         utterance = meaning(event, self.phrasebook, self._voice.may_have_cut(start_s))
         if not isinstance(event, Recognised) or utterance is None:
-            self._records.append(GarbledRecord(now, start_s, end_s))
-            self.coordination.garbled(self._voice.overlapped(start_s, end_s), now)
+            addressed = isinstance(event, Garbled) and event.addressed
+            self._records.append(GarbledRecord(now, start_s, end_s, addressed))
+            self.coordination.garbled(self._voice.overlapped(start_s, end_s), now, addressed)
             return
         if not isinstance(utterance.statement, Stop) and self._voice.returns(event.words, end_s):
             self._records.append(EchoRecord(now, start_s, end_s))

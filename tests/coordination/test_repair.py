@@ -1,6 +1,7 @@
 """Speech that is not understood is asked for again; a name used by two is nobody's."""
 
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.repair import UNCLEAR_MAX
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -53,6 +54,22 @@ def test_noise_out_of_the_blue_is_not_answered() -> None:
     mission.air.refresh()
     mission.air.run_until(90.0)
     assert mission.written(60.0) == []
+
+
+def test_who_says_its_name_and_is_not_understood_is_told_so() -> None:
+    mission = Mission(("Rob",), plants(1), ("Anna",), seed=5, coordinator="Nobody")
+    mission.air.run_until(60.0)
+    for at_s in (60.0, 68.0, 76.0, 84.0):
+        mission.robots["Rob"].garbled(False, at_s, addressed=True)
+        mission.air.refresh()
+        mission.air.run_until(at_s + 8.0)
+    assert mission.written(60.0) == ["Hi all, I am Rob, I did not understand"] * UNCLEAR_MAX
+    mission.hear(150.0, "Hi Rob, I am Anna, what are you doing")  # said again before Rob can speak, and understood
+    mission.air.run_until(150.5)
+    mission.robots["Rob"].garbled(False, 150.5, addressed=True)
+    mission.air.refresh()
+    mission.air.run_until(165.0)
+    assert mission.written(150.0, without=("Anna",)) == ["Hi Anna, I am Rob, I am free"]
 
 
 def test_two_robots_of_one_name_notice_say_so_and_do_nothing_under_it() -> None:

@@ -16,8 +16,8 @@ from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.language.graph import Arc, WordGraph, ends_of, graph_of
+from hvcpd.people.fusion import MOST_LOG_ODDS, FusedHypothesis, Hypotheses, fuse, same_meaning, wordings
 from hvcpd.people.phones import PHONES, CtcSearch, word_loop
-from hvcpd.people.second_pass import MOST_LOG_ODDS, FusedHypothesis, Hypotheses, fuse, same_meaning, wordings
 from hvcpd.recognition.events import Recognised, WordSpan
 
 SAID: dict[str, list[tuple[str, ...]]] = {

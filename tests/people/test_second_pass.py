@@ -18,7 +18,7 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.people import second_pass as fusion
+from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, Person, probability
 from hvcpd.people.phones import NetOutput
 from hvcpd.people.second_pass import SecondPassRecogniser
@@ -167,11 +167,17 @@ def alone(speaker: Speaker, text: str) -> Segment:
     return Segment(in_room([speech], 0.5), lead, 0, len(speech), -lead)
 
 
+def sentence(opinion: SecondPassRecogniser, segment: Segment) -> Recognised | None:
+    """The sentence that is found, if one is sure enough."""
+    found = opinion.search(segment)
+    return found if isinstance(found, Recognised) else None
+
+
 def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phrasebook, sound: Sound) -> None:
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "left", "right"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, True)
-    found = [opinion.search(alone(speaker, text)) for text in ("turn left", "who is here")]
+    found = [sentence(opinion, alone(speaker, text)) for text in ("turn left", "who is here")]
     assert [(e.words, e.voice) for e in found if e is not None] == [
         (("turn", "left"), "anna, enrolled"),
         (("who", "is", "here"), STRANGER),
@@ -181,7 +187,7 @@ def test_who_is_enrolled_is_told_by_name_and_who_is_not_is_a_stranger(book: Phra
 @pytest.mark.parametrize("text", ["stop", "rob stop", "who is here", "move forward"])
 def test_anybody_is_heard(book: Phrasebook, sound: Sound, text: str) -> None:
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
-    found = opinion.search(alone(stranger(sound), text))
+    found = sentence(opinion, alone(stranger(sound), text))
     assert found is not None
     assert found.words == tuple(text.split())
     # Sure enough to be obeyed, but for wheels that would move: those want a read-back.
@@ -198,7 +204,7 @@ def test_the_louder_it_is_the_less_sure_a_stranger_is(book: Phrasebook, sound: S
         found = opinion.likeliest(loud)
         sure.append(found.confidence if found is not None else 0.0)
     assert sure[0] > 0.5 > 0.2 > max(sure[1:])
-    assert opinion.search(loud) is None
+    assert sentence(opinion, loud) is None
 
 
 def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) -> None:
@@ -209,7 +215,7 @@ def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) ->
         segment = alone(stranger(sound), text)
         likeliest = opinion.likeliest(segment)
         assert likeliest is not None
-        alone_found, within = opinion.search(segment), opinion.search(replace(segment, within_talk=True))
+        alone_found, within = sentence(opinion, segment), sentence(opinion, replace(segment, within_talk=True))
         told.append((alone_found is not None, within is not None))
         assert within is None or alone_found is not None
     assert sum(alone for alone, _ in told) >= sum(within for _, within in told)
@@ -220,10 +226,23 @@ def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) ->
     later = talk.start + len(before) + len(gap)
     segment = Segment(whole, talk.lead, talk.start, talk.end + len(before) + len(gap), talk.origin, later=(later,))
     assert [each.start for each in segment.beginnings] == [talk.start, later]
-    found = opinion.search(segment)
+    found = sentence(opinion, segment)
     assert found is not None
     assert found.words == ("bot", "turn", "left")
     assert found.start_sample >= later - 8000
+
+
+@pytest.mark.parametrize("text", ["rob move forward two metres", "hi rob i am anna water the yellow rose"])
+def test_whom_a_sentence_is_for_is_known_before_its_words_are(book: Phrasebook, sound: Sound, text: str) -> None:
+    quiet = alone(stranger(sound), text)
+    segment = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.05)[: len(quiet.sound)])
+    rob, bot, nobody = (
+        SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, name) for name in ("Rob", "Bot", None)
+    )
+    assert rob.search(segment) == Garbled(segment.start, segment.end, addressed=True)
+    assert bot.search(segment) is None
+    assert nobody.search(segment) is None
+    assert rob.search(replace(segment, within_talk=True)) is None, "in talk nobody need be answered"
 
 
 @pytest.mark.parametrize("strangers", [True, False])
@@ -235,11 +254,11 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
     for speech in (noise(0.0, 0.1), noise(1e-4, 0.1), noise(0.02, 0.1), noise(1.0, 0.0), np.sign(noise(1.0, 0.1))):
         for lead in (0, 8000):
             segment = Segment(np.pad(speech, (lead, 0)), lead, 0, len(speech), -lead)
-            assert opinion.search(segment) is None
+            assert sentence(opinion, segment) is None
             found = opinion.likeliest(segment)
             assert found is None or found.confidence < 0.5
     if strangers:  # none of them has spoiled what comes after
-        after = opinion.search(alone(stranger(sound), "rob stop"))
+        after = sentence(opinion, alone(stranger(sound), "rob stop"))
         assert after is not None
         assert after.words == ("rob", "stop")
 
@@ -248,10 +267,10 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
     speaker = Speaker(CHILD, sound.lexicon, sound.cache)
     known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, False)
-    before = opinion.search(alone(speaker, "turn left"))
+    before = sentence(opinion, alone(speaker, "turn left"))
     assert before is None or before.words != ("turn", "left")
     known["anna"] = known["anna"].with_takes(takes_of(speaker, "left"))
-    after = opinion.search(alone(speaker, "turn left"))
+    after = sentence(opinion, alone(speaker, "turn left"))
     assert after is not None
     assert after.words == ("turn", "left")
 
@@ -267,7 +286,7 @@ class Interrupted(SecondPassRecogniser):
         segment = self.segment if name not in ("segment", "found") else None
         if segment is not None:
             self.segment = None
-            found = self.search(segment)
+            found = sentence(self, segment)
             self.found = found.words if found is not None else ()
 
 

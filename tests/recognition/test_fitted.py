@@ -7,7 +7,7 @@ from datetime import date
 
 import pytest
 
-from hvcpd.people.second_pass import WEIGHTS
+from hvcpd.people.fusion import WEIGHTS
 from hvcpd.recognition.decoder_session import ConfidenceFeatures
 from hvcpd.recognition.fitted import fitted
 

@@ -10,7 +10,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.people_stage import PeopleStage
+from hvcpd.recognition.people_stage import Found, PeopleStage
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.recognition.stream import Chunk, FrameStream, History
 from tests.recognition.scripted import Slow, alone
@@ -55,7 +55,7 @@ class Script:
 class Looker:
     """Finds what it is told to find, and keeps what it was shown."""
 
-    def __init__(self, found: Recognised | None, goes_on: bool = False) -> None:
+    def __init__(self, found: Found, goes_on: bool = False) -> None:
         self.found = found
         self.has_successors = goes_on
         self.segments: list[Segment] = []
@@ -64,7 +64,7 @@ class Looker:
     def prepare(self, go_on: Callable[[], bool]) -> None:
         self.prepared += go_on()
 
-    def search(self, segment: Segment) -> Recognised | None:
+    def search(self, segment: Segment) -> Found:
         self.segments.append(segment)
         return self.found
 
@@ -106,6 +106,16 @@ def test_a_sentence_takes_the_place_of_what_was_garbled() -> None:
 def test_what_nobody_understands_stays_garbled() -> None:
     recogniser = alone(PeopleStage(Script({29: [Garbled(32000, 40000)]}), Looker(None), SynchronousWorker()))
     assert run(recogniser, 40) == [Garbled(32000, 40000)]
+
+
+def test_whom_garbled_speech_is_for_is_told_when_nobody_goes_on() -> None:
+    garbled = Garbled(32000, 40000)
+    for_me, worker = replace(garbled, addressed=True), Slow[Segment, Found]()
+    recogniser = alone(PeopleStage(Script({29: [garbled]}), Looker(for_me, goes_on=True), worker))
+    told = run(recogniser, 31)
+    worker.end()
+    assert (told, run(recogniser, 3, first=31)) == ([], [])
+    assert run(recogniser, 20, first=34) == [for_me]
 
 
 def test_a_sentence_that_was_understood_is_not_looked_at() -> None:

@@ -16,13 +16,13 @@ from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.states import State
-from hvcpd.language.messages import NameTaken
+from hvcpd.language.messages import NameTaken, NotUnderstood
 from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, Samples
-from hvcpd.recognition.events import Event, Recognised
-from hvcpd.robot.records import HeardRecord, SaidRecord, VoiceRecord
+from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.robot.records import GarbledRecord, HeardRecord, SaidRecord, VoiceRecord
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.synthesis.voices import voice_for
 
@@ -35,7 +35,7 @@ class Told:
     busy = False
 
     def __init__(self, words: str, voice: str) -> None:
-        self.event = Recognised(tuple(words.split()), voice, 0, 400, 0.99, 20.0, ())
+        self.event: Recognised | Garbled = Recognised(tuple(words.split()), voice, 0, 400, 0.99, 20.0, ())
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         return [self.event]
@@ -99,6 +99,18 @@ class Repeated(Told):
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         self.n += len(samples)
         return [replace(self.event, start_sample=self.n - 8_000, end_sample=self.n)] if self.n % 32_000 == 0 else []
+
+
+def test_speech_for_it_by_name_is_answered_although_it_is_not_clear(sound: Sound) -> None:
+    robot = make_robot(plan(load_tasks(default_tasks_path())), sound)
+    for addressed in (False, True):
+        unclear = Repeated("", "")
+        unclear.event = Garbled(0, 400, addressed=addressed)
+        robot._recogniser = unclear  # type: ignore[assignment]
+        records = [record for _ in range(800) for record in robot.step(BLOCK, None).records]
+        assert [r.addressed for r in records if isinstance(r, GarbledRecord)] == [addressed] * 10
+        said = [r for r in records if isinstance(r, SaidRecord) and isinstance(r.utterance.statement, NotUnderstood)]
+        assert bool(said) == addressed
 
 
 def test_torn_sound_tells_nothing_of_who_has_whose_voice_or_name(sound: Sound) -> None:

@@ -25,6 +25,7 @@ from hvcpd.language.messages import Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Received, Recognised, WordSpan
 from hvcpd.recognition.frontend import frame_powers
+from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment, SynchronousWorker
 
 SILENT_DB = -80.0
@@ -114,7 +115,7 @@ def events_in(samples: Samples, team: Team) -> Iterator[Event]:
     sentences and garbled speech."""
     robots = tuple(name for name in team.names if name.lower() not in team.people)
     voices = team.settings.voices
-    people = SynchronousWorker[Segment, Recognised | None]() if voices != "robots" else None
+    people = SynchronousWorker[Segment, Found]() if voices != "robots" else None
     hearing = HearingPlan(people=team.people, channel=SynchronousWorker(), second=people, any_voice=voices == "any")
     recogniser = make_speech_recogniser(team.phrasebook, robots or team.names, team.sound, hearing)
     quiet = _quiet(samples)
