@@ -9,10 +9,11 @@ With DIR, of speakers and recordings that nothing was trained or fitted with: `p
 over talk, their words that are no sentence, and digits, nobody enrolled; `talk`, people who order coffee, and talk
 without a pause. `neural`: sentences by Kokoro's voices; `enrolment`: by them with five sentences enrolled, theirs,
 those of another of them, and flite's. `rooms`: sentences by them and by flite's from across simulated rooms (needs
-pyroomacoustics); `requests`: what people ask of one robot, from there, and how often it knows at least for whom it is. `digits`: single digits by people, from three takes each, those from the sixth
-on are heard; each once more with the other speakers alone enrolled. `strangers`: sentences of the phrasebook by
-espeak-ng and flite, nobody enrolled; `enrolled`: the same with three takes of each word, at other rates. `stop`:
-"stop", "Rob stop" and "all stop" by these voices. Speech is at 20 dB SNR in white noise where nothing else is said.
+pyroomacoustics); `requests`: what people ask of one robot, from there, and how often it knows at least for whom it is.
+`digits`: single digits by people, from three takes each, those from the sixth on are heard; each once more with the
+other speakers alone enrolled. `strangers`: sentences of the phrasebook by espeak-ng and flite, nobody enrolled;
+`enrolled`: the same with three takes of each word, at other rates. `stop`: "stop", "Rob stop" and "all stop" by these
+voices. Speech is at 20 dB SNR in white noise where nothing else is said.
 Ours is told nothing but what enters a microphone; PocketSphinx is told where each sentence is. A sentence counts only
 if all its words are right ("hi, I am" may be "hi all, I am", which means the same) and nothing else was made of it.
 The phone net has learned from sentences with the default tasks: --names and --tasks are for others.

@@ -11,12 +11,14 @@ from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import (
     GREETINGS,
+    TO_ALL,
     FusedHypothesis,
     Hypotheses,
     Words,
     certainty,
     confidence_features,
     fuse,
+    is_call,
     probability,
     same_meaning,
 )
@@ -90,19 +92,26 @@ class SecondPassRecogniser:
 
     def search(self, segment: Segment) -> Recognised | Garbled | None:
         """The sentence in a segment, with its confidence. If none is sure enough, garbled speech for this robot by
-        name, or None."""
+        name, or None. After other speech, it must have an addressee, or be a call for a halt: that speech may be the
+        name without which it means something else."""
         garbled: Garbled | None = None
         for each in segment.beginnings:
             found = self._sentence(each)
-            if isinstance(found, Recognised):
+            if isinstance(found, Recognised) and (each is segment or self._is_complete(found.words)):
                 return found
-            garbled = garbled or found
+            garbled = garbled or (found if isinstance(found, Garbled) else None)
         return garbled
 
     def may_go_on(self, words: Sequence[str]) -> bool:
         """Whether more words than COURTESY would make another sentence of these."""
         ends = ends_of(self._graph, self._graph.start, words)
         return any(word != COURTESY for end in ends for word, _ in self._graph.following[end])
+
+    def _is_complete(self, words: Words) -> bool:
+        """Whether a sentence is a call for a halt, or can take no addressee any more."""
+        with_one = (TO_ALL, *words), (words[0], TO_ALL, *words[1:])
+        ends = (ends_of(self._graph, self._graph.start, each) for each in with_one)
+        return is_call(words) or not any(found & self._graph.finals for found in ends)
 
     def _sentence(self, segment: Segment) -> Recognised | Garbled | None:
         if not self._strangers:

@@ -219,17 +219,36 @@ def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) ->
         told.append((alone_found is not None, within is not None))
         assert within is None or alone_found is not None
     assert sum(alone for alone, _ in told) >= sum(within for _, within in told)
-    talk = alone(stranger(sound), "bot turn left")
-    before = stranger(sound).render([["banana", "potato"]])
+    segment = after_talk(sound, "bot turn left")
+    found = sentence(opinion, segment)
+    assert found is not None
+    assert found.words == ("bot", "turn", "left")
+    assert found.start_sample >= segment.later[0] - 8000
+
+
+def after_talk(sound: Sound, text: str) -> Segment:
+    """A sentence 0.3 s after other words."""
+    talk, before = alone(stranger(sound), text), stranger(sound).render([["banana", "potato"]])
     gap = np.zeros(5000, np.float32)
     whole = np.concatenate([talk.sound[: talk.lead], 0.5 * before, gap, talk.sound[talk.lead :]])
     later = talk.start + len(before) + len(gap)
     segment = Segment(whole, talk.lead, talk.start, talk.end + len(before) + len(gap), talk.origin, later=(later,))
     assert [each.start for each in segment.beginnings] == [talk.start, later]
-    found = sentence(opinion, segment)
-    assert found is not None
-    assert found.words == ("bot", "turn", "left")
-    assert found.start_sample >= later - 8000
+    return segment
+
+
+@pytest.mark.parametrize(
+    ("text", "counts"),
+    [("turn around", False), ("hi i am anna what is left", False), ("bot turn around", True), ("stop", True)],
+)
+def test_after_other_words_a_sentence_needs_an_addressee(
+    book: Phrasebook, sound: Sound, text: str, counts: bool
+) -> None:
+    """Those words may be a name, and then it moves another robot: "turn around" was told of "Bot, turn around"."""
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
+    assert sentence(opinion, alone(stranger(sound), text)) is not None
+    found = sentence(opinion, after_talk(sound, text))
+    assert (found.words if found is not None else ()) == (tuple(text.split()) if counts else ())
 
 
 @pytest.mark.parametrize("text", ["rob move forward two metres", "hi rob i am anna water the yellow rose"])
