@@ -30,10 +30,8 @@ BEFORE_FRAMES = round(0.56 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 EARLIEST_FRAME = round(0.7 * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 """The word begins 0.9 s before its assumed end at the earliest."""
 END_FRAME = round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ) // FRAME_SAMPLES
-AFTER_FRAMES = slice(END_FRAME + 2, END_FRAME + 14)
-"""After the word, where others may speak."""
-SPEECH_AROUND = 0.1
-"""Mean probability of any phone from which on somebody speaks before the word or after it."""
+SPEECH_BEFORE = 0.1
+"""Mean probability of any phone from which on somebody speaks before the word."""
 LOUD_FRAMES = 10
 LEAST_RATIO = 4.0
 """Least power (6 dB) of the word's loudest 0.2 s over what is heard before it. In pink noise as loud as people's calls
@@ -59,14 +57,14 @@ def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples,
 
 def loss_of_call(sound: Samples) -> float:
     """What the phone nets take from the log odds of a call, nats, 0 to MAX_LOSS: the mean loss of the keyword against
-    the likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if others speak around it, or
-    in noise."""
+    the likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if somebody speaks before it,
+    who may go on, or in noise. Who speaks after it may be the same person: "Bot, come back" begins like a call."""
     if not _stands_out(sound):
         return 0.0
     speech = level_gain(sound) * sound
     logs = mean_normalised(log_bands(speech, estimated_noise(speech, 0)))
     readings = [net.output(logs).log_posteriors for net in nets()]
-    if not all(map(_is_alone, readings)):
+    if not all(map(_is_quiet_before, readings)):
         return 0.0
     return min(sum(map(_loss, readings)) / len(readings), MAX_LOSS)
 
@@ -79,11 +77,10 @@ def _loss(log_posteriors: LogPosteriors) -> float:
     return fit.loss if fit is not None else 0.0
 
 
-def _is_alone(log_posteriors: LogPosteriors) -> bool:
-    """Whether nobody speaks around the word."""
-    spoken = 1.0 - np.exp(log_posteriors[:, -1])
-    after = spoken[AFTER_FRAMES]
-    return bool(spoken[:BEFORE_FRAMES].mean() < SPEECH_AROUND and (not len(after) or after.mean() < SPEECH_AROUND))
+def _is_quiet_before(log_posteriors: LogPosteriors) -> bool:
+    """Whether nobody speaks before the word."""
+    spoken = 1.0 - np.exp(log_posteriors[:BEFORE_FRAMES, -1])
+    return bool(spoken.mean() < SPEECH_BEFORE)
 
 
 def _stands_out(sound: Samples) -> bool:

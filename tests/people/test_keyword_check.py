@@ -50,6 +50,24 @@ def test_over_talk_it_has_no_say() -> None:
     assert loss_of_call(heard(said("alexa", "lark"), talk)) == 0.0
 
 
+def followed(word: str, talk: str, voice: str, other: str) -> Samples:
+    """A word, and talk from 0.05 s after it on."""
+    sound, after = heard(said(word, voice)), AFTER - SAMPLE_RATE_HZ // 20
+    sound[-after:] += said(talk, other)[:after]
+    return sound
+
+
+@pytest.mark.parametrize("voice", ["oak", "lark", "granite"])
+def test_a_name_that_a_request_follows_at_once_is_no_call(voice: str) -> None:
+    """ "Bot, come back" by strangers stopped robots for good."""
+    assert loss_of_call(followed("bot", "move back half a metre", voice, voice)) == MAX_LOSS
+
+
+@pytest.mark.parametrize("other", ["oak", "lark", "granite"])
+def test_a_call_that_talk_follows_at_once_stays_one(other: str) -> None:
+    assert loss_of_call(followed("stop", "move back half a metre", "wren", other)) < 0.1
+
+
 def test_in_noise_as_loud_as_the_word_it_has_no_say() -> None:
     noise = (0.03 * np.random.default_rng(7).standard_normal(4 * SAMPLE_RATE_HZ)).astype(np.float32)
     assert loss_of_call(heard(said("alexa", "lark"), noise)) == 0.0
