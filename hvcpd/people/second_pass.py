@@ -39,7 +39,7 @@ MIN_WITHIN_TALK = 0.9
 for a robot."""
 MIN_ADDRESSED = 0.7
 """Least probability that one of the sentences for this robot by name was said, where it is not sure which. Of 110 such
-sentences by voices that nothing was fitted to, in rooms and noises, 34 are so likely, of 385 for others 6, and of 218
+sentences by voices that nothing was fitted to, in rooms and noises, 36 are so likely, of 385 for others 8, and of 218
 texts that are no sentence 1."""
 MOST_LAYERS = 2
 """People's adapted layers that are tried: each costs as much as the one for anybody."""
