@@ -187,7 +187,7 @@ _CORE: tuple[Form, ...] = (
     Form(
         f"{OPENING}, {PLEASE} say again slowly", m.SayAgain, "Once more, and more slowly.", constants={"slowly": True}
     ),
-    Form(f"{OPENING}, i did not understand", m.NotUnderstood, "I heard you, but not what you said."),
+    Form(f"{OPENING}, i did not understand", m.NotUnderstood, "It was not clear."),
     Form(f"{OPENING}, <remark>", m.Remark, "A remark from the task file."),
     Form(f"{OPENING}, {PLEASE} stop {PLEASE}", m.Stop, "Halt at once, and stay halted."),
     Form(f"[<addressee>] {PLEASE} stop {PLEASE}", m.Stop, "Halt at once, and stay halted. Anybody may say it."),
