@@ -40,7 +40,8 @@ JOINT_LOG_ODDS = 0.5
 WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
 """Time (0.3 s) after the end of the keyword within which the net detects it; its sentence may be reported before."""
 OPENING_PROBABILITY = 0.9
-"""Probability of a call in the residual, below which a detection at the beginning of a sentence is explained by it.
+"""Probability of a call, below which a sentence explains a detection within it if its samples are unknown; and in the
+residual, below which it explains one at its beginning.
 With an automatic gain, which falls at the first sound, sentences alone had 0.83 to 0.87 there (four of 36 in the world
 `chain`)."""
 POSITION_TOLERANCE = 3 * SAMPLE_RATE_HZ // 20
@@ -112,9 +113,12 @@ class _Detection:
         there = (span for span in sentence.spans if span.start_sample < self.end and self.start < span.end_sample)
         return any(span.word in KEYWORD_FORMS for span in there)
 
-    def remains(self, residual: Residual) -> bool:
+    def remains(self, residual: Residual | None) -> bool:
         """Whether it is certain, by the sound with the sentence and without it together. A sentence that noise hides
-        cannot be subtracted, so that the residual only says again what the sound says."""
+        cannot be subtracted, so that the residual only says again what the sound says; one whose samples are unknown
+        has no residual."""
+        if residual is None:
+            return self.probability >= OPENING_PROBABILITY
         return residual.share < 1.0 and logit(self.probability) + residual.log_odds >= JOINT_LOG_ODDS
 
 
@@ -169,7 +173,7 @@ class CallVerifier:
             residual = self._residual(sentence, detection.start, detection.end) if is_there else None
             if _explains(sentence, detection, residual):
                 explained.append(detection)
-            elif residual is not None and detection.remains(residual):
+            elif (residual is not None or detection.is_within(sentence)) and detection.remains(residual):
                 return self._accept()
         is_news = any(d.pending for d in explained)
         self._detections = [d for d in self._detections if d not in explained]
@@ -229,7 +233,11 @@ class CallVerifier:
 
 
 def _explains(sentence: Recognised, detection: _Detection, residual: Residual | None) -> bool:
-    """Whether nothing but the sentence was heard where the detection is."""
-    if residual is not None and detection.opens(sentence):
+    """Whether nothing but the sentence was heard where the detection is. A sentence whose samples are unknown says
+    nothing of a very probable call."""
+    if residual is None:
+        is_its_own = detection.is_word_of(sentence) or detection.probability < OPENING_PROBABILITY
+        return detection.is_within(sentence) and is_its_own
+    if detection.opens(sentence):
         return residual.call < OPENING_PROBABILITY
-    return detection.is_within(sentence) and (residual is None or residual.log_odds < RESIDUAL_LOG_ODDS)
+    return detection.is_within(sentence) and residual.log_odds < RESIDUAL_LOG_ODDS
