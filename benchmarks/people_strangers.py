@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.keyword.clips import trimmed
 from benchmarks.people_material import (
     FIRST_WORDS,
+    LEAD_S,
     QUIET_RMS,
     SPEECH_RMS,
     Said,
@@ -123,7 +124,9 @@ def stop_rows(stage: Stage, data: Path, most: int, seed: int) -> None:
     over = Count()
     talk = _talk(stage, data, seed)
     for number, utterance in enumerate(said):
-        below = next(talk)
+        below = np.pad(
+            next(talk), round(LEAD_S * SAMPLE_RATE_HZ)
+        )  # a call counts at the latest when the talk has ended
         call = levelled(utterance.sound, SPEECH_RMS * 10.0 ** (OVER_DB / 20.0))
         at = len(below) // 2
         sound = below.copy()
