@@ -9,6 +9,8 @@ spells it when nobody answers, and a robot that repeatedly hears speech that it 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
@@ -93,10 +95,14 @@ def _ask_partner(me: Knowledge, partner: str, now: float) -> None:
 
 
 def _tell_unclear(me: Knowledge, now: float) -> None:
-    recent = tuple(t for t in me.repair.unclear_s if now - t < GARBLES_WITHIN_S)
+    recent = _recent(me.repair.unclear_s, now)
     if len(recent) < UNCLEAR_MAX:
         me.repair.unclear_s = (*recent, now)
         composing.answer(me, None, UNCLEAR, m.NotUnderstood(), now)
+
+
+def _recent(times_s: Iterable[float], now: float) -> tuple[float, ...]:
+    return tuple(t for t in times_s if now - t < GARBLES_WITHIN_S)
 
 
 def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
@@ -148,7 +154,7 @@ def _ask_names(me: Knowledge, now: float) -> None:
     a = me.acquaintance
     if (me.role.listed and not a.strangers) or me.state in DEPARTING:
         return
-    a.garbled_s = (*(t for t in a.garbled_s if now - t < GARBLES_WITHIN_S), now)
+    a.garbled_s = (*_recent(a.garbled_s, now), now)
     if len(a.garbled_s) <= GARBLES_MAX or now < a.ask_s:
         return
     longer_s = min(2.0 * (a.pause_s or ASK_NAMES_S), ASK_NAMES_MAX_S)

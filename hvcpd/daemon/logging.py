@@ -230,8 +230,8 @@ def tell(record: Record, tasks: TaskRepository) -> None:
                 at_s=_s(record.start_s),
             )
         case GarbledRecord():
-            more = {"addressed": True} if record.addressed else {}
-            _log.info("garbled", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s), **more)
+            duration_s = _s(record.end_s - record.start_s)
+            _log.info("garbled", at_s=_s(record.start_s), duration_s=duration_s, addressed=record.addressed or None)
         case EchoRecord():
             _log.warning(
                 "heard its own words late", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s)

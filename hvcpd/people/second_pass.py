@@ -25,6 +25,7 @@ from hvcpd.people.fusion import (
 from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, mean_normalised, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
+from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
 
@@ -90,16 +91,17 @@ class SecondPassRecogniser:
                 return
             self._layers(person.sentences)
 
-    def search(self, segment: Segment) -> Recognised | Garbled | None:
+    def search(self, segment: Segment) -> Found:
         """The sentence in a segment, with its confidence. If none is sure enough, garbled speech for this robot by
         name, or None. After other speech, it must have an addressee, or be a call for a halt: that speech may be the
         name without which it means something else."""
         garbled: Garbled | None = None
         for each in segment.beginnings:
             found = self._sentence(each)
-            if isinstance(found, Recognised) and (each is segment or self._is_complete(found.words)):
+            if isinstance(found, Garbled):
+                garbled = garbled or found
+            elif found is not None and (each is segment or self._is_complete(found.words)):
                 return found
-            garbled = garbled or (found if isinstance(found, Garbled) else None)
         return garbled
 
     def may_go_on(self, words: Sequence[str]) -> bool:
@@ -113,7 +115,7 @@ class SecondPassRecogniser:
         ends = (ends_of(self._graph, self._graph.start, each) for each in with_one)
         return is_call(words) or not any(found & self._graph.finals for found in ends)
 
-    def _sentence(self, segment: Segment) -> Recognised | Garbled | None:
+    def _sentence(self, segment: Segment) -> Found:
         if not self._strangers:
             listener = self._listener()
             return _surely(listener.recognise(segment) if listener is not None else None)
@@ -123,9 +125,12 @@ class SecondPassRecogniser:
         if fused is not None and fused.probability >= least:
             return _recognised(fused, hypotheses, segment)
         agreed = fused is not None and hypotheses.by_takes is not None and fused.words == hypotheses.by_takes.words
-        found = _surely(hypotheses.by_takes) if agreed else None
-        is_mine = not segment.within_talk and by_anybody.probability_of(self._for_me) >= MIN_ADDRESSED
-        return found or (Garbled(segment.start, segment.end, addressed=True) if is_mine else None)
+        if agreed and (found := _surely(hypotheses.by_takes)) is not None:
+            return found
+        if segment.within_talk or self._name is None:
+            return None
+        is_mine = by_anybody.probability_of(self._for_me) >= MIN_ADDRESSED
+        return Garbled(segment.start, segment.end, addressed=True) if is_mine else None
 
     def likeliest(self, segment: Segment) -> Recognised | None:
         """The most likely sentence in a segment, however unlikely."""
@@ -188,9 +193,8 @@ class SecondPassRecogniser:
     def _for_me(self) -> CtcSearch:
         """Of the sentences for this robot alone."""
         name = (self._name or "").lower()
-        return CtcSearch(
-            beginning_with(self._graph, [(name,), *((greeting, name) for greeting in GREETINGS)]), self._lexicon.sounds
-        )
+        calls = [(name,), *((greeting, name) for greeting in GREETINGS)]
+        return CtcSearch(beginning_with(self._graph, calls), self._lexicon.sounds)
 
     def _listener(self) -> EnrolledRecogniser | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""

@@ -253,8 +253,7 @@ class Robot:
             self._records.append(EchoRecord(now, start_s, end_s))
             return
         judged = judged_by(self._sealing, utterance, self.phrasebook, now)
-        utterance = judged.utterance
-        text = written(utterance, self.phrasebook)
+        utterance, text = judged.utterance, written(judged.utterance, self.phrasebook)
         words = tuple((s.word, s.start_sample / SAMPLE_RATE_HZ, s.end_sample / SAMPLE_RATE_HZ) for s in event.spans)
         sure, snr_db = event.confidence, event.snr_db
         heard = HeardRecord(now, utterance, text, start_s, end_s, sure, snr_db, event.voice, words, judged.trust)

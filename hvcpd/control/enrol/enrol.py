@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import errno
 import json
-import os
 import re
 import sys
 from collections.abc import Collection, Mapping, Sequence
@@ -21,7 +19,7 @@ from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences,
 from hvcpd.control.enrol.recordings import check_sentence, check_take, confusable, odd_takes, other_speaker
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
-from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError, unwritable
+from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.competition import competing_phrases
 from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, write_person
@@ -125,8 +123,8 @@ def _remove(options: argparse.Namespace) -> int:
 
 def _export(options: argparse.Namespace) -> int:
     person = read_person(_known(options))
-    if not options.export.parent.is_dir():  # only the robot's own folder is made
-        raise StoreError(unwritable(options.export, OSError(errno.ENOENT, os.strerror(errno.ENOENT), "")))
+    with writing(options.export, StoreError):
+        options.export.parent.stat()  # only the robot's own folder is made
     write_person(options.export, person)
     sys.stdout.write(f"{options.person} is written to {options.export}\n")
     return EX_OK

@@ -113,12 +113,9 @@ class _Detection:
         there = (span for span in sentence.spans if span.start_sample < self.end and self.start < span.end_sample)
         return any(span.word in KEYWORD_FORMS for span in there)
 
-    def remains(self, residual: Residual | None) -> bool:
+    def remains(self, residual: Residual) -> bool:
         """Whether it is certain, by the sound with the sentence and without it together. A sentence that noise hides
-        cannot be subtracted, so that the residual only says again what the sound says; one whose samples are unknown
-        has no residual."""
-        if residual is None:
-            return self.probability >= OPENING_PROBABILITY
+        cannot be subtracted, so that the residual only says again what the sound says."""
         return residual.share < 1.0 and logit(self.probability) + residual.log_odds >= JOINT_LOG_ODDS
 
 
@@ -169,11 +166,12 @@ class CallVerifier:
         explained = []
         end = sentence.end_sample - POSITION_TOLERANCE
         for detection in [d for d in self._detections if d.start < end]:
-            is_there = detection.is_within(sentence) or detection.opens(sentence)
+            within = detection.is_within(sentence)
+            is_there = within or detection.opens(sentence)
             residual = self._residual(sentence, detection.start, detection.end) if is_there else None
             if _explains(sentence, detection, residual):
                 explained.append(detection)
-            elif (residual is not None or detection.is_within(sentence)) and detection.remains(residual):
+            elif within if residual is None else detection.remains(residual):
                 return self._accept()
         is_news = any(d.pending for d in explained)
         self._detections = [d for d in self._detections if d not in explained]
