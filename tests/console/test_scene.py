@@ -173,7 +173,7 @@ def test_what_would_steer_a_page_or_a_terminal_is_replaced() -> None:
         ({"sound": {"listening": True, "mute": False, "too_busy": True}}, [], "computer is too busy"),
         ({"memory": {"lost": 3}}, [], "3 records"),
         ({"memory": {"lost": 3, "fault": "the disk is full"}}, [], "the disk is full"),
-        ({"memory": {"lost": 0, "unkept": "read-only"}}, [], "read-only"),
+        ({"memory": {"lost": 0, "unkept": "read-only"}}, [], "“resume” is not kept: read-only"),
         ({}, [task(2, failed_by=["Bot"]), task(3, state="claimed", failed_by=["Bot"])], "given up by Bot"),
     ],
 )

@@ -55,7 +55,7 @@ def test_every_message_passes_through_ros(message: Message) -> None:
 def test_nothing_stays_on_the_disk_of_how_a_message_was_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A bridge that started again with its master left five folders in /tmp each time."""
     dialect()
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))  # Python's own setting: genpy takes no folder
     made = ros_class.__wrapped__("hvcpd_msgs/TaskArray")
     assert made._md5sum == ros_class("hvcpd_msgs/TaskArray")._md5sum
     assert list(tmp_path.iterdir()) == []

@@ -97,7 +97,7 @@ def test_a_program_that_is_cancelled_waits_for_nobody_in_a_session_of_its_own(
 ) -> None:
     """Its output was still open when the loop was closed, and Python complained about that later."""
     complaints = list[object]()
-    monkeypatch.setattr(sys, "unraisablehook", complaints.append)
+    monkeypatch.setattr(sys, "unraisablehook", complaints.append)  # made by Python to be set
     began = tmp_path / "began"
     deaf = shell(f"trap '' TERM; setsid sleep 9 & touch {began}; sleep 9; sleep 9")
     assert run(cancelled(deaf, began.exists)) < STOP_S
