@@ -77,11 +77,13 @@ def listen(recogniser: SpeechRecogniser, sound: Samples) -> list[Event]:
 
 def found(events: Sequence[Event], said: Said) -> list[tuple[str, ...]]:
     """The sentences that were heard where one was said."""
-    return [
-        e.words if isinstance(e, Recognised) else ("stop",)
-        for e in events
-        if isinstance(e, Recognised | Urgent) and e.start_sample < said.end and e.end_sample > said.start
-    ]
+    told = (e for e in near(events, said) if isinstance(e, Recognised | Urgent))
+    return [e.words if isinstance(e, Recognised) else ("stop",) for e in told]
+
+
+def near(events: Sequence[Event], said: Said) -> list[Event]:
+    """What was told of the sound where a sentence was said."""
+    return [e for e in events if e.start_sample < said.end and e.end_sample > said.start]
 
 
 def say_the_same(one: Words, other: Words) -> bool:

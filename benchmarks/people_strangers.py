@@ -27,7 +27,7 @@ from benchmarks.people_material import (
     sentences,
     stream,
 )
-from benchmarks.people_stage import BLOCK, Stage, found, listen, say_the_same
+from benchmarks.people_stage import BLOCK, Stage, found, listen, near, say_the_same
 from benchmarks.phones.recorded import DIGIT_SPEAKERS, Utterance, half_of, words
 from benchmarks.phones.voices import KOKORO_CALIBRATION, KOKORO_TRAINING, Talker, kokoro
 from hvcpd.assembly.make import make_template_recogniser
@@ -58,18 +58,20 @@ UNLIKE_KOKORO = "flite slt"
 
 @dataclass
 class Count:
-    """How many of `n` were right, made into something else (`wrong`), and right by PocketSphinx."""
+    """How many of `n` were right, made into something else (`wrong`), neither but noticed to be for the robot that
+    hears (`addressed`), and right by PocketSphinx."""
 
     right: int = 0
     wrong: int = 0
     theirs: int = 0
     theirs_wrong: int = 0
     n: int = 0
+    addressed: int = 0
     made: list[str] = field(default_factory=list)
 
     def add(self, other: Count) -> None:
         """With those of another."""
-        for name in ("right", "wrong", "theirs", "theirs_wrong", "n"):
+        for name in ("right", "wrong", "theirs", "theirs_wrong", "n", "addressed"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
 
     def told_alone(self, label: str) -> None:
@@ -106,6 +108,7 @@ def heard(
             count.n += 1
             count.right += right
             count.wrong += bool(got) and not right
+            count.addressed += not got and any(isinstance(e, Garbled) and e.addressed for e in near(events, one))
             count.theirs += bool(one.words) and say_the_same(peer, one.words)
             count.theirs_wrong += bool(peer) and not say_the_same(peer, one.words)
             if got and not right:
@@ -124,9 +127,8 @@ def stop_rows(stage: Stage, data: Path, most: int, seed: int) -> None:
     over = Count()
     talk = _talk(stage, data, seed)
     for number, utterance in enumerate(said):
-        below = np.pad(
-            next(talk), round(LEAD_S * SAMPLE_RATE_HZ)
-        )  # a call counts at the latest when the talk has ended
+        # Quiet after the talk, too: a call counts at the latest when the talk has ended.
+        below = np.pad(next(talk), round(LEAD_S * SAMPLE_RATE_HZ))
         call = levelled(utterance.sound, SPEECH_RMS * 10.0 ** (OVER_DB / 20.0))
         at = len(below) // 2
         sound = below.copy()
@@ -203,9 +205,9 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
             segment = alone(say(phrases, rng), 20.0, "white", rng.randrange(1 << 16))
             for label, listener in listeners.items():
                 found = listener.search(segment)
-                told = isinstance(found, Recognised)
-                right = isinstance(found, Recognised) and same_meaning(found.words, words)
-                totals.setdefault(label, Count()).add(Count(right, told and not right, n=1))
+                sentence = found if isinstance(found, Recognised) else None
+                right = sentence is not None and same_meaning(sentence.words, words)
+                totals.setdefault(label, Count()).add(Count(right, sentence is not None and not right, n=1))
     for label, total in totals.items():
         total.told_alone(f"Kokoro's voices, enrolled: {label}")
 
