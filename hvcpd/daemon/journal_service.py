@@ -99,6 +99,8 @@ class JournalService:
         if self.loss is not None:
             remedy = 'look at the files named, then say "resume", or: hvcpctl resume'
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
+        elif self.fault is not None:
+            _log.error("memory failed", reason=self.fault, starts="stopped" if self.stopped else "free")
         ring = self._wiring.ring()
         if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in memory.counters:
             _log.error(

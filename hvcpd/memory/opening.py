@@ -72,12 +72,12 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
     before = latch.read()
     store, fault = _opened(files.tasks)
     seals, seals_fault = _opened(files.seals, durable=True) if has_key else (None, None)
-    losses = [fault] if fault is not None else list(_losses(files, store, before, is_first))
+    losses = list(_losses(files, store, before, is_first)) if fault is None else [] if is_first else [fault]
     seals_lost = seals is not None and _are_seals_lost(seals, before, is_first)
     if seals_lost:
         losses.append(seals_fault or f"{files.seals}: the counters of seals are lost")
     is_latched = before.permit is Permit.STOPPED if before is not None else STOPPED in store.flags()
-    stopped = is_latched or bool(losses) or latch.spare() is not None
+    stopped = is_latched or bool(losses) or fault is not None or latch.spare() is not None
     after = Latched(
         Permit.STOPPED if stopped else Permit.FREE,
         _identity(store if fault is None else None, before.memory if before is not None else None),
@@ -93,7 +93,6 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
         latch.write(after)
     except StoreError as error:
         failing = str(error)
-        losses.append(failing)
         after = replace(after, permit=Permit.STOPPED)
         with suppress(StoreError):  # the next writer gets the error
             latch.write(after)

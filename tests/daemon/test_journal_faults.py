@@ -196,6 +196,22 @@ def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stoppe
     assert "set `state_dir` to another" in lost["reason"]
 
 
+def test_a_start_on_a_full_disk_tells_that_nothing_can_be_saved_and_not_that_anything_is_lost(wiring: Wiring) -> None:
+    async def scene() -> None:
+        journal = JournalService(wiring)
+        with no_new_bytes():
+            await journal.open()
+            assert journal.loss is None
+            assert journal.fault is not None
+            await journal.close()
+
+    with capture_logs() as logs:
+        run(scene())
+    assert [(line["event"], line["starts"]) for line in logs if line["event"].startswith("memory")] == [
+        ("memory failed", "stopped")
+    ]
+
+
 def test_a_file_that_was_cut_is_noticed_though_nothing_is_written(wiring: Wiring) -> None:
     async def scene() -> None:
         journal = JournalService(wiring)

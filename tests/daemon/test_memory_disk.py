@@ -61,12 +61,16 @@ def test_a_stop_on_a_full_disk_neither_waits_for_a_pipe_in_the_place_of_the_latc
     assert robot.starts().stopped
 
 
-def test_a_start_on_a_full_disk_is_stopped_and_says_why(robot: Robot) -> None:
-    robot.lives()
-    with no_new_bytes():
-        memory = robot.starts()
-    assert memory.stopped
-    assert memory.failing is not None or memory.fault is not None
+@pytest.mark.parametrize("lives", [0, 1])
+def test_a_start_on_a_full_disk_is_stopped_and_says_why_though_nothing_is_lost(robot: Robot, lives: int) -> None:
+    """Its log, its status and its voice said that it had lost what it still knew, or had never known."""
+    for _ in range(lives):
+        robot.lives()
+    with no_new_bytes(), robot.life() as (memory, _):
+        assert memory.stopped
+        assert memory.failing is not None or memory.fault is not None
+        assert memory.loss is None
+        assert memory.store.tasks() == (TASK,) * lives
     assert robot.starts().stopped
 
 
@@ -166,7 +170,7 @@ def test_a_start_whose_disk_takes_nothing_is_stopped(robot: Robot, frozen: Calla
     frozen(folder)
     memory = robot.starts()
     assert memory.stopped
-    assert memory.loss is not None
+    assert memory.fault is not None or memory.failing is not None
     thawed(folder)
     assert robot.starts().stopped, "it may have been stopped again meanwhile"
 
