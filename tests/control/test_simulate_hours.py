@@ -142,3 +142,21 @@ def test_a_team_too_small_for_a_task_is_told(tmp_path: Path, capsys: pytest.Capt
     assert main([*command, "Rob"]) == 2
     assert "the task takes 2 robots, and the team has 1" in capsys.readouterr().err
     assert main([*command, "Rob,Bot"]) == 0
+
+
+def test_tasks_for_which_skills_were_taken_from_too_many_robots_are_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A mission ended with "not done", without a word of why."""
+    doing = "actions: [{wait: 1}, wave]"
+    tasks = f"skills: {{wave: {{}}}}\ntasks:\n  - {{number: 1, name: greet the visitor, {doing}}}\n"
+    path = tmp_path / "tasks.yaml"
+    command = ["simulate", "--hours", "1", "--tasks", str(path), "--robots", "Rob,Bot", "--without", "Rob=wave"]
+    both = [*command, "--without", "Bot=wave"]
+    told = []
+    for robots, options in (("1", command), ("1", both), ("2", command)):
+        path.write_text(tasks.replace(", actions", f", robots: {robots}, actions"))
+        main(options)
+        told.append([line for line in capsys.readouterr().err.splitlines() if "warning" in line])
+    warning = "hvcpctl: warning: task 1, 'greet the visitor': --without leaves"
+    assert told == [[], [f"{warning} no robot to do it"], [f"{warning} 1 robot of 2 to do it"]]

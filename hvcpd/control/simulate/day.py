@@ -63,7 +63,7 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
 
 def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> WordPlan:
     skills = frozenset(skill.name for skill in team.tasks.skills)
-    lacked = lacked_skills(options.without, options.robots, skills)
+    lacked = lacked_skills(options.without, options.robots, skills, team.tasks)
     return WordPlan(
         options.robots,
         team.tasks.tasks,

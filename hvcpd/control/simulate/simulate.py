@@ -117,7 +117,7 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
         name: usual_devices(team.tasks, team.settings.skills, litres if whose in ("", name) else math.inf)
         for name in robots
     }
-    for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]]).items():
+    for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]], team.tasks).items():
         skills[robot] = {name: fake for name, fake in skills[robot].items() if name not in lacked}
     return skills
 

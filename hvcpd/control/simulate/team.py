@@ -104,9 +104,12 @@ def taking_part(robot: str, robots: Iterable[str], option: str) -> str:
 
 
 def lacked_skills(
-    without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str]
+    without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str], tasks: TaskRepository
 ) -> dict[str, frozenset[str]]:
-    """By the names of `robots`, which of the `skills` each lacks. Raises ConfigError for another robot or skill."""
+    """By the names of `robots`, which of the `skills` each lacks. Warns of `tasks` for which too few robots remain.
+
+    Raises ConfigError for another robot or skill.
+    """
     lacked: dict[str, frozenset[str]] = {}
     for robot, skill in without:
         name = taking_part(robot, robots, "--without")
@@ -114,6 +117,11 @@ def lacked_skills(
             remedy = did_you_mean(skill, skills) if skills else "declare it under `skills:` in the task file"
             raise ConfigError(f"--without: {name} has no skill {skill!r}; {remedy}")
         lacked[name] = lacked.get(name, frozenset()) | {skill}
+    for task in tasks.tasks if lacked else ():
+        able = sum(task.skills.isdisjoint(lacked.get(name, ())) for name in robots)
+        if able < task.robots:
+            remain = f"{able or 'no'} robot{'s' * (able > 1)}" + f" of {task.robots}" * (task.robots > 1)
+            print_error("hvcpctl", f"warning: task {task.number}, {task.name!r}: --without leaves {remain} to do it")
     return lacked
 
 
