@@ -162,8 +162,10 @@ def _event(message: Message) -> str:
 
 async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
     """Change a task, or stop or resume this robot; with `all` the robot then calls the same to all others."""
-    word = wanted["do"]
-    if word not in ("stop", "resume"):
+    word, is_for_all = wanted["do"], wanted.get("all") is True
+    if word == "resume":
+        return _resumed(await ask(word, **({"all": True} if is_for_all else {})), name, is_for_all)
+    if word != "stop":
         number, task = wanted.get("number"), wanted.get("task")
         if word == "add":
             done = await ask("task", do=word, task=task)
@@ -174,17 +176,25 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
             return {"told": f"task {number} {_FOR_ONE[word]}; the others are not told: do the same for each", **done}
         return {"told": f"task {number} {_FOR_ALL[word]}: {name} tells the others", **done}
     done = await ask(word)
-    text = f"{name} is stopped" if word == "stop" else f"{name} may take on tasks again"
-    if wanted.get("all") is True:
+    text = f"{name} is stopped"
+    if is_for_all:
         try:
-            if word == "stop":  # alone and at once: each further word costs the others a third of a second
-                await ask("say", text="stop")
-                text += ", and says “stop” to all others"
-            else:
-                await ask("say", text=f"Hi all, I am {name}, {word}")
-                text += f", and says “{word}” to all others as soon as nobody else speaks"
+            await ask("say", text="stop")  # alone and at once: each further word costs the others a third of a second
+            text += ", and says “stop” to all others"
         except HvcpdError as error:
             text += f"; but the others could not be told: {error}"
+    return {"told": text, **done}
+
+
+def _resumed(done: dict[str, Any], name: str, is_for_all: bool) -> dict[str, Any]:
+    """The reply to a page after the daemon's to `resume`."""
+    text = f"{name} may take on tasks again"
+    if done["stopped"]:
+        text = f"{name} was stopped again meanwhile"
+    elif done.get("untold") is not None:
+        text += f"; but the others could not be told: {done['untold']}"
+    elif is_for_all:
+        text += ", and says “resume” to all others as soon as nobody else speaks"
     return {"told": text, **done}
 
 

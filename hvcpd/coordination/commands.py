@@ -13,10 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hvcpd.coordination import composing
+from hvcpd.coordination import composing, halting
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
-from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
@@ -98,7 +97,7 @@ def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     now, to = heard.now, heard.to
     if not is_for(me, to):
         return
-    me.repair.resume_s = NEVER_S  # "resume" is to be heard twice after it
+    halting.refuse_to_resume(me)
     if me.latched:
         return
     fire(me, Trigger.STOP, now)

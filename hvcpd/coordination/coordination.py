@@ -216,6 +216,7 @@ class Coordination:
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""
+        halting.refuse_to_resume(self.knowledge)
         if not (before := self.knowledge.latched):
             fire(self.knowledge, Trigger.STOP, now)
         return not before
@@ -228,8 +229,7 @@ class Coordination:
             schedule.open_due(me, now)
 
     def tell_memory_lost(self, now: float) -> None:
-        """The robot's memory is lost, so it began stopped: say so aloud, and ask for the remaining tasks once
-        released."""
+        """Say aloud that its memory is lost, so it began stopped; once released, it asks for the remaining tasks."""
         halting.tell_memory_lost(self.knowledge, now)
 
     def change(self, number: int, skip: bool, now: float) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.coordination import changing, chatter, composing, repair
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import REQUESTED, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.relaying import note_passed_on
 from hvcpd.coordination.states import DEPARTING, Trigger
@@ -34,9 +34,9 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     if isinstance(statement, m.Change):
         return changing.want(me, statement.task.number, statement.skip, now)
     if isinstance(statement, m.Stop):
-        me.floor.want(Intent(Urgency.ALARM, "requested stop", lambda: utterance, at_once=True), now)
+        me.floor.want(Intent(Urgency.ALARM, "call to stop", lambda: utterance, at_once=True), now)
         return None
-    topics = (f"requested {number}" for number in range(MAX_SENTENCES))
+    topics = (f"{REQUESTED} {number}" for number in range(MAX_SENTENCES))
     topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
     if topic is None:
         return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"

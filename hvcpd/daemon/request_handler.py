@@ -18,7 +18,7 @@ from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
 from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
-from hvcpd.language.messages import Stop, for_robots
+from hvcpd.language.messages import Resume, Stop, ToAll, Utterance, for_robots
 from hvcpd.robot.robot import Robot
 
 MAX_ROWS = 100
@@ -128,15 +128,19 @@ class RequestHandler:
         self._body.journal.stop()
         return before
 
-    async def resume(self, _: Arguments, _client: Client) -> Result:
+    async def resume(self, arguments: Arguments, _client: Client) -> Result:
         robot = self._robot()
         if self._body.is_held_down:
             text = "the stop button is pressed, or its wire is broken; release the button, or mend the wire, first"
             raise RefusalError("refused", text)
-        before = robot.coordination.resume(robot.now)
+        before, untold = robot.coordination.resume(robot.now), None
+        if arguments.get("all"):  # before anything else is heard: a "stop" that comes now withdraws it
+            call = Utterance(self._body.wiring.settings.name, ToAll(), None, Resume())
+            untold = robot.coordination.say(call, robot.now)
         self._body.journal.stop(False)
         unkept = await self._body.journal.stop_kept()
-        return {"stopped": False, "before": before, "kept": unkept is None, "reason": unkept}
+        stopped = robot.coordination.knowledge.latched
+        return {"stopped": stopped, "before": before, "kept": unkept is None, "reason": unkept, "untold": untold}
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:
         if self._body.base is None:
@@ -225,7 +229,7 @@ COMMANDS: dict[str, tuple[ArgumentTypes, Command]] = {
     "say": ({"text": (str,)}, RequestHandler.say),
     "task": ({"do": (str,), "number": (int,), "task": (dict,)}, RequestHandler.task),
     "stop": ({}, RequestHandler.stop),
-    "resume": ({}, RequestHandler.resume),
+    "resume": ({"all": (bool,)}, RequestHandler.resume),
     "base": (base_request_handler.ARGUMENTS, RequestHandler.base),
     "offer": (skill_service.OFFER, RequestHandler.offer),
     "progress": (skill_service.PROGRESS, RequestHandler.progress),

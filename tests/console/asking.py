@@ -75,12 +75,14 @@ class Robot:
     def __init__(self) -> None:
         self.asked: list[tuple[str, dict[str, Any]]] = []
         self.refusals: dict[str, HvcpdError] = {}
+        self.replies: dict[str, dict[str, Any]] = {}
+        """What is in the replies to a command besides or instead of the usual."""
 
     async def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
         self.asked.append((command, arguments))
         if command in self.refusals:
             raise self.refusals[command]
-        return {"stopped": command == "stop"}
+        return {"stopped": command == "stop"} | self.replies.get(command, {})
 
 
 class Page:

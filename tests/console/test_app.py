@@ -71,6 +71,24 @@ def test_resuming_must_be_confirmed() -> None:
     assert page.robot.asked == [("resume", {})]
 
 
+@pytest.mark.parametrize(
+    ("reply", "told"),
+    [
+        ({}, "Rob may take on tasks again, and says “resume” to all others as soon as nobody else speaks"),
+        ({"untold": "Rob is leaving"}, "Rob may take on tasks again; but the others could not be told: Rob is leaving"),
+        ({"stopped": True}, "Rob was stopped again meanwhile"),
+    ],
+)
+def test_all_are_resumed_by_one_request_so_that_a_stop_cannot_come_in_between(
+    reply: dict[str, object], told: str
+) -> None:
+    """A stop between two requests left some robots resumed and others stopped, without a word of it."""
+    page = Page()
+    page.robot.replies["resume"] = reply
+    assert page.act({"do": "resume", "all": True, "confirmed": True}).json()["told"] == told
+    assert page.robot.asked == [("resume", {"all": True})]
+
+
 @pytest.mark.parametrize("wanted", [{}, {"do": "say"}, [], "stop", {"do": ["stop"]}, {"do": "stop", "x": "y" * 5000}])
 def test_anything_else_is_refused(wanted: object) -> None:
     page = Page()

@@ -137,6 +137,31 @@ def test_the_stop_button_stops_at_once_and_resuming_asks(driver: browser.webdriv
     browser.until(lambda: show.robot.asked == [("resume", {})])
 
 
+LATE_REPLY = """
+const real = window.fetch;
+window.fetch = async (...request) => {
+  const answer = await (await real(...request)).json();
+  if (answer.told?.includes("take on tasks")) await new Promise((go) => { window.arrive = go; });
+  return { json: async () => answer };
+};"""
+"""The reply to "resume" arrives only when the test lets it."""
+
+
+def test_a_late_reply_to_resume_does_not_hide_that_the_robot_was_stopped(
+    driver: browser.webdriver.Chrome, show: browser.Show
+) -> None:
+    driver.execute_script(LATE_REPLY)
+    show.do(show.scene.status, status(stopped=True))
+    browser.until(lambda: driver.find_element("css selector", "#resume").is_displayed())
+    press(driver, "#resume")
+    press(driver, "#ask-one")
+    browser.until(lambda: driver.execute_script("return window.arrive !== undefined"))
+    press(driver, "#stop")
+    browser.until(lambda: "Rob is stopped" in text(driver, "#told"))
+    driver.execute_async_script("window.arrive(); setTimeout(arguments[0], 0)")
+    assert "Rob is stopped" in text(driver, "#told")
+
+
 def test_the_stop_button_is_had_by_keyboard(driver: browser.webdriver.Chrome, show: browser.Show) -> None:
     for _ in range(6):
         driver.switch_to.active_element.send_keys(browser.TAB)

@@ -21,6 +21,7 @@ from hvcpd.control.live.daemon_client import permission_fault
 from hvcpd.control.live.short_commands import result_lines
 from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
+from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
 from hvcpd.daemon.logging import set_up_logging
 from tests.control.conftest import Refuse
@@ -89,12 +90,33 @@ def test_the_board(ctl: Ctl) -> None:
     assert json.loads(ctl("tasks", "--json"))["tasks"][0]["number"] == 1
 
 
+def test_a_resume_that_a_stop_has_outdone_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It said that the robot took on tasks again."""
+    reply = {"stopped": True, "before": True, "kept": True, "reason": None, "untold": None}
+    lines = ({"event": "hello", "protocol": PROTOCOL, "name": "Rob"}, {"ok": True, "result": reply})
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(tmp_path / "rob.sock"))
+        listening.listen()
+
+        def serve() -> None:
+            with listening.accept()[0] as client, client.makefile("rw") as stream:
+                stream.writelines(json.dumps(line) + "\n" for line in lines)
+                stream.flush()
+                stream.readlines()
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        assert main(["resume", "--socket", str(tmp_path / "rob.sock")]) == 1
+        thread.join()
+    assert capsys.readouterr() == ("", "hvcpctl: Rob was stopped again meanwhile\n")
+
+
 def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
     assert "stands still" in ctl("stop")
     assert robot.state is State.STOPPED
     assert "STOPPED" in ctl("status")
     assert "already" in ctl("stop")
-    resumed = {"name": "Rob", "stopped": False, "before": True, "kept": True, "reason": None}
+    resumed = {"name": "Rob", "stopped": False, "before": True, "kept": True, "reason": None, "untold": None}
     assert json.loads(ctl("resume", "--json")) == resumed
     assert robot.state is not State.STOPPED
     assert "was not stopped" in ctl("resume")

@@ -111,6 +111,25 @@ def test_an_unsure_resume_from_before_a_stop_does_not_count(by_voice: bool) -> N
     assert rob.state is not State.STOPPED
 
 
+@pytest.mark.parametrize("by_voice", [True, False])
+@pytest.mark.parametrize("stopped", [True, False])
+def test_a_stop_outdoes_a_resume_that_the_robot_is_still_to_say_for_its_owner(by_voice: bool, stopped: bool) -> None:
+    """Where the robot stood already it said "resume" all the same, after the "stop", and released the others."""
+    mission = Mission(("Rob", "Bot"), plants(3), ("Anna",), seed=3)
+    mission.air.run_until(45.0)
+    rob, book = mission.robots["Rob"], mission.book
+    if stopped:
+        rob.stop(45.0)
+    assert rob.say(book.parse_text("Hi all, I am Rob, resume"), 45.0) is None
+    if by_voice:
+        mission.hear(45.1, "Stop")
+    else:
+        rob.stop(45.0)
+    mission.air.run_until(120.0)
+    assert "Hi all, I am Rob, resume" not in mission.written(45.0)
+    assert rob.state is State.STOPPED
+
+
 @pytest.mark.parametrize("name", ["Rob", "rob"])
 def test_stop_is_obeyed_from_whoever_gives_the_robots_own_name(name: str) -> None:
     mission = Mission(("Rob",), plants(3), ("Anna",), seed=3)

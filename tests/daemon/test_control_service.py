@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import os
 from pathlib import Path
@@ -28,6 +29,7 @@ from hvcpd.ports import STANDSTILL, WheelCommand
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
+from hvcpd.robot.records import SaidRecord
 from tests.daemon.control_bench import ControlBench, control, run
 from tests.daemon.test_sound_service import Clock, Streams
 
@@ -141,10 +143,35 @@ def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path:
             assert said["text"] == "Hi all, I am Rob, I have stopped"
             assert (await talk.ask("stop"))["result"]["before"] is True
             assert starts_stopped(bench)
-            told = {"stopped": False, "kept": True, "reason": None}
+            told = {"stopped": False, "kept": True, "reason": None, "untold": None}
             assert (await talk.ask("resume"))["result"] == told | {"before": True}
             assert not starts_stopped(bench), "it is kept when it is answered"
             assert (await talk.ask("resume"))["result"] == told | {"before": False}
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_stop_outdoes_a_resume_of_all_that_was_not_said_yet_and_its_reply_says_so(tmp_path: Path) -> None:
+    """Between the console's two requests to the daemon, it left this robot stopped, and had it tell all others to
+    resume."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk, robot = await bench.connect(), bench.bench.robot
+            await talk.ask("stop")
+            resuming = asyncio.create_task(talk.ask("resume", all=True))
+            while robot.coordination.knowledge.latched:
+                await asyncio.sleep(0)
+            robot.coordination.stop(robot.now)
+            result = (await resuming)["result"]
+            assert (result["before"], result["stopped"], result["untold"]) == (True, True, None)
+            said = []
+            for _ in range(400):
+                await bench.live()
+                said += [record.text for record in bench.records if isinstance(record, SaidRecord)]
+            assert said
+            assert not any("resume" in text for text in said)
             await talk.hang_up()
 
     run(scene())

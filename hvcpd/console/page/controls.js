@@ -13,11 +13,15 @@ const DOING = {
   add: "Comparing the task's words with all others …",
   remove: "Removing the task …",
 };
+let stops = 0;
 const token = document.querySelector("meta[name=hvcpd-token]").content;
 
 export async function act(wanted) {
+  if (wanted.do === "stop") stops += 1;
+  const before = stops; // the reply to what was wanted before a stop must not hide the stop's
+  const tell = (text) => before === stops && setText(told, text);
   told.hidden = false;
-  setText(told, DOING[wanted.do]);
+  tell(DOING[wanted.do]);
   try {
     const reply = await fetch("act", {
       method: "POST",
@@ -25,9 +29,9 @@ export async function act(wanted) {
       body: JSON.stringify(wanted),
     });
     const answer = await reply.json();
-    setText(told, answer.told ?? answer.error ?? "The console gave no answer.");
+    tell(answer.told ?? answer.error ?? "The console gave no answer.");
   } catch {
-    setText(told, "The console does not answer. Stop the robots by voice: “stop”!");
+    tell("The console does not answer. Stop the robots by voice: “stop”!");
   }
 }
 

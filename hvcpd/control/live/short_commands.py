@@ -47,10 +47,13 @@ def _give(options: argparse.Namespace, daemon: DaemonClient) -> None:
         if options.command == "reload":
             daemon.patience_s = LEARN_S
         result = daemon.ask(options.command)
+        is_stopped_again = options.command == "resume" and result["stopped"]
         if options.json:
             sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
-        else:
+        elif not is_stopped_again:
             sys.stdout.writelines(f"{line}\n" for line in result_lines(options.command, daemon.name, result))
+        if is_stopped_again:
+            raise NotDoneError(f"{daemon.name} was stopped again meanwhile")
         if result.get("kept") is False:
             now = "stands still" if result["stopped"] else "takes on tasks"
             raise NotDoneError(f"{daemon.name} {now}, but {result['reason']}")
