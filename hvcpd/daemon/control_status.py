@@ -12,6 +12,7 @@ from typing import Any
 
 from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.peers import Peer, PeerDistance
 from hvcpd.coordination.place_state import PlaceState
@@ -142,9 +143,10 @@ def _conversation(body: Body) -> dict[str, Any]:
     c, now = robot.coordination, robot.now
     task = body.wiring.tasks.by_number(c.task) if c.task is not None else None
     pose = robot.odometry.pose
+    conflict = "; another robot uses its name, so it takes on nothing" if in_name_conflict(c.knowledge, now) else ""
     return {
         "state": c.state.name.lower(),
-        "doing": c.state.value,
+        "doing": c.state.value + conflict,
         "now_s": round(now, 3),
         "pose": {
             "x_m": round(pose.x_m, 3),

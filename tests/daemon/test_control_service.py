@@ -2,35 +2,26 @@
 
 from __future__ import annotations
 
-import asyncio
 import io
 import os
 from pathlib import Path
 from typing import Any
 
 import pytest
-from gpiozero.pins.mock import MockFactory
 from rich.console import Console
 from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.console.lines import confidence_note
-from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.control.live.status_screen import status_screen
 from hvcpd.coordination.peers import PeerDistance
 from hvcpd.coordination.place_state import WAITS_S, PlaceState
 from hvcpd.coordination.saying import MAX_SENTENCES
-from hvcpd.coordination.states import State
 from hvcpd.daemon.sound_service import SoundService
-from hvcpd.hardware.stop_button import StopButton
-from hvcpd.memory.latch import Permit, StopLatch
-from hvcpd.ports import STANDSTILL, WheelCommand
-from hvcpd.recognition.events import Garbled, Recognised, Urgent
+from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.reporting.metrics import metrics_of
 from hvcpd.reporting.text import shown_away
-from hvcpd.robot.records import SaidRecord
-from tests.daemon.control_bench import ControlBench, control, run
+from tests.daemon.control_bench import control, run
 from tests.daemon.test_sound_service import Clock, Streams
 
 ORDER = tuple("hi rob i am bot water the green rose".split())
@@ -122,116 +113,6 @@ def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
     run(scene())
 
 
-def test_stop_halts_the_wheels_before_the_next_block_and_is_said_aloud(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            wheels = bench.body.wheels
-            assert wheels is not None
-            wheels.serve(WheelCommand(3.0, 3.0), 0.0)
-            await wheels.settled()
-            assert bench.wheels.told[-1] == WheelCommand(3.0, 3.0)
-            talk = await bench.connect()
-            stopped = (await talk.ask("stop"))["result"]
-            assert stopped == {"stopped": True, "before": False, "kept": True, "reason": None}
-            await wheels.settled()
-            assert bench.wheels.told[-1] == STANDSTILL
-            assert bench.bench.robot.coordination.state is State.STOPPED
-            await talk.ask("subscribe", events=["said"])
-            await bench.live(blocks=120)  # not before a spoken "stop" would have gone on from robot to robot
-            said = await talk.line()
-            assert said is not None
-            assert said["text"] == "Hi all, I am Rob, I have stopped"
-            assert (await talk.ask("stop"))["result"]["before"] is True
-            assert starts_stopped(bench)
-            told = {"stopped": False, "kept": True, "reason": None, "untold": None}
-            assert (await talk.ask("resume"))["result"] == told | {"before": True}
-            assert not starts_stopped(bench), "it is kept when it is answered"
-            assert (await talk.ask("resume"))["result"] == told | {"before": False}
-            await talk.hang_up()
-
-    run(scene())
-
-
-def test_a_stop_outdoes_a_resume_of_all_that_was_not_said_yet_and_its_reply_says_so(tmp_path: Path) -> None:
-    """Between the console's two requests to the daemon, it left this robot stopped, and had it tell all others to
-    resume."""
-
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            talk, robot = await bench.connect(), bench.bench.robot
-            await talk.ask("stop")
-            resuming = asyncio.create_task(talk.ask("resume", all=True))
-            while robot.coordination.knowledge.latched:
-                await asyncio.sleep(0)
-            robot.coordination.stop(robot.now)
-            result = (await resuming)["result"]
-            assert (result["before"], result["stopped"], result["untold"]) == (True, True, None)
-            said = []
-            for _ in range(400):
-                await bench.live()
-                said += [record.text for record in bench.records if isinstance(record, SaidRecord)]
-            assert said
-            assert not any("resume" in text for text in said)
-            await talk.hang_up()
-
-    run(scene())
-
-
-def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_why(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            factory = MockFactory()
-            bench.body.button = StopButton(17, True, factory)
-            factory.pin(17).drive_high()  # its wire is broken
-            talk = await bench.connect()
-            await talk.ask("stop")
-            status = (await talk.ask("status"))["result"]
-            assert status["button_pressed"]
-            assert "STOPPED: its stop button is pressed" in shown(status)
-            refusal = (await talk.ask("resume"))["error"]
-            assert refusal["code"] == "refused"
-            assert "wire is broken" in refusal["text"]
-            assert bench.bench.robot.coordination.state is State.STOPPED
-            assert starts_stopped(bench)
-            factory.pin(17).drive_low()
-            assert not (await talk.ask("status"))["result"]["button_pressed"]
-            assert (await talk.ask("resume"))["result"]["before"] is True
-            bench.body.button.close()
-            await talk.hang_up()
-
-    run(scene())
-
-
-def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_sure_of(tmp_path: Path) -> None:
-    """It was "heard, 0 % sure, 0 dB over the noise", and lowered the mean confidence."""
-
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            talk = await bench.connect()
-            await talk.ask("subscribe", events=["heard"])
-            await bench.live(Urgent(0, 8000), blocks=2)
-            event = await talk.line()
-            assert event is not None
-            assert (event["text"], event["confidence"], event["snr_db"]) == ("Stop", None, None)
-            line = FollowLines(Console(file=io.StringIO())).line(event, 0.0)
-            assert line is not None
-            assert line.plain.endswith("somebody: Stop  heard, the word by itself")
-            assert confidence_note(event["confidence"], event["snr_db"])["text"] == "heard, the word by itself"
-            row, *_ = (await talk.ask("transcript"))["result"]["rows"]
-            assert (row["text"], row["confidence"]) == ("Stop", None)
-            counts = (await talk.ask("status"))["result"]["counts"]
-            assert (counts["heard"], counts["confidence_sum"]) == (0, 0.0)
-            await talk.hang_up()
-
-    run(scene())
-
-
-def starts_stopped(bench: ControlBench) -> bool:
-    """Whether the latch, as it is on the disk, would have the next start stopped."""
-    latched = StopLatch(bench.body.wiring.latch_path).read()
-    return latched is None or latched.permit is not Permit.FREE
-
-
 def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: Path) -> None:
     async def scene() -> None:
         async with control(tmp_path) as bench:
@@ -246,25 +127,6 @@ def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: P
             await bench.live(blocks=300)
             said = [await talk.line(), await talk.line()]
             assert "Hi all, I am Rob, task one again, change two" in [line["text"] for line in said if line]
-            await talk.hang_up()
-
-    run(scene())
-
-
-def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> None:
-    async def scene() -> None:
-        async with control(tmp_path, with_robot=False) as bench:
-            talk = await bench.connect()
-            bench.body.preparation.text = "preparing words: Bot's words, 3 of 97"
-            status = (await talk.ask("status"))["result"]
-            assert status["state"] == "starting"
-            assert "Bot's words, 3 of 97" in shown(status)
-            assert "not opened yet" in shown(status), "it has wheels"
-            assert (await talk.ask("tasks"))["error"]["code"] == "starting"
-            assert (await talk.ask("reload"))["error"]["code"] == "starting", "the plan is made of what was read before"
-            assert (await talk.ask("stop"))["ok"]
-            bench.begin()
-            assert (await talk.ask("status"))["result"]["stopped"] is True
             await talk.hang_up()
 
     run(scene())
@@ -296,29 +158,6 @@ def test_sentences_are_said_in_turn_and_only_those_that_are_true(tmp_path: Path)
                 assert (await talk.ask("say", text="hi bot, i am rob, what is left"))["ok"]
             assert "wait to be said" in (await talk.ask("say", text="what is left"))["error"]["text"]
             assert (await talk.ask("say", text="stop"))["ok"]
-            await talk.hang_up()
-
-    run(scene())
-
-
-@pytest.mark.parametrize(
-    ("text", "is_meant"), [("stop", True), ("all stop", True), ("rob stop", True), ("bot stop", False)]
-)
-def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
-    text: str, is_meant: bool, tmp_path: Path
-) -> None:
-    async def scene() -> None:
-        async with control(tmp_path) as bench:
-            talk = await bench.connect()
-            await talk.ask("subscribe", events=["said"])
-            await talk.ask("say", text=text)
-            assert (bench.bench.robot.coordination.state is State.STOPPED) is is_meant
-            await bench.live(blocks=40)
-            await bench.journal.settled()
-            assert starts_stopped(bench) is is_meant
-            said = await talk.line()
-            assert said is not None
-            assert said["text"] == text.capitalize()
             await talk.hang_up()
 
     run(scene())
@@ -360,6 +199,21 @@ def test_the_transcript_comes_in_pages(tmp_path: Path) -> None:
             assert (await talk.ask("transcript", since_s=2.0**52))["result"]["rows"] == []
             assert (await talk.ask("transcript", limit=0))["error"]["code"] == "bad_argument"
             assert (await talk.ask("transcript", after=-1))["error"]["code"] == "bad_argument"
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_whoever_asks_what_it_does_learns_that_another_robot_has_its_name(tmp_path: Path) -> None:
+    """It "is free", and did nothing."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            for expected in (False, True):
+                await bench.live(heard(tuple("hi bot i am rob what is left".split())), blocks=2)
+                status = (await talk.ask("status"))["result"]
+                assert ("another robot uses its name, so it takes on nothing" in shown(status)) is expected
             await talk.hang_up()
 
     run(scene())
