@@ -158,6 +158,9 @@ def test_a_bad_lexicon(refused: Refuse, tmp_path: Path) -> None:
         (["simulate", "--mode", "coordinate", "--coordinator", "Zed"], "choose one of Rob, Bot"),
         (["simulate", "--robots", ",".join(f"N{n}" for n in range(13))], "at most 12"),
         (["say", "Hi, I am Rob", "--as", "R2-D2"], "not a letter followed by"),
+        (["say", "stop", "--name", "Rob", "-o", "x.wav"], "--name has a robot say it, which -o does not change; leave"),
+        (["say", "stop", "--socket", "none", "--rate", "1.2"], "--socket has a robot say it, which --rate does not"),
+        (["say", "stop", "--name", "Rob", "--local"], "--name has a robot say it, which --local does not change"),
     ],
 )
 def test_wrong_usage(arguments: list[str], part: str, refused: Refuse) -> None:

@@ -9,10 +9,16 @@ from __future__ import annotations
 import argparse
 from contextlib import closing
 
+from hvcpd.errors import ConfigError
+
 
 def run(options: argparse.Namespace) -> int:
     """Have the sentence said by its speaker's daemon, or speak it in that voice."""
-    if not _makes_the_sound(options):
+    sound = _sound_options(options)
+    robot = next((option for option in ("name", "socket") if getattr(options, option) is not None), None)
+    if sound and robot is not None:
+        raise ConfigError(f"--{robot} has a robot say it, which {sound[0]} does not change; leave one of the two out")
+    if not sound:
         from hvcpd.control.say.asking import daemon_that_says, have_it_said  # not where none is asked
 
         if (daemon := daemon_that_says(options)) is not None:
@@ -23,7 +29,16 @@ def run(options: argparse.Namespace) -> int:
     return speak(options)
 
 
-def _makes_the_sound(options: argparse.Namespace) -> bool:
-    chosen = (options.output, options.voice_of, options.voice)
-    delivery = (options.rate, options.gain_db, options.lombard) != (1.0, 0.0, False)
-    return bool(options.local or options.natural or delivery or any(each is not None for each in chosen))
+def _sound_options(options: argparse.Namespace) -> list[str]:
+    """The given options with which this command makes the sound."""
+    given = {
+        "-o": options.output is not None,
+        "--as": options.voice_of is not None,
+        "--voice": options.voice is not None,
+        "--rate": options.rate != 1.0,
+        "--gain-db": options.gain_db != 0.0,
+        "--natural": options.natural,
+        "--lombard": options.lombard,
+        "--local": options.local,
+    }
+    return [option for option, is_given in given.items() if is_given]
