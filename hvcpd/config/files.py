@@ -16,8 +16,9 @@ STANDARD_OUTPUT = Path("/dev/stdout")
 def write_whole(path: Path, data: bytes, mode: int | None = None) -> None:
     """Write `path` atomically: readers see the old content or the new, never a part. Raises OSError.
 
-    Of a link, what it leads to is replaced; the new file has the owner and the permissions of the old one. A device, a
-    pipe or the like is written to, not replaced. A file that is the standard output grows, as the shell's >> wants it.
+    Of a link, what it leads to is replaced; the new file has the owner and the permissions of the old one. One that is
+    write-protected is left as it is. A device, a pipe or the like is written to, not replaced. A file that is the
+    standard output grows, as the shell's >> wants it.
 
     With a `mode` the file is private: it has these permissions at most, and is on the disk when this returns; a stream
     is refused. A new one belongs to the owner of its folder: what root makes among the robot's files is the robot's.
@@ -26,6 +27,8 @@ def write_whole(path: Path, data: bytes, mode: int | None = None) -> None:
     old = target.stat() if target.exists() else None
     if old is not None and stat.S_ISDIR(old.st_mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if old is not None and not os.access(target, os.W_OK):  # its folder alone decides whether it can be replaced
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
     is_stream = path == STANDARD_OUTPUT or (old is not None and not stat.S_ISREG(old.st_mode))
     if is_stream and mode is not None:
         raise OSError(errno.ENXIO, "this is a device or a pipe", str(path))

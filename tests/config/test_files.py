@@ -10,6 +10,7 @@ import pytest
 
 from hvcpd.config.files import make_folder, write_whole
 from tests.full_disk import no_new_bytes
+from tests.permissions import bound, needs_permissions
 
 SOMEBODY = 1234
 """A user that is not the one who runs the tests."""
@@ -30,6 +31,17 @@ def test_what_is_replaced_keeps_its_permissions(mode: int | None, tmp_path: Path
     write_whole(path, b"new", mode)
     assert path.read_bytes() == b"new"
     assert permissions(path) == 0o600
+
+
+@needs_permissions
+def test_a_write_protected_file_is_left_as_it_is(tmp_path: Path) -> None:
+    """`say -o` replaced it, for that takes only the permission of its folder."""
+    path = tmp_path / "file"
+    path.write_bytes(b"old")
+    path.chmod(0o444)
+    tried = bound("-c", f"from hvcpd.config.files import *; write_whole(Path({str(path)!r}), b'new')")
+    assert "PermissionError" in tried.stderr
+    assert path.read_bytes() == b"old"
 
 
 def test_a_private_file_is_closed_even_if_the_old_one_was_open(tmp_path: Path) -> None:

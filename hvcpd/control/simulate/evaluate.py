@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
         raise ConfigError(f"--from-recordings: {options.experiment} has no recordings; use it with wake")
     names: Sequence[str] = ALL if options.experiment == "all" else (options.experiment,)
     scale = Scale(options.seed, options.trials, options.quick, options.missions)
-    with writing(options.out, AudioFileError, "--out: "):
+    with writing(options.out, AudioFileError, "--out: ", "name another directory"):
         options.out.mkdir(parents=True, exist_ok=True)
         if options.from_recordings is not None:
             found = [_of_recordings(options.from_recordings, options.out)]
