@@ -21,7 +21,6 @@ from hvcpd.control.live.daemon_client import permission_fault
 from hvcpd.control.live.short_commands import result_lines
 from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
-from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
 from hvcpd.daemon.logging import set_up_logging
 from tests.control.conftest import Refuse
@@ -88,27 +87,6 @@ def test_watching_shows_it_again_and_again(
 def test_the_board(ctl: Ctl) -> None:
     assert "water the green rose" in ctl("tasks")
     assert json.loads(ctl("tasks", "--json"))["tasks"][0]["number"] == 1
-
-
-def test_a_resume_that_a_stop_has_outdone_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It said that the robot took on tasks again."""
-    reply = {"stopped": True, "before": True, "kept": True, "reason": None, "untold": None}
-    lines = ({"event": "hello", "protocol": PROTOCOL, "name": "Rob"}, {"ok": True, "result": reply})
-    with socket.socket(socket.AF_UNIX) as listening:
-        listening.bind(str(tmp_path / "rob.sock"))
-        listening.listen()
-
-        def serve() -> None:
-            with listening.accept()[0] as client, client.makefile("rw") as stream:
-                stream.writelines(json.dumps(line) + "\n" for line in lines)
-                stream.flush()
-                stream.readlines()
-
-        thread = threading.Thread(target=serve)
-        thread.start()
-        assert main(["resume", "--socket", str(tmp_path / "rob.sock")]) == 1
-        thread.join()
-    assert capsys.readouterr() == ("", "hvcpctl: Rob was stopped again meanwhile\n")
 
 
 def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
@@ -191,6 +169,7 @@ def test_settings_with_their_sources(ctl: Ctl, robot: RunningRobot) -> None:
     running = [json.loads(line) for line in ctl("config", "--running", "--json").splitlines()]
     assert {"key": "name", "value": "Rob", "source": "--name"} in running
     assert len(running) == len(ctl("config").splitlines())
+    assert list(map(json.loads, ctl("config", "--socket", str(robot.bench.path), "--json").splitlines())) == running
 
 
 def test_a_name_that_nobody_gave_is_not_told_as_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

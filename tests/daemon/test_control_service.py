@@ -31,9 +31,9 @@ def heard(words: tuple[str, ...] = ORDER) -> Recognised:
     return Recognised(words, "oak", 0, 8000, 0.95, 20.0, ())
 
 
-def shown(status: dict[str, Any]) -> str:
+def shown(status: dict[str, Any], width: int = 120) -> str:
     """As `hvcpctl status` shows it."""
-    console = Console(width=120, file=io.StringIO())
+    console = Console(width=width, file=io.StringIO())
     console.print(status_screen(status))
     return console.file.getvalue()  # type: ignore[attr-defined,no-any-return]
 
@@ -85,6 +85,7 @@ def test_status_tells_who_it_is_and_what_it_does(tmp_path: Path) -> None:
             status = reply["result"]
             assert (status["name"], status["team"], status["version"]) == ("Rob", "plant", __version__)
             assert status["pid"] == os.getpid()
+            assert " 95%  20 dB" in shown(status, width=30), "it said 9…"
             assert status["tasks"] == {"open": 1}
             assert status["peers"][0] | {"heard_ago_s": 0} == {
                 "name": "Bot",

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
+import socket
+import threading
 from pathlib import Path
 
 import pytest
@@ -11,8 +14,10 @@ from gpiozero.pins.mock import MockFactory
 from rich.console import Console
 
 from hvcpd.console.lines import confidence_note
+from hvcpd.control.cli import main
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.coordination.states import State
+from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.hardware.stop_button import StopButton
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
@@ -172,3 +177,24 @@ def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
             await talk.hang_up()
 
     run(scene())
+
+
+def test_a_resume_that_a_stop_has_outdone_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It said that the robot took on tasks again."""
+    reply = {"stopped": True, "before": True, "kept": True, "reason": None, "untold": None}
+    lines = ({"event": "hello", "protocol": PROTOCOL, "name": "Rob"}, {"ok": True, "result": reply})
+    with socket.socket(socket.AF_UNIX) as listening:
+        listening.bind(str(tmp_path / "rob.sock"))
+        listening.listen()
+
+        def serve() -> None:
+            with listening.accept()[0] as client, client.makefile("rw") as stream:
+                stream.writelines(json.dumps(line) + "\n" for line in lines)
+                stream.flush()
+                stream.readlines()
+
+        thread = threading.Thread(target=serve)
+        thread.start()
+        assert main(["resume", "--socket", str(tmp_path / "rob.sock")]) == 1
+        thread.join()
+    assert capsys.readouterr() == ("", "hvcpctl: Rob was stopped again meanwhile\n")

@@ -16,12 +16,12 @@ from hvcpd.errors import EX_OK
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the settings that a daemon started now would have; with --running those of the running daemon; with
-    --example a settings file to start from."""
+    """Print the settings that a daemon started now would have; with --running or --socket those of the running daemon;
+    with --example a settings file to start from."""
     if options.example:
         sys.stdout.write(commented_settings())
         return EX_OK
-    if options.running:
+    if options.running or options.socket is not None:
         with closing(find_daemon(options)) as daemon:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
     else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from rich.console import Group, RenderableType
+from rich.console import Group, JustifyMethod, RenderableType
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
@@ -143,8 +143,9 @@ def _peers(peers: Sequence[Mapping[str, Any]]) -> RenderableType:
     if not peers:
         return Text("No other robot was heard so far", "dim")
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", pad_edge=False)
-    for title in ("Heard", "Team", "Last", "Sure", "SNR", "Away"):
-        table.add_column(title, justify="left" if title in ("Heard", "Team") else "right", no_wrap=True)
+    for title in ("Heard", "Team", "Last", "Sure", "SNR", "Away"):  # in a narrow terminal no digit may be lost
+        justify: JustifyMethod = "left" if title in ("Heard", "Team") else "right"
+        table.add_column(title, justify=justify, overflow="fold", no_wrap=title in ("Sure", "SNR", "Away"))
     for peer in sorted(peers, key=lambda peer: float(peer["heard_ago_s"])):
         snr = f"{peer['snr_db']:.0f} dB" if peer["snr_db"] is not None else "–"
         far = shown_away(peer) or "–"
