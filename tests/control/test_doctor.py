@@ -141,6 +141,7 @@ def test_a_slow_processor_a_wrong_clock_and_missing_groups(tmp_path: Path, capsy
     told = found(capsys)
     assert "too slow" in told["processor"]["text"]
     assert told["clock"]["grade"] == "note"
+    assert "tasks that recur, quiet hours" in told["clock"]["text"], "it said that only the transcript needs the clock"
     assert "usermod -aG audio" in told["permissions"]["text"]  # never root, who owns it here
 
 

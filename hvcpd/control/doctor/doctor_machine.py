@@ -75,8 +75,8 @@ def _look_at_clock(machine: Machine) -> Diagnosis:
     if now_s < installed_s:
         return note(
             "clock",
-            f"it says {told}, before hvcpd was installed: the transcript will have wrong times (nothing else needs the "
-            "clock); `sudo date -s '…'`, or fit a battery-backed one",
+            f"it says {told}, before hvcpd was installed: times of the transcript, tasks that recur, quiet hours and "
+            "codes of a telephone will be wrong; `sudo date -s '…'`, fit a battery-backed one, or set `clock: false`",
         )
     return fine("clock", told)
 
