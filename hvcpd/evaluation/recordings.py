@@ -12,7 +12,7 @@ from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.names import valid_robot_name
 from hvcpd.config.settings import DEFAULT_TEAMS
-from hvcpd.errors import ConfigError
+from hvcpd.errors import ConfigError, unreadable
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.listeners import OURS, sentences, sound, tasks
 from hvcpd.evaluation.statistics import Step, pivot
@@ -41,8 +41,10 @@ def read_list(folder: Path) -> list[Recording]:
     path = folder / LIST
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: cannot be read ({error}); see docs/experiment.md for what it holds") from None
+    except OSError as error:
+        raise ConfigError(f"{path}: {unreadable(error)}; docs/experiment.md shows what it holds") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: not UTF-8 text; save the file as UTF-8") from None
     rows = csv.DictReader(text.splitlines())
     if tuple(rows.fieldnames or ()) != COLUMNS:
         raise ConfigError(f"{path}: its first line must be: {','.join(COLUMNS)}")

@@ -48,6 +48,15 @@ def test_all_faults_of_a_list_are_told_at_once(tmp_path: Path, text: str, faults
     assert [fault for fault in faults if fault not in str(error.value)] == []
 
 
+def test_a_list_that_is_not_there_or_no_text(tmp_path: Path) -> None:
+    """It gave the error of Python, with the path once more."""
+    with pytest.raises(ConfigError, match=f"^{tmp_path / LIST}: there is no such file; check the name, or create it;"):
+        read_list(tmp_path)
+    (tmp_path / LIST).write_bytes(b"\xff")
+    with pytest.raises(ConfigError, match="not UTF-8 text"):
+        read_list(tmp_path)
+
+
 def test_recordings_of_one_distance_are_added_up() -> None:
     recordings = [Recording(Path(), at, "Mia", "Ted", 20) for at in (1.0, 1.0, 2.0, 4.0)]
     found = findings(recordings, [20, 18, 3, 0])
