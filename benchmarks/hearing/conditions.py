@@ -19,7 +19,8 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 
 LEVELS_DBFS = (-50.0, -40.0, -30.0, -20.0, -12.0, -6.0)
 LEVEL_SNR_DB = 20.0
-RATES = (0.8, 0.9, 1.1, 1.25)
+RATES = (0.7, 0.8, 0.9, 1.1, 1.25, 1.5)
+RATES_SNR_DB = (0.0, 45.0)
 """Of the speaker's, against the templates'."""
 TIMES = 3
 """A sentence that is not understood is said so often in the row `slow`; robots ask three times (`repair`)."""
@@ -138,8 +139,11 @@ class Stage:
         """A speaker who talks slower or faster than the templates."""
         for rate in RATES:
             clean, spoken = self.stream(rate)
-            sound = mixing.mix(clean, spoken, self.noise("pink", len(clean)), 0.0, self.dbfs)
-            yield Condition("rate", "rate", rate, f"{rate:g} of the usual rate, pink noise, SNR 0 dB", sound, spoken)
+            noise = self.noise("pink", len(clean))
+            for snr_db in RATES_SNR_DB:
+                sound = mixing.mix(clean, spoken, noise, snr_db, self.dbfs)
+                label = f"{rate:g} of the usual rate, pink noise, SNR {snr_db:g} dB"
+                yield Condition("rate", f"rate at {snr_db:g} dB", rate, label, sound, spoken)
 
     def steps(self) -> Iterator[Condition]:
         """Noise that steps by 20 dB."""
@@ -185,7 +189,7 @@ class Stage:
             "level": (len(LEVELS_DBFS) + 1, self.levels),
             "channel": (8, self.channels),
             "clock": (2, self.clocks),
-            "rate": (len(RATES), self.rates),
+            "rate": (len(RATES) * len(RATES_SNR_DB), self.rates),
             "steps": (2, self.steps),
             "range": (len(FREE_M), self.free_field),
             "rooms": (len(RT60_S) * len(DISTANCES_M), self.rooms),

@@ -157,7 +157,7 @@ SOUNDS: dict[str, Callable[[int], Samples]] = {
 def test_any_sound_is_looked_at(name: str, n: int, lead: int) -> None:
     with np.errstate(divide="raise", invalid="raise"):
         found = LISTENER.search(ChannelSegment(SOUNDS[name](n), 0, min(lead, n)))
-    assert name == "a sentence and silence" or found == SearchResult()
+    assert name == "a sentence and silence" or not found.sentences
 
 
 def test_a_sentence_in_digital_silence_is_heard() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -151,8 +152,35 @@ def test_what_a_person_said_is_not_held_because_some_path_seems_to_go_on(robot: 
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
     going_on = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
     assert going_on
-    listening = recogniser(Script([(END + 800, GARBLED)]), Told(SearchResult(robot=robot, in_progress=going_on)))
+    result = SearchResult(best=going_on[0] if robot else None, in_progress=going_on)
+    listening = recogniser(Script([(END + 800, GARBLED)]), Told(result))
     assert run(listening, 0, END + 10_000) == ([] if robot else [GARBLED])
+
+
+def test_a_sentence_is_not_held_for_long_because_one_path_after_the_other_seems_to_go_on() -> None:
+    """A sentence at another speaking rate was told up to 17 s late, while others spoke soon one after the other."""
+    whole = through_a_room(spoken("all, who is here"), 1)
+    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
+    going_on = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress
+    event = guess(end=END)
+    pieces = [(AT + k * 16_000, AT + k * 16_000 + 8_000) for k in range(6)]
+    script = Script([(END + 800, event)], [(AT, END), *(piece for piece in pieces if piece[0] > END)])
+    listening = recogniser(script, Told(SearchResult(in_progress=going_on)))
+    assert run(listening, 0, END + MAX_WAIT) == []
+    assert run(listening, END + MAX_WAIT, END + MAX_WAIT + 2 * BLOCK) == [event]
+
+
+def test_a_path_contradicts_a_sentence_if_it_follows_other_words_through_most_of_it() -> None:
+    """At another speaking rate the search followed a word or two, and no sentence was understood in quiet."""
+    whole = through_a_room(spoken("all, who is here"), 1)
+    half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
+    path = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress[0]
+    begin, length = path.starts[0], path.end - path.starts[0]
+    result = SearchResult(best=path)
+    assert result.contradicts(replace(guess(), start_sample=begin, end_sample=begin + 19 * length // 10))
+    assert not result.contradicts(replace(guess(), start_sample=begin, end_sample=begin + 21 * length // 10))
+    assert not result.contradicts(replace(guess("all who is here"), start_sample=begin, end_sample=path.end))
+    assert not SearchResult().contradicts(replace(guess(), start_sample=begin, end_sample=path.end))
 
 
 def test_where_a_recording_ends_nothing_is_held_any_more() -> None:

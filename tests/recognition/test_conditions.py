@@ -88,6 +88,13 @@ def test_slow_speech_is_heard_to_its_faint_end_in_loud_noise(sound: Sound) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("rate", [0.9, 1.1])
+def test_other_speaking_rates_are_heard_in_quiet(rate: float, sound: Sound) -> None:
+    for seed, text in enumerate(SENTENCES[:3]):
+        assert heard(said(text, sound, rate), sound, 45.0, seed) == [words(text)], text
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [0.8, 1.0])
 @pytest.mark.parametrize(
     "text", ["Hi team B, I am Gus, member of team B, stop", "Hi all, I am Rex, move back five metres"]

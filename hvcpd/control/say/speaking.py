@@ -10,17 +10,15 @@ from hvcpd.assembly.voice_assignment import recorded_voice
 from hvcpd.config.files import STANDARD_OUTPUT
 from hvcpd.control.say.sounding import write_or_play
 from hvcpd.control.simulate.team import Team, load_team
-from hvcpd.coordination.actions import SLOW_STRETCH
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.language.messages import for_robots
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.synthesis.delivery import Delivery
 from hvcpd.synthesis.speaker import Speaker
 
-HEARD_RATES = (1.0, 1.0 / SLOW_STRETCH)
-"""Speaking rates, relative to the usual one, that robots understand wherever they are. At others the samples of words
-differ from the known ones; in noise the templates understand those, too, but in quiet the search through the channel
-finds pieces of the words and does not let a sentence count that it has not found."""
+HEARD_RATES = (0.7, 1.25)
+"""Slowest and fastest speaking rate that robots understand, relative to the usual one (`python -m benchmarks.hearing
+--rows rate`)."""
 HEARD_DB = 0.05
 """Differences of level below this are not reported."""
 
@@ -34,10 +32,9 @@ def speak(options: argparse.Namespace) -> int:
         sys.stderr.write(f"hvcpctl: note: said as '{team.phrasebook.write(utterance)}', which robots hear\n")
     if voice_of and options.voice is None and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
         sys.stderr.write(f"hvcpctl: note: {utterance.speaker}'s words in {voice_of}'s voice\n")
-    if options.rate not in HEARD_RATES:
-        usual, slow = HEARD_RATES
-        told = f"in a quiet room robots understand the rates {usual:g} and {slow:g}; others by their settings (`rate`)"
-        sys.stderr.write(f"hvcpctl: note: for people; {told}\n")
+    if not HEARD_RATES[0] <= options.rate <= HEARD_RATES[1]:
+        least, most = HEARD_RATES
+        sys.stderr.write(f"hvcpctl: note: for people; robots understand {least:g} to {most:g} of the usual rate\n")
     delivery = Delivery(options.rate, options.gain_db, options.lombard)
     phrases = team.phrasebook.phrases(utterance)
     speaker = _speaker(options, team, delivery, voice_of or utterance.speaker or team.settings.name, phrases)

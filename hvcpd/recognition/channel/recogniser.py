@@ -197,12 +197,12 @@ class ChannelRecogniser:
             if evidence is None:
                 if not paths:
                     break
-                robot = paths[0].score >= ROBOT_SCORE
+                best = paths[0].shifted(segment.origin + begin) if paths[0].score >= ROBOT_SCORE else None
                 last = _in_progress(paths, len(heard), IN_PROGRESS_SCORE if segment.cut else ROBOT_SCORE)
                 likeliest = next(filter(self._searches[0].is_whole, paths), None)
-                words = likeliest.words if robot and likeliest is not None else ()
+                words = likeliest.words if best is not None and likeliest is not None else ()
                 going_on = tuple(path.shifted(segment.origin + begin) for path in last)
-                return SearchResult(tuple(sentences), robot, going_on, words, sure_at)
+                return SearchResult(tuple(sentences), best, going_on, words, sure_at)
             reported.append(evidence.path)
             received = evidence.path.received(len(heard))
             sentences.append(_recognised(evidence, segment.origin + begin, received))

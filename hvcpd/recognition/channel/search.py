@@ -74,16 +74,30 @@ class ChannelSegment:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """The sentences in a segment; whether a robot said something else there; and the paths in progress at its end, the
-    best first, in samples of the stream."""
+    """The sentences in a segment; the likeliest path otherwise, if it shows that a robot spoke; and the paths in
+    progress at its end, the best first, in samples of the stream."""
 
     sentences: tuple[Recognised, ...] = ()
-    robot: bool = False
+    best: Path | None = None
     in_progress: tuple[Path, ...] = ()
     likeliest: tuple[str, ...] = ()
     """The words of the likeliest whole sentence, however unsure; none if no robot spoke."""
     sure_at: int = sys.maxsize
     """The sample by which a sentence has ended that is sure unless more words follow."""
+
+    @property
+    def robot(self) -> bool:
+        """Whether a robot said something else than the sentences."""
+        return self.best is not None
+
+    def contradicts(self, sentence: Recognised) -> bool:
+        """Whether the likeliest path follows other words through most of it. At another speaking rate than those of the
+        renderings a path follows a word or two of a sentence."""
+        best = self.best
+        if best is None or sentence.words[: len(best.words)] == best.words:
+            return False
+        both = min(best.end, sentence.end_sample) - max(best.starts[0], sentence.start_sample)
+        return both > 0.5 * (sentence.end_sample - sentence.start_sample)
 
 
 class ChannelSearch:

@@ -76,9 +76,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             for segment in [each for each in self._closed if each.job is job]:
                 out += self._take_result(segment, result)
         for each in self._closed:
-            over = self._is_over(each)
-            if over or each.result is not None:
-                out += self._release(each, over or not each.in_progress)
+            out += self._release(each, each.result is not None and not each.in_progress)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
@@ -94,11 +92,11 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         return found
 
     def _release(self, segment: OpenSegment, everything: bool = True) -> list[Event]:
-        """Release a segment's held events: `everything`, or what the search agrees with, while a sentence is in
-        progress at its end. Garbled speech in which no robot was heard is released at once, since in anybody's talk
-        some path is in progress by chance."""
+        """Release a segment's held events: `everything`, or, while it is searched or a sentence is in progress at its
+        end, what was held for MAX_WAIT or the search agrees with. Garbled speech in which no robot was heard is
+        released with the result, since in anybody's talk some path is in progress by chance."""
         result = segment.result or SearchResult()
-        freed = [event for event in segment.held_events if everything or self._agrees(event, result)]
+        freed = [e for e in segment.held_events if everything or self._is_late(e) or self._agrees(e, segment.result)]
         segment.held_events = [event for event in segment.held_events if event not in freed]
         return [each for event in freed for each in self._to_report(event, result)]
 
@@ -247,18 +245,23 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
     def _to_report(self, event: Recognised | Garbled, result: SearchResult) -> list[Event]:
         """The event to report for a held one; none if a sentence was found in its place.
 
-        A sentence of the templates is reported if the search finds it likeliest, or finds no robot there: its words may
-        differ from their renderings in robots' voices.
+        A sentence of the templates is reported unless the search contradicts it: its words may differ from their
+        renderings in robots' voices.
         """
         if any(_overlaps(event, each) for each in self._reported):
             return []
-        if isinstance(event, Recognised) and (not result.robot or self._agrees(event, result)):
+        if isinstance(event, Recognised) and (self._agrees(event, result) or not result.contradicts(event)):
             return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
-    def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
+    def _is_late(self, event: Recognised | Garbled) -> bool:
+        return self._now - event.end_sample > MAX_WAIT
+
+    def _agrees(self, event: Recognised | Garbled, result: SearchResult | None) -> bool:
         """Whether the search finds this sentence likeliest, or lacks one of its words; for garbled speech, finds no
         robot."""
+        if result is None:
+            return False
         if isinstance(event, Garbled):
             return not result.robot
         return event.words == result.likeliest or not self._searcher.unmodelled.isdisjoint(event.words)
