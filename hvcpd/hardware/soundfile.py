@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import os
 import re
+import shlex
 import shutil
 import stat
 import tempfile
@@ -109,10 +110,9 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
         raise AudioFileError(f"{path}: the file is empty; record it again")
     if size > MAX_FILE_BYTES:
         raise AudioFileError(f"{path}: larger than {MAX_FILE_BYTES} bytes; cut it into shorter files")
+    convert = f"with `sox {shlex.quote(str(path))} new.wav`"
     if magic not in _MAGICS:
-        raise AudioFileError(
-            f"{path}: not a WAV, FLAC, AIFF or Ogg file; convert it, for example with `sox {path.name} new.wav`"
-        )
+        raise AudioFileError(f"{path}: not a WAV, FLAC, AIFF or Ogg file; convert it, for example {convert}")
     try:
         # By its number: a Python file would be read by callbacks, which need memory that the service's unit forbids. By
         # a number of its own: Debian 12's libsndfile closes it where it cannot read the file, whatever `closefd` says.
@@ -122,9 +122,7 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
             rate_hz: int = sound.samplerate
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".")
-        raise AudioFileError(
-            f"{path}: {reason}; record it again, or convert it with `sox {path.name} new.wav`"
-        ) from error
+        raise AudioFileError(f"{path}: {reason}; record it again, or convert it {convert}") from error
     if not len(frames):
         raise AudioFileError(f"{path}: cut short, or its samples cannot be read; copy or record it again")
     if not np.isfinite(frames).any():

@@ -131,9 +131,10 @@ def read_key_file(path: Path, environment: Mapping[str, str] = os.environ) -> Ke
 
 def _refuse_open_doors(path: Path, state: os.stat_result) -> None:
     if state.st_mode & 0o077:
-        raise KeyFileError(f"{path}: others can read this key; close it with: chmod 600 {path}")
+        raise KeyFileError(f"{path}: others can read this key; close it with: chmod 600 {shlex.quote(str(path))}")
     if state.st_uid not in (os.geteuid(), 0):
-        raise KeyFileError(f"{path}: this key belongs to somebody else; take it over with: chown {os.geteuid()} {path}")
+        take_over = f"chown {os.geteuid()} {shlex.quote(str(path))}"
+        raise KeyFileError(f"{path}: this key belongs to somebody else; take it over with: {take_over}")
 
 
 def parse_key_file(text: str, source: str) -> KeyFile:

@@ -6,6 +6,7 @@ import asyncio
 import io
 import os
 import re
+import shlex
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -347,10 +348,10 @@ def test_without_a_sound_card_robots_talk_through_simulated_air() -> None:
 
 
 def test_the_terminal_says_how_to_ask_its_robots(tmp_path: Path) -> None:
-    text = welcome_text(("Rob", "Bot"), "through simulated air (--pipe)", "", tmp_path / "rob.sock")
+    text = welcome_text(("Rob", "Bot"), "through simulated air (--pipe)", "", tmp_path / "my robots" / "rob.sock")
     asks = next(line for line in text.splitlines() if "hvcpctl" in line)
-    options = make_parser().parse_args(asks.partition("hvcpctl ")[2].split())
-    assert options.socket == tmp_path / "rob.sock"
+    options = make_parser().parse_args(shlex.split(asks.partition("hvcpctl ")[2]))
+    assert options.socket == tmp_path / "my robots" / "rob.sock"
     assert "Watch" not in text
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from hvcpd.control.cli import main
 from tests.control.conftest import Refuse
 
 pytestmark = pytest.mark.slow
@@ -183,6 +184,20 @@ def test_a_report_that_cannot_be_written_is_told_before_the_mission(refused: Ref
 )
 def test_a_skill_or_a_tank_that_no_robot_has(option: str, value: str, part: str, refused: Refuse) -> None:
     assert part in refused("simulate", "--robots", "Rob,Bot", option, value)
+
+
+def test_commands_that_a_message_proposes_can_be_copied_whatever_the_file_is_called(
+    refused: Refuse, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of a name with a space the shell made two."""
+    path = tmp_path / "my key"
+    path.write_text("junk")
+    assert f"`sox '{path}' new.wav`" in refused("hear", path)
+    path.chmod(0o644)
+    assert f"chmod 600 '{path}'" in refused("key", "show", "--key", path)
+    path.write_text("name: Zorg\n")
+    assert main(["status", "--config", str(path)]) == 3
+    assert f"`hvcpd --config '{path}' --name Zorg`" in capsys.readouterr().err
 
 
 def test_a_recording_that_is_not_there(refused: Refuse, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
+import shlex
 import signal
 import sys
 import tempfile
@@ -122,7 +123,7 @@ def welcome_text(robots: tuple[str, ...], where: str, address: str, socket: Path
     """The first lines for the terminal; `address` is the console's, "" without one, `socket` the first robot's."""
     talk, prepare = ("talks", "It prepares its") if len(robots) == 1 else ("talk", "They prepare their")
     watch = f"Watch {robots[0]} at {address}\n" if address else ""
-    ask = f"Ask {robots[0]} from another terminal: hvcpctl status --socket {socket}\n"
+    ask = f"Ask {robots[0]} from another terminal: hvcpctl status --socket {shlex.quote(str(socket))}\n"
     return f"{listed(robots)} {talk} {where}.\n{watch}{ask}{prepare} words …\n"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from collections.abc import Callable
 from contextlib import closing
@@ -31,7 +32,8 @@ def run(options: argparse.Namespace) -> int:
         with open_file(options.unix) as listener:
             app, end = _app(options, PageAccess())
             text = (
-                f"The page is in {options.unix}; for a browser elsewhere:  ssh -L 8765:{options.unix.absolute()} "
+                f"The page is in {options.unix}; for a browser elsewhere:  ssh -L "
+                f"{shlex.quote(f'8765:{options.unix.absolute()}')} "
                 "THIS-COMPUTER\nand then open http://localhost:8765/ there. Ctrl-C ends it.\n"
             )
             PageServer(app, _announce(text), end).serve_on(listener)

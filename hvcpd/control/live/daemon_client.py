@@ -6,6 +6,7 @@ import argparse
 import json
 import os
 import pwd
+import shlex
 import socket
 import struct
 import sys
@@ -293,7 +294,7 @@ def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: 
         raise forbidden
     missing = f"{name} does not run here" if name else "no robot runs here"
     others = ", ".join(path.stem for path in _running(folders))
-    with_file = f"--config {file} " if file is not None else ""
+    with_file = f"--config {shlex.quote(str(file))} " if file is not None else ""
     hint = f"running here: {others}" if others else f"start it with `hvcpd {with_file}--name {name or 'NAME'}`"
     raise NotRunningError(f"{missing} (no socket in {', '.join(map(str, folders))}); {hint}")
 

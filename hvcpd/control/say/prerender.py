@@ -7,6 +7,7 @@ import json
 import math
 import os
 import pwd
+import shlex
 import sys
 from contextlib import suppress
 from dataclasses import replace
@@ -107,5 +108,5 @@ def _remedy(options: argparse.Namespace, folder: Path) -> str:
     user = SERVICE_USER
     with suppress(OSError, KeyError):
         user = pwd.getpwuid(folder.stat().st_uid).pw_name
-    config = f" --config {options.config}" if options.config is not None else ""
+    config = f" --config {shlex.quote(str(options.config))}" if options.config is not None else ""
     return f"for that one: sudo -u {user} hvcpctl prerender{config}"

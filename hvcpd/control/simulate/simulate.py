@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import random
+import shlex
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -224,7 +225,7 @@ def _write_report(directory: Path, record: MissionRecord, bench: Bench, quiet: b
         sys.stdout.write(
             f"\nReport: {directory / 'report.html'} (open it in a browser), and beside it mission.wav, "
             "transcript.jsonl, trails.jsonl and what each robot heard.\n"
-            f"To see and hear it again as it happened: hvcpctl console --replay {directory}\n"
+            f"To see and hear it again as it happened: hvcpctl console --replay {shlex.quote(str(directory))}\n"
         )
 
 
