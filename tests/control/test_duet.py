@@ -6,7 +6,6 @@ import asyncio
 import io
 import os
 import re
-import shlex
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -29,9 +28,7 @@ from hvcpd.control.duet.duet import (
     Duet,
     SlowAir,
     choose_medium,
-    ready_text,
     rereading_of,
-    welcome_text,
 )
 from hvcpd.control.duet.onlookers import UNHEARD, Visitor
 from hvcpd.control.duet.rendering import Rendering, is_rendered
@@ -345,20 +342,6 @@ def test_without_a_sound_card_robots_talk_through_simulated_air() -> None:
     medium, where = choose_medium(options, 2)
     assert isinstance(medium, SimulatedAir)
     assert where == "through simulated air (--pipe)"
-
-
-def test_the_terminal_says_how_to_ask_its_robots(tmp_path: Path) -> None:
-    text = welcome_text(("Rob", "Bot"), "through simulated air (--pipe)", "", tmp_path / "my robots" / "rob.sock")
-    asks = next(line for line in text.splitlines() if "hvcpctl" in line)
-    options = make_parser().parse_args(shlex.split(asks.partition("hvcpctl ")[2]))
-    assert options.socket == tmp_path / "my robots" / "rob.sock"
-    assert "Watch" not in text
-
-
-def test_nobody_is_asked_to_speak_without_a_microphone() -> None:
-    assert "Say, or type and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=True)
-    assert "\nType and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
-    assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
 
 
 @pytest.mark.parametrize("wrong", [["--as", "Rob,Bot"], ["--names", "Rob,rob"], ["--prt", "1"]])

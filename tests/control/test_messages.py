@@ -180,10 +180,15 @@ def test_a_report_that_cannot_be_written_is_told_before_the_mission(refused: Ref
         ("--without", "Bot=pour", "Bot has no skill 'pour'; declare it under `skills:` in the task file"),
         ("--tank", "Bob=0.1", "--tank: Bob does not take part; did you mean 'Rob'?"),
         ("--tank", "Bot=much", "'much' is not a number from 0 to 1000 l"),
+        ("--tank", "Bot=0.1", "--tank: no task uses a pump; give a skill a pin (`gpio:`) in the settings, or leave it"),
     ],
 )
-def test_a_skill_or_a_tank_that_no_robot_has(option: str, value: str, part: str, refused: Refuse) -> None:
-    assert part in refused("simulate", "--robots", "Rob,Bot", option, value)
+def test_a_skill_or_a_tank_that_no_robot_has(
+    option: str, value: str, part: str, refused: Refuse, tmp_path: Path
+) -> None:
+    tasks = tmp_path / "tasks.yaml"
+    tasks.write_text("tasks:\n- {number: 1, name: fetch the ball, actions: [{wait: 5}]}\n", encoding="utf-8")
+    assert part in refused("simulate", "--robots", "Rob,Bot", "--tasks", tasks, option, value)
 
 
 def test_commands_that_a_message_proposes_can_be_copied_whatever_the_file_is_called(

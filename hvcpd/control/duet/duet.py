@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import asyncio
 import os
-import shlex
 import signal
 import sys
 import tempfile
@@ -24,6 +23,7 @@ from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_with_sources
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.control.duet.rendering import Rendering, is_rendered
+from hvcpd.control.duet.texts import lacking_text, ready_text, welcome_text
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.library_output import LibraryOutput
@@ -35,7 +35,6 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
-from hvcpd.reporting.text import listed
 
 START_X_M = -5.0
 """Start of the first robot; the others start beside it, 1 m apart."""
@@ -54,16 +53,6 @@ LOOK_S = 0.5
 """Interval of the checks that robots listen and sound flows; `LibraryOutput` must be read once a second."""
 
 _FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
-_READY = """\
-Ready: one of them begins in a moment.
-{join}:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
-More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
-"""
-_READY_ALONE = """\
-Ready: {one} begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
-{join}:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
-More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
-"""
 _TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
 _SLOW = "this computer is too busy: simulated time falls behind real time; end other programs"
 _LEAVING = "the robots say that they leave; Ctrl-C again ends at once"
@@ -100,6 +89,7 @@ def run(options: argparse.Namespace) -> int:
             rendered = rendering.ended
         visitor = Visitor(VISITOR, wirings[0], medium.say)
         ready = ready_text(robots, options.names, by_voice=isinstance(medium, SharedCard))
+        ready += lacking_text(wirings[0], options.config)
         duet = Duet(wirings, room, visitor, ready=ready, rendered=rendered, rereadings=rereadings)
         asyncio.run(duet.live(sys.stdin, libraries.drain))
         libraries.end()
@@ -117,21 +107,6 @@ def _open_log(robots: tuple[str, ...]) -> TextIO:
             folder.parent.mkdir(parents=True, exist_ok=True)
             return (folder.parent / f"duet-{'-'.join(robots).lower()}.log").open("w", encoding="utf-8")
     return Path(os.devnull).open("w", encoding="utf-8")
-
-
-def welcome_text(robots: tuple[str, ...], where: str, address: str, socket: Path) -> str:
-    """The first lines for the terminal; `address` is the console's, "" without one, `socket` the first robot's."""
-    talk, prepare = ("talks", "It prepares its") if len(robots) == 1 else ("talk", "They prepare their")
-    watch = f"Watch {robots[0]} at {address}\n" if address else ""
-    ask = f"Ask {robots[0]} from another terminal: hvcpctl status --socket {shlex.quote(str(socket))}\n"
-    return f"{listed(robots)} {talk} {where}.\n{watch}{ask}{prepare} words …\n"
-
-
-def ready_text(robots: tuple[str, ...], names: tuple[str, ...], by_voice: bool) -> str:
-    """The text for the terminal when all robots here listen; `by_voice`: to a microphone, too."""
-    others = [name for name in names if name != robots[0]] or [robots[0]]
-    join = "Say, or type and press Enter" if by_voice else "Type and press Enter"
-    return (_READY if len(robots) > 1 else _READY_ALONE).format(join=join, one=robots[0], other=others[0])
 
 
 def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCard | SimulatedAir, str]:

@@ -8,7 +8,7 @@ import random
 import shlex
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -20,11 +20,12 @@ from hil_fakes.bench import Bench, BenchPlan
 from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air, FreeField
-from hil_fakes.skills import FakeDevice, usual_devices
+from hil_fakes.skills import FakeDevice, FakePump, usual_devices
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.files import make_writable
 from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
+from hvcpd.config.tasks import Tend, Use
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, taking_part, vocabulary_cache
@@ -118,9 +119,17 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
         name: usual_devices(team.tasks, team.settings.skills, litres if whose in ("", name) else math.inf)
         for name in robots
     }
+    if options.tank is not None and not _pumps(team, skills[robots[0]]):
+        raise ConfigError("--tank: no task uses a pump; give a skill a pin (`gpio:`) in the settings, or leave it out")
     for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]], team.tasks).items():
         skills[robot] = {name: fake for name, fake in skills[robot].items() if name not in lacked}
     return skills
+
+
+def _pumps(team: Team, skills: Mapping[str, FakeDevice]) -> set[str]:
+    """The skills that tasks use and that are pumps."""
+    used = {action.skill for task in team.tasks.tasks for action in task.actions if isinstance(action, Use | Tend)}
+    return {name for name in used if isinstance(skills.get(name), FakePump)}
 
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:

@@ -1,0 +1,47 @@
+"""What a duet writes at its beginning."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from hvcpd.daemon.control_socket import socket_path
+from hvcpd.daemon.wiring import Wiring
+from hvcpd.reporting.text import listed, task_words
+
+_READY = """\
+Ready: one of them begins in a moment.
+{join}:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
+More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
+"""
+_READY_ALONE = """\
+Ready: {one} begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
+{join}:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
+More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
+"""
+
+
+def welcome_text(robots: tuple[str, ...], where: str, address: str, socket: Path) -> str:
+    """The first lines for the terminal; `address` is the console's, "" without one, `socket` the first robot's."""
+    talk, prepare = ("talks", "It prepares its") if len(robots) == 1 else ("talk", "They prepare their")
+    watch = f"Watch {robots[0]} at {address}\n" if address else ""
+    ask = f"Ask {robots[0]} from another terminal: hvcpctl status --socket {shlex.quote(str(socket))}\n"
+    return f"{listed(robots)} {talk} {where}.\n{watch}{ask}{prepare} words …\n"
+
+
+def ready_text(robots: tuple[str, ...], names: tuple[str, ...], by_voice: bool) -> str:
+    """The text for the terminal when all robots here listen; `by_voice`: to a microphone, too."""
+    others = [name for name in names if name != robots[0]] or [robots[0]]
+    join = "Say, or type and press Enter" if by_voice else "Type and press Enter"
+    return (_READY if len(robots) > 1 else _READY_ALONE).format(join=join, one=robots[0], other=others[0])
+
+
+def lacking_text(wiring: Wiring, config: Path | None) -> str:
+    """The tasks that no robot does before a program offers it their skills, and how; "" if there are none. `config`:
+    the settings file."""
+    numbers = wiring.tasks.lacking(name for name, skill in wiring.settings.skills.items() if skill.joint is not None)
+    tasks = listed(task_words(task.number, task.name) for task in wiring.tasks.tasks if task.number in numbers)
+    command = ["hvcpctl", "skills", *(("--config", str(config)) if config is not None else ())]
+    how = shlex.join([*command, "--socket", str(socket_path(wiring.settings))])
+    text = f"Nobody does {tasks} until each robot is offered the skills, {wiring.settings.name} by: {how}\n"
+    return text if numbers else ""

@@ -1,0 +1,46 @@
+"""What a duet writes at its beginning."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from hvcpd.config.settings_file import load_settings
+from hvcpd.control.cli import make_parser
+from hvcpd.control.duet.texts import lacking_text, ready_text, welcome_text
+from hvcpd.daemon.wiring import wire_up
+
+TASKS = """skills: {pour: {}, grip: {}}
+tasks:
+  - {number: 1, name: water the green rose, actions: [pour]}
+  - {number: 2, name: fetch the atlas, actions: [grip]}
+  - {number: 3, name: count the chairs, actions: [{wait: 5}]}
+"""
+
+
+def test_the_terminal_says_how_to_ask_its_robots(tmp_path: Path) -> None:
+    text = welcome_text(("Rob", "Bot"), "through simulated air (--pipe)", "", tmp_path / "my robots" / "rob.sock")
+    asks = next(line for line in text.splitlines() if "hvcpctl" in line)
+    options = make_parser().parse_args(shlex.split(asks.partition("hvcpctl ")[2]))
+    assert options.socket == tmp_path / "my robots" / "rob.sock"
+    assert "Watch" not in text
+
+
+def test_nobody_is_asked_to_speak_without_a_microphone() -> None:
+    assert "Say, or type and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=True)
+    assert "\nType and press Enter:  Bot, stop" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
+    assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
+
+
+def test_tasks_that_nobody_can_do_yet_are_named_and_how_to_have_them_done(tmp_path: Path) -> None:
+    """Robots did all but these, and then fell silent, without a word of why."""
+    path = tmp_path / "my tasks.yaml"
+    path.write_text(TASKS)
+    given = {"name": "Rob", "tasks": str(path), "state_dir": str(tmp_path / "state")}
+    wiring = wire_up(load_settings(None, given, system_path=tmp_path / "none.yaml"))
+    text = lacking_text(wiring, path)
+    assert text.startswith("Nobody does task 1, water the green rose and task 2, fetch the atlas until each robot is")
+    command = make_parser().parse_args(shlex.split(text.partition("hvcpctl ")[2]))
+    assert (command.config, command.socket.name) == (path, "rob.sock")
+    path.write_text(TASKS.replace("[pour]", "[{wait: 1}]").replace("[grip]", "[{wait: 1}]"))
+    assert lacking_text(wire_up(wiring.settings), None) == ""
