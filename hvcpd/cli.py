@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvcpd.config.interruption import InterruptEnds
+from hvcpd.config.interruption import InterruptEnds, unwrapped
 
 with InterruptEnds():
     import argparse
@@ -65,7 +65,8 @@ def make_parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
     try:
-        return _started(arguments, devices)
+        with unwrapped():
+            return _started(arguments, devices)
     except KeyboardInterrupt:  # before there is a robot that could say that it leaves
         return EX_INTERRUPTED
 

@@ -6,6 +6,20 @@ Imports nothing that takes time, since an interrupt of its own import is a trace
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def unwrapped() -> Iterator[None]:
+    """Pass on the exception of a signal that came while a class was made: up to 3.11 Python raises a RuntimeError for
+    one that comes out of a field's `__set_name__` (cpython 77757)."""
+    try:
+        yield
+    except RuntimeError as error:
+        if isinstance(error.__cause__, KeyboardInterrupt | SystemExit):
+            raise error.__cause__ from None
+        raise
 
 
 class InterruptEnds:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvcpd.config.interruption import InterruptEnds
+from hvcpd.config.interruption import InterruptEnds, unwrapped
 
 with InterruptEnds():
     import argparse
@@ -96,7 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 given = [*given[1:], "--help"]
             options = make_parser(next((each for each in given[:1] if each[:1] != "-"), None)).parse_args(given)
             command, run = options.command, options.run
-            status: int = run(options)
+            with unwrapped():
+                status: int = run(options)
         finally:  # also after a help text, which ends by SystemExit
             sys.stdout.flush()
     except HvcpdError as error:

@@ -59,6 +59,38 @@ def test_an_interrupt_while_python_imports_is_no_traceback(program: str, module:
     assert (ended.stdout, ended.stderr.strip()) == ("", "")
 
 
+MAKES_A_CLASS = """
+class Comes:
+    def __set_name__(self, owner, name):
+        os.kill(os.getpid(), {number})
+class Interrupts:
+    @staticmethod
+    def find_spec(name, path=None, target=None):
+        if name == {module!r}:
+            type("Interrupted", (), dict(field=Comes()))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("program", "module", "number"),
+    [
+        ("hvcpd.cli", "hvcpd.daemon.preflight", signal.SIGINT),
+        ("hvcpd.control.cli", "hvcpd.language.phrasebook", signal.SIGINT),
+        ("hvcpd.control.cli", "hvcpd.language.phrasebook", signal.SIGTERM),
+        ("hvcpd.control.cli", "hvcpd.language.phrasebook", signal.SIGHUP),
+    ],
+)
+def test_a_signal_while_a_class_is_made_is_no_traceback(program: str, module: str, number: signal.Signals) -> None:
+    """Once in some hundred commands that were ended while they began, it was one."""
+    arguments = ["--name", "Rob", "--check"] if program == "hvcpd.cli" else ["phrases"]
+    before, after = INTERRUPTED.format(module=module, program=program, arguments=arguments).split("signal.signal(")
+    code = before + MAKES_A_CLASS.format(module=module, number=int(number)) + "signal.signal(" + after
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode in (-number, 128 + number)
+    assert (ended.stdout, ended.stderr.strip()) == ("", "")
+
+
 def test_who_handles_interrupts_goes_on_doing_so() -> None:
     taken: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: taken.append(number))
