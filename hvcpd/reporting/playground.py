@@ -7,8 +7,8 @@ sentence's way through the network and joins the words as `hvcpd.synthesis.speak
 from __future__ import annotations
 
 import base64
-import io
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from string import Template
@@ -146,9 +146,11 @@ def _voice(speaker: Speaker, words: Sequence[str]) -> dict[str, Any]:
 def _flac(sound: Samples) -> bytes:
     """Sound, shape (n,), as FLAC of KEPT_BITS; a whole step stays clear of full scale."""
     steps = np.rint(np.clip(sound, -1.0, 1.0) * (2 ** (KEPT_BITS - 1) - 1)).astype(np.int16) << (16 - KEPT_BITS)
-    packed = io.BytesIO()
-    soundfile.write(packed, steps, SAMPLE_RATE_HZ, format="FLAC", subtype="PCM_16")
-    return packed.getvalue()
+    # By a file's number: a Python file would be written by callbacks, in which a signal such as Ctrl-C is lost.
+    with os.fdopen(os.memfd_create("flac"), "w+b") as packed:
+        soundfile.write(packed.fileno(), steps, SAMPLE_RATE_HZ, format="FLAC", subtype="PCM_16", closefd=False)
+        packed.seek(0)
+        return packed.read()
 
 
 def _panel(k: int, name: str) -> str:

@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,18 @@ def test_the_page_loads_nothing_and_is_not_large(html: str) -> None:
 def test_too_few_or_too_many_robots_are_refused(robots: str, fault: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["playground", "--robots", robots]) == 2
     assert fault in capsys.readouterr().err
+
+
+def test_while_sound_is_packed_a_signal_is_not_lost(team: Team) -> None:
+    """Ctrl-C that came in a callback of the library was shown as "ignored", and so it was."""
+    called: set[str] = set()
+    sys.setprofile(lambda frame, _event, _argument: called.add(frame.f_code.co_name))
+    try:
+        page(ROBOTS[:1], [team.sound.speaker_of(ROBOTS[0])], team.phrasebook.graph, [])
+    finally:
+        sys.setprofile(None)
+    assert "_flac" in called
+    assert not any(name.startswith("vio_") for name in called)
 
 
 def test_a_folder_that_is_not_there_is_a_message(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
