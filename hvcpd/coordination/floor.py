@@ -26,8 +26,8 @@ AHEAD = "ahead"
 """The topic of a claim of the next task while the robot is on its way to one."""
 LEFT_ALONE = "left alone"
 """The topic of the statement that a robot has left a task for several robots."""
-REQUESTED = "requested"
-"""The beginning of the topics of the owner's sentences, all but "stop"."""
+RESUMES = "requested resume"
+"""The beginning of the topics of "resume" for the robot's owner."""
 RANK_MAX = 10
 """Number of robots that get answer slots of their own; others share: ten before them rarely all fail to answer."""
 SLOTS_MAX = 64

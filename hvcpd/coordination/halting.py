@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.coordination import composing, effects
 from hvcpd.coordination.actions import Halt
 from hvcpd.coordination.conversation import NEVER_S
-from hvcpd.coordination.floor import REQUESTED, Intent, Urgency
+from hvcpd.coordination.floor import RESUMES, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
@@ -59,7 +59,7 @@ def refuse_to_resume(me: Knowledge) -> None:
     """Every "stop" outdoes an earlier "resume", also where the robot stands already: one that was heard unsurely, and
     one that the robot was still to say for its owner."""
     me.repair.resume_s = NEVER_S  # "resume" is to be heard twice after it
-    me.floor.withdraw_all(REQUESTED)
+    me.floor.withdraw_all(RESUMES)
 
 
 def halt(me: Knowledge, now: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.coordination import changing, chatter, composing, repair
 from hvcpd.coordination.actions import Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
-from hvcpd.coordination.floor import REQUESTED, Intent, Urgency
+from hvcpd.coordination.floor import RESUMES, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.relaying import note_passed_on
 from hvcpd.coordination.states import DEPARTING, Trigger
@@ -36,7 +36,8 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     if isinstance(statement, m.Stop):
         me.floor.want(Intent(Urgency.ALARM, "call to stop", lambda: utterance, at_once=True), now)
         return None
-    topics = (f"{REQUESTED} {number}" for number in range(MAX_SENTENCES))
+    kind = RESUMES if isinstance(statement, m.Resume) else "requested"
+    topics = (f"{kind} {number}" for number in range(MAX_SENTENCES))
     topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
     if topic is None:
         return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"

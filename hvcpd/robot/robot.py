@@ -307,7 +307,7 @@ class Robot:
 
     def _act(self, now: float) -> bool:
         """Carry out coordination's actions. Returns whether it asked for a halt."""
-        if self.is_held_down:
+        if self.is_held_down and not self.coordination.knowledge.latched:
             self.coordination.stop(now)
         halted = False
         pending = list(self.coordination.actions(now))

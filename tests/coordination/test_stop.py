@@ -120,13 +120,15 @@ def test_a_stop_outdoes_a_resume_that_the_robot_is_still_to_say_for_its_owner(by
     rob, book = mission.robots["Rob"], mission.book
     if stopped:
         rob.stop(45.0)
-    assert rob.say(book.parse_text("Hi all, I am Rob, resume"), 45.0) is None
+    for text in ("Hi all, I am Rob, resume", "Hi Bot, I am Rob, what is left"):
+        assert rob.say(book.parse_text(text), 45.0) is None
     if by_voice:
         mission.hear(45.1, "Stop")
     else:
         rob.stop(45.0)
     mission.air.run_until(120.0)
     assert "Hi all, I am Rob, resume" not in mission.written(45.0)
+    assert ("Hi Bot, I am Rob, what is left" in mission.written(45.0)) == stopped, "only a new stop clears all"
     assert rob.state is State.STOPPED
 
 

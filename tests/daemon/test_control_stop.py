@@ -27,6 +27,15 @@ from tests.daemon.control_bench import ControlBench, control, run
 from tests.daemon.test_control_service import shown
 
 
+async def spoken(bench: ControlBench) -> list[str]:
+    """What the robot says in the next 400 blocks."""
+    said = []
+    for _ in range(400):
+        await bench.live()
+        said += [record.text for record in bench.records if isinstance(record, SaidRecord)]
+    return said
+
+
 def starts_stopped(bench: ControlBench) -> bool:
     """Whether the latch, as it is on the disk, would have the next start stopped."""
     latched = StopLatch(bench.body.wiring.latch_path).read()
@@ -77,10 +86,7 @@ def test_a_stop_outdoes_a_resume_of_all_that_was_not_said_yet_and_its_reply_says
             robot.coordination.stop(robot.now)
             result = (await resuming)["result"]
             assert (result["before"], result["stopped"], result["untold"]) == (True, True, None)
-            said = []
-            for _ in range(400):
-                await bench.live()
-                said += [record.text for record in bench.records if isinstance(record, SaidRecord)]
+            said = await spoken(bench)
             assert said
             assert not any("resume" in text for text in said)
             await talk.hang_up()
@@ -102,6 +108,11 @@ def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_
             refusal = (await talk.ask("resume"))["error"]
             assert refusal["code"] == "refused"
             assert "wire is broken" in refusal["text"]
+            bench.bench.robot.is_held_down = True  # as the main loop sees it
+            for text in ("hi bot, i am rob, what is left", "bot resume"):
+                await talk.ask("say", text=text)
+            assert "Bot resume" in await spoken(bench), "that is for another one"
+            bench.bench.robot.is_held_down = False
             assert bench.bench.robot.coordination.state is State.STOPPED
             assert starts_stopped(bench)
             factory.pin(17).drive_low()
