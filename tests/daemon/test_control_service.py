@@ -13,7 +13,7 @@ from structlog.testing import capture_logs
 
 from hvcpd import __version__
 from hvcpd.config.shared_places import SharedPlace
-from hvcpd.control.live.status_screen import status_screen
+from hvcpd.control.live.status_screen import memory_faults, status_screen
 from hvcpd.coordination.peers import PeerDistance
 from hvcpd.coordination.place_state import WAITS_S, PlaceState
 from hvcpd.coordination.saying import MAX_SENTENCES
@@ -218,6 +218,22 @@ def test_whoever_asks_what_it_does_learns_that_another_robot_has_its_name(tmp_pa
             await talk.hang_up()
 
     run(scene())
+
+
+@pytest.mark.parametrize(
+    ("memory", "told"),
+    [
+        ({"fault": "it is full"}, ["nothing is kept: it is full"]),
+        ({"loss": "it is gone"}, ["lost, or not certain, from before this start: it is gone"]),
+        (
+            {"fault": "a folder", "loss": "a folder"},
+            ["nothing is kept, nor known from before this start: a folder"],
+        ),
+    ],
+)
+def test_what_is_said_of_a_memory_is_true_and_said_once(memory: dict[str, str], told: list[str]) -> None:
+    """A file that could not be read was "lost before this start", and named twice."""
+    assert list(memory_faults({"lost": 0, **memory})) == told
 
 
 def test_a_memory_that_fails_is_told_as_an_event_and_in_the_status(tmp_path: Path) -> None:

@@ -74,10 +74,11 @@ def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
     """The faults of a memory in `status`, the worst first; older daemons report only `lost`."""
     if memory.get("unkept"):
         yield memory["unkept"]
-    if memory.get("fault"):
-        yield f"nothing is kept: {memory['fault']}"
-    if memory.get("loss"):
-        yield f"lost before this start: {memory['loss']}"
+    fault, loss = memory.get("fault"), memory.get("loss")
+    if fault:
+        yield f"nothing is kept{', nor known from before this start' * (fault == loss)}: {fault}"
+    if loss and loss != fault:
+        yield f"lost, or not certain, from before this start: {loss}"
     if memory["lost"]:
         yield f"{plural(memory['lost'], 'record')} not kept; see the log for the reason"
 
