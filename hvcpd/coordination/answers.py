@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from hvcpd.coordination import ahead, claims, commands, objecting, teaming
+from hvcpd.coordination import ahead, changing, claims, commands, objecting, teaming
 from hvcpd.coordination.addressing import confirming_slot, is_for_me_alone
 from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.entry import CLAIMED, DONE, OPEN, Entry
@@ -27,6 +27,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         _note_confirmed(me, heard, heard.speaker, heard.to.name, s)
     elif me.state is State.READ_BACK:
         if me.current.partner in (None, heard.speaker):
+            changing.take_order(me, heard.now)
             fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
     elif any(teaming.confirmed(me, heard, ref.number, s.complete) for ref in s.tasks if me.board.find(ref)):
         return
@@ -97,7 +98,8 @@ def _note_one_confirmed(
         elif not claims.doubts(me, owner, number, False, now):
             claims.note_done(me, owner, number, now, whole=True)
         return
-    if entry.known_done and (entry.owner != owner or entry.is_shared) and not complete:
+    ordered = commands.asks_anew(me, speaker, entry)
+    if entry.known_done and (entry.owner != owner or entry.is_shared) and not complete and not ordered:
         objecting.tell_done(me, owner, entry, now)  # its claim was not heard here, or this robot's objection there
     if complete:
         claims.note_done(me, owner, number, now, whole=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from hvcpd.coordination import commands, composing, objecting, schedule
+from hvcpd.coordination import claims, commands, composing, objecting, schedule
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot, shares_slot
 from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency
@@ -59,7 +59,25 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     else:
         if not entry.change or not _is_applied(entry, s.skip):
             _take(me, entry, _next(entry), s.skip, now)
+        if speaker is not None and not s.skip and _has_read_back(me, speaker, entry):
+            claims.contend(me, heard, speaker, (s.task,), not entry.is_shared)
         _answer(me, speaker, entry, now)
+
+
+def take_order(me: Knowledge, now: float) -> None:
+    """A read-back was confirmed. If the task that was ordered waited until somebody asks for it, it is open now, and
+    this robot asks all for it, as the person could have done. It does not give the change a number: others may know of
+    more changes, and answer with the right one."""
+    entry = me.board[me.current.task] if me.current.task is not None else None
+    if entry is not None and entry.known_done:
+        _take(me, entry, _next(entry), False, now)
+        _say_to_all(me, entry, now, m.Change(m.TaskByNumber(entry.definition.number)))
+
+
+def _has_read_back(me: Knowledge, name: str | None, entry: Entry) -> bool:
+    """Whether a speaker who asks for a task is a robot that was ordered to do it: it has just claimed it."""
+    last = me.claim_heard
+    return last is not None and last.speaker == name and entry.definition.number in last.before
 
 
 def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
@@ -163,14 +181,16 @@ def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
     composing.answer(me, name, f"change {number}", said(entry), now, slot, call=name or "", tentative=True)
 
 
-def _say_to_all(me: Knowledge, entry: Entry, now: float) -> None:
-    """Say it while it matters: a task done again since then is reported as such."""
+def _say_to_all(me: Knowledge, entry: Entry, now: float, words: m.Change | None = None) -> None:
+    """Say it while it matters: a task done again since then is reported as such. `words`: this robot was ordered to do
+    it, and says so at once, before others can claim it."""
 
     def compose() -> m.Utterance | None:
         matters = entry.is_changed and (entry.skipped or not entry.known_done)
-        return composing.to_all(me, said(entry)) if matters else None
+        return composing.to_all(me, words or said(entry)) if matters else None
 
-    me.floor.want(Intent(Urgency.TURN, f"change {entry.definition.number}", compose), now)
+    urgency = Urgency.ANSWER if words is not None else Urgency.TURN
+    me.floor.want(Intent(urgency, f"change {entry.definition.number}", compose), now)
 
 
 def _note_said(me: Knowledge, number: int, now: float) -> None:
@@ -202,7 +222,7 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             if entry is None:
                 return heard
             in_passing = said.claim is not None  # its doer says it, just after
-            if not _is_outdated(entry, doer, count) and (
+            if not _is_outdated(me, entry, doer, count) and (
                 in_passing or not _is_of_another_time(me, entry, doer, count, now)
             ):
                 return heard
@@ -212,12 +232,13 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             entry, doer = me.board.find(ref), heard.to.name
             if entry is None:
                 return heard
-            if not _is_outdated(entry, doer, None) and not _is_of_another_time(me, entry, doer, None, now):
+            if not _is_outdated(me, entry, doer, None) and not _is_of_another_time(me, entry, doer, None, now):
                 return heard
             tell(me, doer, entry, now)
             return None
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
-            _tell_if_changed(me, heard, me.current.task)
+            if u.speaker != me.current.partner:  # otherwise it denies a read-back
+                _tell_if_changed(me, heard, me.current.task)
         case m.Left(more=False):
             for number in me.board.not_done():
                 if number not in said.numbers:
@@ -230,12 +251,12 @@ def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:
         tell(me, heard.speaker, me.board[number], heard.now)
 
 
-def _is_outdated(entry: Entry, doer: str | None, count: int | None) -> bool:
+def _is_outdated(me: Knowledge, entry: Entry, doer: str | None, count: int | None) -> bool:
     """Whether a robot reports a task as done without knowing that it is to be done again. Notes a change that this
     robot did not know."""
     known = _counted(entry, count) if count is not None else 0
     if known > entry.change and not entry.recurs:
-        entry.change, entry.is_changed = known, True
+        me.board.change(entry.definition.number, known, False)
     return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
 
 

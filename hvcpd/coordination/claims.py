@@ -107,6 +107,8 @@ def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], 
 def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
     number, now = entry.definition.number, heard.now
     knows_better = entry.owner != other or entry.is_shared or (entry.recurs and me.clock_s is not None)
+    if _reads_back(me, heard, entry):
+        return False  # it is not open before the speaker says that it was asked for
     if entry.known_done and knows_better:
         objecting.tell_done(me, other, entry, now)
         return False
@@ -130,6 +132,12 @@ def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at
     _leave_to(me, other, number, other_at_work, now)
     entry.times_heard = HEARD_SURELY if other_at_work else 1  # a repeated claim: its owner missed the confirmation
     return third is None or bidding.is_bid(heard)
+
+
+def _reads_back(me: Knowledge, heard: Heard, entry: Entry) -> bool:
+    """Whether a claim is the read-back of an order to do the task once more."""
+    to = heard.to.name if isinstance(heard.to, m.ToRobot) and not is_for_me_alone(me, heard.to) else None
+    return to is not None and commands.asks_anew(me, to, entry)
 
 
 def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float) -> None:
@@ -260,6 +268,8 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
     repetition. `whole`: all robots have done their parts of a shared task. `hearsay`: it may not be true of this
     occurrence."""
     entry = me.board[number]
+    if entry.known_done and me.current.task == number and me.state in PROPOSING:
+        return True  # it has been ordered once more
     if teaming.done(me, doer, number, whole, now):
         release_assignment(me, doer, number)
         return True

@@ -42,8 +42,8 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
         return
     number = entry.definition.number if entry is not None else None
     same = entry is not None and me.current.task == number and me.current.partner == name
-    if entry is not None and entry.known_done:
-        reply: m.Statement | None = composing.done(me, entry.definition.number)
+    if entry is not None and entry.known_done and not asks_anew(me, name, entry):
+        reply: m.Statement | None = composing.closed(me, entry.definition.number)
     elif same and me.state in AT_WORK and (entry is None or not entry.is_shared or me.state is State.GOING):
         reply = m.Claim(s.task)  # the read-back was lost; at the place, a partner would take it for a beginning
     elif same and me.state is State.READING_BACK:
@@ -60,13 +60,29 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     fire(me, Trigger.ORDER, heard.now)
 
 
+def asks_anew(me: Knowledge, name: str, entry: Entry) -> bool:
+    """Whether this speaker's order is a request to do a task that waits for one. Not if the speaker may have missed
+    this robot's report; nor if it may be a coordinator, which orders what it takes for open, and may have missed any
+    report. Robots that volunteer name their team, and people do not; where a coordinator gives orders, people are known
+    by not being one of the robots."""
+    if not entry.waits or entry.definition.number in me.report.tasks:
+        return False
+    if entry.definition.on_demand and entry.change == 1:
+        return True  # nobody has asked for it yet: there is nothing to have missed
+    if me.role.volunteer:
+        peer = me.peers.get(name)
+        return peer is None or peer.team is None
+    return bool(me.roster) and name.lower() not in me.roster
+
+
 def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) -> m.Statement | None:
     """The spoken reason why an order for a task is refused; None if the robot can take it."""
     if in_name_conflict(me, now):
         return m.NameTaken()
     if entry is None:
         return m.Unknown(task) if isinstance(task, m.TaskByNumber) else m.Unable(task)
-    if me.role.coordinator or me.role.name in entry.failed_by or entry.definition.number in me.role.unable:
+    has_failed = me.role.name in entry.failed_by and not entry.known_done  # another request is another attempt
+    if me.role.coordinator or has_failed or entry.definition.number in me.role.unable:
         return m.Unable(task)
     if me.state is State.STOPPED:
         return m.Stopped()

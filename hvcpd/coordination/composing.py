@@ -95,6 +95,12 @@ def done(me: Knowledge, number: int) -> m.Completed:
     return m.Completed(m.TaskByNumber(number), count=spoken_count(entry) if counts else None)
 
 
+def closed(me: Knowledge, number: int) -> m.Completed | m.Change:
+    """That a task is done, or that it is left out: then nobody has done it."""
+    entry = me.board[number]
+    return m.Change(m.TaskByNumber(number), True, spoken_count(entry)) if entry.skipped else done(me, number)
+
+
 def claim(me: Knowledge) -> m.Utterance | None:
     """The claim of a task; with the last one's report, if that is still due."""
     if me.current.task is None:

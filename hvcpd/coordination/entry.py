@@ -102,6 +102,11 @@ class Entry:
         return self.state == DONE and not self.hearsay
 
     @property
+    def waits(self) -> bool:
+        """Whether nobody does it unless a person asks for it, or asks for it again."""
+        return self.known_done and (self.skipped or self.definition.on_demand)
+
+    @property
     def lasting_state(self) -> str:
         """The state to remember after a restart. Hearsay is left out, because it would come back as knowledge. A task
         that the team no longer has is not remembered as done: the team may have it again."""

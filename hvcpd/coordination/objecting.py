@@ -62,10 +62,10 @@ def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """A robot missed that the task is done: the robot that did it says so at once, or another one if that one does not.
     A robot that neither did the task nor knows which robot did never says that it is done."""
     number, doer = entry.definition.number, entry.owner
-    statement: m.Statement = composing.done(me, number)
+    statement: m.Statement = composing.closed(me, number)
     to, slot = None, OWNER_SLOT
     if entry.skipped:
-        to, statement = other, m.Change(m.TaskByNumber(number), True, composing.spoken_count(entry))
+        to = other
     elif doer != me.role.name or entry.is_shared:
         to, slot = other, objection_slot(me, other, number, now)
         statement = m.Relayed(doer, statement) if doer is not None else m.Negative()
