@@ -34,7 +34,7 @@ RESIDUAL_LOG_ODDS = -2.0
 """Log odds of a call in the residual, below which the sentence alone explains the detection."""
 SENTENCE_BASELINE = 0.03
 """Probability of a call that most sentences stay below when they are heard alone."""
-JOINT_LOG_ODDS = 0.5
+JOINT_LOG_ODDS = 1.2
 """Log odds of a call over a sentence, by the sound with the sentence and without it together, from which on it counts
 (docs/decisions/keyword.md)."""
 WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
