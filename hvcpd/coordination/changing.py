@@ -123,7 +123,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         return
     if count < entry.change or (differs and skip and not entry.known_done):
         tell(me, heard.speaker, entry, now)
-    elif not skip and entry.known_done and heard.speaker is not None and entry.owner != heard.speaker:
+    elif not skip and entry.known_done and heard.speaker and (entry.owner != heard.speaker or entry.is_shared):
         objecting.tell_done(me, heard.speaker, entry, now)
     _note_said(me, number, now)
 
@@ -232,9 +232,9 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             entry, doer = me.board.find(ref), heard.to.name
             if entry is None:
                 return heard
-            if not _is_outdated(me, entry, doer, None) and not _is_of_another_time(me, entry, doer, None, now):
+            if not _may_be_outdated(me, heard, entry, doer) and not _is_of_another_time(me, entry, doer, None, now):
                 return heard
-            tell(me, doer, entry, now)
+            tell(me, heard.speaker if entry.is_shared or doer == me.role.name else doer, entry, now)
             return None
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
             if u.speaker != me.current.partner:  # otherwise it denies a read-back
@@ -244,6 +244,17 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
                 if number not in said.numbers:
                     _tell_if_changed(me, heard, number)
     return heard
+
+
+def _may_be_outdated(me: Knowledge, heard: Heard, entry: Entry, name: str) -> bool:
+    """Whether a robot that confirms to another one (`name`) that a task is complete may not know that it is to be done
+    again. Of a task for several robots that may be an objection to a claim. But the speaker knows if it confirms a part
+    whose report this robot has heard, too, or answers this robot, which has just told it."""
+    if not entry.is_shared:
+        return _is_outdated(me, entry, name, None)
+    last = me.repair.last_said
+    answers = is_for_me_alone(me, heard.to) and last is not None and m.own_words(last.statement) == said(entry)
+    return entry.is_changed and not entry.known_done and name not in entry.parts and not answers
 
 
 def _tell_if_changed(me: Knowledge, heard: Heard, number: int) -> None:

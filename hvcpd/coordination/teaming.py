@@ -49,8 +49,9 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
     is_member = other in entry.team
     if not is_member and (other in entry.parts or not entry.has_room):
         me.current.rivals |= {other}
-        _tell(me, other, m.Negative(), number, now)
-        return
+        if other_at_work or me.state in AT_WORK or entry.owner == me.role.name:
+            _tell(me, other, m.Negative(), number, now)
+        return  # otherwise both want to join, and the owner decides
     _note_answer(me, other)
     is_coming = is_member and me.state in AT_PLACE and is_for_me_alone(me, heard.to)
     if not other_at_work:
