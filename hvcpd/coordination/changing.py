@@ -8,12 +8,13 @@ remaining tasks, and is then told. So all robots reach the same state, whichever
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from hvcpd.coordination import claims, commands, composing, objecting, schedule
 from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_alone, objection_slot, shares_slot
 from hvcpd.coordination.entry import DONE, Entry
-from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
@@ -57,9 +58,13 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     elif s.skip and _is_acted(me, entry.definition.number):
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
+        count, has_read_back = _next(entry), speaker is not None and not s.skip and _has_read_back(me, speaker, entry)
+        if count and not (has_read_back or _is_applied(entry, s.skip) or _was_heard(entry, count, now)):
+            _offer(me, speaker, entry, count, s.skip, now)
+            return
         if not entry.change or not _is_applied(entry, s.skip):
-            _take(me, entry, _next(entry), s.skip, now)
-        if speaker is not None and not s.skip and _has_read_back(me, speaker, entry):
+            _take(me, entry, count, s.skip, now)
+        if speaker is not None and has_read_back:
             claims.contend(me, heard, speaker, (s.task,), not entry.is_shared)
         _answer(me, speaker, entry, now)
 
@@ -114,9 +119,7 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
         entry.change = count
     by_ear = entry.recurs and me.clock_s is None and count != entry.change  # its own number may be misheard
     if count > entry.change or by_ear or (count == entry.change and differs and not skip and entry.known_done):
-        rumoured, rumoured_s = entry.rumoured_change
-        heard_before = rumoured == count and now - rumoured_s < RUMOUR_S
-        if entry.recurs and not heard_before and not _is_believed(me, heard, entry, count):
+        if not _was_heard(entry, count, now) and not _is_believed(me, heard, entry, count, skip):
             entry.rumoured_change = count, now
         else:
             _take(me, entry, count, skip, now)
@@ -128,16 +131,39 @@ def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int)
     _note_said(me, number, now)
 
 
-def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int) -> bool:
-    """Whether to accept a new number of a recurring task that was heard once: it may be another task's, misheard. A
-    robot with a clock, which knows the occurrence, must hear it twice. For one without a clock the next number may be
-    that of the next occurrence, if it may be due by now or the number answers this robot's word that it is done."""
-    near = not entry.change or count == entry.change + 1
+def _was_heard(entry: Entry, count: int, now: float) -> bool:
+    """Whether a change has been heard before, and not believed yet."""
+    rumoured, heard_s = entry.rumoured_change
+    return rumoured == count and now - heard_s < RUMOUR_S
+
+
+def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int, skip: bool) -> bool:
+    """Whether to accept a new number that was heard once: it may be another task's, misheard. That does no harm to a
+    task that is as the change wants it, and it is unlikely in answer to this robot's own word about the task.
+
+    The number of a recurring task may also be that of the next occurrence. A robot with a clock, which knows the
+    occurrence, must hear it twice; for one without, that may be due by now, or the number answers its word that it is
+    done."""
     last = me.repair.last_said
     own = m.own_words(last.statement) if last is not None else None
-    is_answer = isinstance(own, m.Completed) and me.board.find(own.task) is entry
+    objection = m.Confirmed if entry.is_shared else m.Completed
+    refs = own.tasks if isinstance(own, m.Completed | objection) else ()
+    is_answer = is_for_me_alone(me, heard.to) and any(me.board.find(ref) is entry for ref in refs)
+    if not entry.recurs:
+        return is_answer or _is_applied(entry, skip)
+    near = not entry.change or count == entry.change + 1
     by_ear = me.clock_s is None and (is_answer or schedule.may_be_due(me, entry, heard.now))
     return by_ear and near and is_for_me_alone(me, heard.to)
+
+
+def _believe_rumours(me: Knowledge, heard: Heard, claim: m.Statement | None) -> None:
+    """A robot claims a task that this one has heard once is to be done again: that was not misheard."""
+    refs = claim.tasks if isinstance(claim, m.Claim) and not isinstance(heard.to, m.ToRobot) else ()
+    for entry in map(me.board.find, refs):
+        if entry is not None and not entry.recurs and entry.state == DONE:
+            count, heard_s = entry.rumoured_change
+            if count > entry.change and heard.now - heard_s < RUMOUR_S:
+                _take(me, entry, count, False, heard.now)
 
 
 def _counted(entry: Entry, spoken: int) -> int:
@@ -174,11 +200,23 @@ def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
     composing.answer(me, other, topic, said(entry), now, slot, call=other, tentative=shared)
 
 
-def _answer(me: Knowledge, name: str | None, entry: Entry, now: float) -> None:
+def _answer(me: Knowledge, name: str | None, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:
     """One robot answers the person who wanted a change, with its number, so that others learn the number too."""
-    number = entry.definition.number
+    number, words = entry.definition.number, said(entry)
     slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
-    composing.answer(me, name, f"change {number}", said(entry), now, slot, call=name or "", tentative=True)
+    composing.answer(me, name, f"change {number}", words, now, slot, call=name or "", tentative=True, on_said=on_said)
+
+
+def _offer(me: Knowledge, name: str | None, entry: Entry, count: int, skip: bool, now: float) -> None:
+    """Make the change once this robot says so to the person, or hears another one say so: a robot that has misheard
+    which task is meant hears of another one."""
+    entry.rumoured_change = count, now
+
+    def take() -> None:
+        if entry.change < count:
+            _take(me, entry, count, skip, now)
+
+    _answer(me, name, replace(entry, change=count, skipped=skip), now, take)
 
 
 def _say_to_all(me: Knowledge, entry: Entry, now: float, words: m.Change | None = None) -> None:
@@ -216,6 +254,7 @@ def spread(me: Knowledge, now: float) -> None:
 def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
     """The sentence, without the part about a task whose last change its speaker does not know; corrects the speaker."""
     said, u, now = m.own_words(heard.utterance.statement), heard.utterance, heard.now
+    _believe_rumours(me, heard, said.claim if isinstance(said, m.Completed) else said)
     match said:
         case m.Completed(ref, count=count):
             entry, doer = me.board.find(ref), u.statement.speaker if isinstance(u.statement, m.Relayed) else u.speaker
