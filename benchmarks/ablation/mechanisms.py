@@ -77,11 +77,7 @@ RULES = (
         instead(f"{HEARING}.template_recogniser:UNHEARD_LEAD_FRAMES", 0),
     ),
     Mechanism("going-on", "a sentence ends only where no next word is cheaper", instead(f"{SESSION}:GOING_ON", inf)),
-    Mechanism(
-        "late-end",
-        "longer rests where a word may go on",
-        together(instead(f"{SESSION}:LATE_END_FRAMES", 25), instead(f"{SESSION}:HIDDEN_END_FRAMES", 25)),
-    ),
+    Mechanism("late-end", "longer rests where a word may go on", instead(f"{SESSION}:LATE_END_FRAMES", 25)),
     Mechanism("end-margin", "a resting path may cost a little more", instead(f"{SESSION}:END_MARGIN", 0.0)),
     Mechanism("retune", "the templates' level follows the voice", instead(f"{SESSION}:RETUNE_DB", inf)),
     Mechanism("template-room", "templates as in a room", instead(f"{HEARING}.templates:ROOM_RT60_S", 1e-3)),

@@ -36,11 +36,8 @@ by a step up (the first word, "hi", can be much weaker than the rest)."""
 END_FRAMES = 25
 """Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
 LATE_END_FRAMES = 40
-"""The same (400 ms) while a path inside a word is still cheaper."""
-HIDDEN_END_FRAMES = 48
-"""The same (480 ms) where the sentence could go on and noise may hide how the next word begins."""
-HIDDEN_DB = 10.0
-"""Level of the vowels over the noise below which noise hides how many words begin (k, h, f)."""
+"""The same (400 ms) where the sentence could go on, since a pause at a comma and a faint first sound (the s of "stop"
+through a dull channel) may last longer; and while a path inside a word is still cheaper."""
 GOING_ON = 0.7
 """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
 sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
@@ -272,10 +269,8 @@ class DecoderSession:
 
     def _needed_rest(self, best: BestPath) -> int:
         """Number of frames of rest that end a sentence with this path."""
-        hidden = self._scorer.voice_snr_db(self._gain) < HIDDEN_DB
-        if self._net.has_successors[best.node] and (hidden or best.behind > GOING_ON):
-            return HIDDEN_END_FRAMES
-        return LATE_END_FRAMES if best.behind > 0.0 else END_FRAMES
+        may_go_on = bool(self._net.has_successors[best.node])
+        return LATE_END_FRAMES if may_go_on or best.behind > 0.0 else END_FRAMES
 
     def word_of(self, step: TracedWord) -> str:
         """The word of a step."""

@@ -33,7 +33,6 @@ from hvcpd.recognition.frontend import (
     energies_of,
     power_ratio,
     smoothed,
-    snr_db,
 )
 
 TRIM_DB = 40.0
@@ -224,11 +223,6 @@ class Scorer:
         shape = len(self._gain_factors), self._bank.n_frames
         self._composed: Features = lazy_zeros((*shape, N_FEATURES), np.float32)
         self._is_composed = np.zeros(shape, np.bool_)
-
-    def voice_snr_db(self, gain: float) -> float:
-        """Level of the voice's vowels, at this gain, above the noise, dB over all bands."""
-        noise = float(self._noise.sum()) - N_BANDS * float(self._bank.mask(gain))
-        return snr_db(gain * float(self._bank.loud_spectrum.sum()), noise)
 
     def compose(self, noise: Noise, gain: float) -> None:
         """Compose the templates again with this noise at this gain, if either changed enough to matter."""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from hil_fakes.room import PinkNoise
+from hil_fakes.transducers import tilt
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
@@ -85,6 +86,13 @@ def test_words_are_heard_across_a_room(rt60_s: float, sentences: tuple[str, ...]
 def test_slow_speech_is_heard_to_its_faint_end_in_loud_noise(sound: Sound) -> None:
     for seed, text in enumerate(SENTENCES):
         assert heard(said(text, sound, 0.8), sound, 0.0, seed) == [words(text)], text
+
+
+@pytest.mark.slow
+def test_a_last_word_after_a_comma_is_heard_through_a_dull_channel(sound: Sound) -> None:
+    for seed in range(3):
+        dull = tilt(said("Hi team plant, I am Rex, member of team A, stop", sound), -3.0)
+        assert heard(dull, sound, 20.0, seed) == ["hi team plant i am rex member of team a stop"]
 
 
 @pytest.mark.slow
