@@ -35,9 +35,9 @@ RETUNE_DB = 4.5
 by a step up (the first word, "hi", can be much weaker than the rest)."""
 END_FRAMES = 25
 """Rest (250 ms) that ends a sentence: longer than the pause at a comma (150 ms)."""
-LATE_END_FRAMES = 40
-"""The same (400 ms) where the sentence could go on, since a pause at a comma and a faint first sound (the s of "stop"
-through a dull channel) may last longer; and while a path inside a word is still cheaper."""
+LATE_END_FRAMES = 48
+"""The same (480 ms) where the sentence could go on, since a pause at a comma and a first sound that is faint, or hidden
+by noise, may last longer; and while a path inside a word is still cheaper."""
 GOING_ON = 0.7
 """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
 sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""

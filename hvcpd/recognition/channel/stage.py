@@ -76,7 +76,9 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             for segment in [each for each in self._closed if each.job is job]:
                 out += self._take_result(segment, result)
         for each in self._closed:
-            out += self._release(each, each.result is not None and not each.in_progress)
+            over = self._is_over(each)
+            if over or each.result is not None:
+                out += self._release(each, over or not each.in_progress)
         self._closed = [each for each in self._closed if not self._is_over(each)]
         return out
 
@@ -92,12 +94,13 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         return found
 
     def _release(self, segment: OpenSegment, everything: bool = True) -> list[Event]:
-        """Release a segment's held events: `everything`, or, while it is searched or a sentence is in progress at its
-        end, what was held for MAX_WAIT or the search agrees with. Garbled speech in which no robot was heard is
-        released with the result, since in anybody's talk some path is in progress by chance."""
+        """Release a segment's held events: `everything`, or, while a sentence is in progress at its end, what began
+        long before that sentence or the search agrees with. Garbled speech in which no robot was heard is released at
+        once, since in anybody's talk some path is in progress by chance."""
         result = segment.result or SearchResult()
-        freed = [e for e in segment.held_events if everything or self._is_late(e) or self._agrees(e, segment.result)]
-        segment.held_events = [event for event in segment.held_events if event not in freed]
+        held = segment.held_events
+        freed = [e for e in held if everything or self._agrees(e, result) or self._is_past(e, result)]
+        segment.held_events = [event for event in held if event not in freed]
         return [each for event in freed for each in self._to_report(event, result)]
 
     def _end(self) -> list[Event]:
@@ -254,14 +257,14 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
-    def _is_late(self, event: Recognised | Garbled) -> bool:
-        return self._now - event.end_sample > MAX_WAIT
+    def _is_past(self, event: Recognised | Garbled, result: SearchResult) -> bool:
+        """Whether it ended MAX_WAIT ago, before any sentence began that is in progress."""
+        late = self._now - event.end_sample > MAX_WAIT
+        return late and all(path.starts[0] >= event.end_sample for path in result.in_progress)
 
-    def _agrees(self, event: Recognised | Garbled, result: SearchResult | None) -> bool:
+    def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
         """Whether the search finds this sentence likeliest, or lacks one of its words; for garbled speech, finds no
         robot."""
-        if result is None:
-            return False
         if isinstance(event, Garbled):
             return not result.robot
         return event.words == result.likeliest or not self._searcher.unmodelled.isdisjoint(event.words)
