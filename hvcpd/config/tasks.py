@@ -134,7 +134,8 @@ class TaskRepository:
 
     def lacking(self, skills: Iterable[str]) -> frozenset[int]:
         """The numbers of the tasks that a robot with only these skills cannot do."""
-        return frozenset(task.number for task in self.tasks if not task.skills <= frozenset(skills))
+        known = frozenset(skills)
+        return frozenset(task.number for task in self.tasks if not task.skills <= known)
 
     @property
     def remarks(self) -> tuple[str, ...]:

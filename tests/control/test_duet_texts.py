@@ -44,3 +44,13 @@ def test_tasks_that_nobody_can_do_yet_are_named_and_how_to_have_them_done(tmp_pa
     assert (command.config, command.socket.name) == (path, "rob.sock")
     path.write_text(TASKS.replace("[pour]", "[{wait: 1}]").replace("[grip]", "[{wait: 1}]"))
     assert lacking_text(wire_up(wiring.settings), None) == ""
+
+
+def test_a_robot_with_a_joint_does_all_tasks_of_that_skill(tmp_path: Path) -> None:
+    """Only the first one of them was taken for one that it does."""
+    path = tmp_path / "tasks.yaml"
+    path.write_text(TASKS.replace("pour: {}, ", "").replace("[pour]", "[grip]"))
+    skills = {"grip": {"joint": {"id": 3}}}
+    given = {"name": "Rob", "tasks": str(path), "state_dir": str(tmp_path / "state"), "skills": skills}
+    wiring = wire_up(load_settings(None, given, system_path=tmp_path / "none.yaml"))
+    assert lacking_text(wiring, None) == ""

@@ -40,8 +40,9 @@ def lacking_text(wiring: Wiring, config: Path | None) -> str:
     """The tasks that no robot does before a program offers it their skills, and how; "" if there are none. `config`:
     the settings file."""
     numbers = wiring.tasks.lacking(name for name, skill in wiring.settings.skills.items() if skill.joint is not None)
+    if not numbers:
+        return ""
     tasks = listed(task_words(task.number, task.name) for task in wiring.tasks.tasks if task.number in numbers)
     command = ["hvcpctl", "skills", *(("--config", str(config)) if config is not None else ())]
     how = shlex.join([*command, "--socket", str(socket_path(wiring.settings))])
-    text = f"Nobody does {tasks} until each robot is offered the skills, {wiring.settings.name} by: {how}\n"
-    return text if numbers else ""
+    return f"Nobody does {tasks} until each robot is offered the skills, {wiring.settings.name} by: {how}\n"
