@@ -20,8 +20,9 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 LEVELS_DBFS = (-50.0, -40.0, -30.0, -20.0, -12.0, -6.0)
 LEVEL_SNR_DB = 20.0
 RATES = (0.7, 0.8, 0.9, 1.1, 1.25, 1.5)
-RATES_SNR_DB = (0.0, 45.0)
 """Of the speaker's, against the templates'."""
+RATES_SNR_DB = (0.0, 45.0)
+"""Where templates do all the work, and where the channel search follows words, too."""
 TIMES = 3
 """A sentence that is not understood is said so often in the row `slow`; robots ask three times (`repair`)."""
 FREE_M = (0.5, 1.0, 1.4, 2.0, 2.8, 4.0, 5.7, 8.0, 11.0, 16.0, 23.0, 32.0, 45.0, 64.0, 90.0)

@@ -58,7 +58,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
     elif s.skip and _is_acted(me, entry.definition.number):
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
-        count, has_read_back = _next(entry), speaker is not None and not s.skip and _has_read_back(me, speaker, entry)
+        count, has_read_back = _next(entry), not s.skip and _has_read_back(me, speaker, entry)
         if count and not (has_read_back or _is_applied(entry, s.skip) or _was_heard(entry, count, now)):
             _offer(me, speaker, entry, count, s.skip, now)
             return
@@ -161,8 +161,8 @@ def _believe_rumours(me: Knowledge, heard: Heard, claim: m.Statement | None) -> 
     refs = claim.tasks if isinstance(claim, m.Claim) and not isinstance(heard.to, m.ToRobot) else ()
     for entry in map(me.board.find, refs):
         if entry is not None and not entry.recurs and entry.state == DONE:
-            count, heard_s = entry.rumoured_change
-            if count > entry.change and heard.now - heard_s < RUMOUR_S:
+            count, _ = entry.rumoured_change
+            if count > entry.change and _was_heard(entry, count, heard.now):
                 _take(me, entry, count, False, heard.now)
 
 

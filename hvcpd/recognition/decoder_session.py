@@ -250,10 +250,10 @@ class DecoderSession:
     def ended(self) -> Sentence | None:
         """The sentence that has just ended, if one has."""
         best = self.best
-        if best.node < 0 or best.cost >= 0.0 or best.rested_frames < END_FRAMES:
+        if best.node < 0 or best.cost >= 0.0:
             return None
-        unfinished = bool(self._net.has_successors[best.node]) and best.behind > GOING_ON
-        if best.rested_frames < self._needed_rest(best):
+        may_go_on = bool(self._net.has_successors[best.node])
+        if best.rested_frames < (LATE_END_FRAMES if may_go_on or best.behind > 0.0 else END_FRAMES):
             return None
         steps = tuple(self._decoder.trace(best.token))
         return Sentence(
@@ -264,13 +264,8 @@ class DecoderSession:
             max((self._pause(a.end_frame, b.start_frame) for a, b in pairwise(steps)), default=0.0),
             tuple(self._expected_gain(step) for step in steps),
             tuple(self._duration_ratio(step) for step in steps),
-            unfinished,
+            may_go_on and best.behind > GOING_ON,
         )
-
-    def _needed_rest(self, best: BestPath) -> int:
-        """Number of frames of rest that end a sentence with this path."""
-        may_go_on = bool(self._net.has_successors[best.node])
-        return LATE_END_FRAMES if may_go_on or best.behind > 0.0 else END_FRAMES
 
     def word_of(self, step: TracedWord) -> str:
         """The word of a step."""

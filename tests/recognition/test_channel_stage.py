@@ -14,7 +14,7 @@ from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AF
 from hvcpd.recognition.channel.estimation import _blocks_of
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.channel.stage import MEMORY_TIME, ChannelStage
+from hvcpd.recognition.channel.stage import MEMORY_TIME, ChannelStage, contradicts
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room
@@ -177,11 +177,10 @@ def test_a_path_contradicts_a_sentence_if_it_follows_other_words_through_most_of
     half = scene(AT + len(whole) // 2, (AT, whole[: len(whole) // 2]))
     path = LISTENER.search(ChannelSegment(half, 0, AT, cut=True)).in_progress[0]
     begin, length = path.starts[0], path.end - path.starts[0]
-    result = SearchResult(best=path)
-    assert result.contradicts(replace(guess(), start_sample=begin, end_sample=begin + 19 * length // 10))
-    assert not result.contradicts(replace(guess(), start_sample=begin, end_sample=begin + 21 * length // 10))
-    assert not result.contradicts(replace(guess("all who is here"), start_sample=begin, end_sample=path.end))
-    assert not SearchResult().contradicts(replace(guess(), start_sample=begin, end_sample=path.end))
+    assert contradicts(path, replace(guess(), start_sample=begin, end_sample=begin + 19 * length // 10))
+    assert not contradicts(path, replace(guess(), start_sample=begin, end_sample=begin + 21 * length // 10))
+    assert not contradicts(path, replace(guess("all who is here"), start_sample=begin, end_sample=path.end))
+    assert not contradicts(None, replace(guess(), start_sample=begin, end_sample=path.end))
 
 
 def test_where_a_recording_ends_nothing_is_held_any_more() -> None:

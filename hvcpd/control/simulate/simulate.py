@@ -119,17 +119,17 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
         name: usual_devices(team.tasks, team.settings.skills, litres if whose in ("", name) else math.inf)
         for name in robots
     }
-    if options.tank is not None and not _pumps(team, skills[robots[0]]):
+    if options.tank is not None and not _uses_pump(team, skills[robots[0]]):
         raise ConfigError("--tank: no task uses a pump; give a skill a pin (`gpio:`) in the settings, or leave it out")
     for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]], team.tasks).items():
         skills[robot] = {name: fake for name, fake in skills[robot].items() if name not in lacked}
     return skills
 
 
-def _pumps(team: Team, skills: Mapping[str, FakeDevice]) -> set[str]:
-    """The skills that tasks use and that are pumps."""
-    used = {action.skill for task in team.tasks.tasks for action in task.actions if isinstance(action, Use | Tend)}
-    return {name for name in used if isinstance(skills.get(name), FakePump)}
+def _uses_pump(team: Team, skills: Mapping[str, FakeDevice]) -> bool:
+    """Whether a task uses a skill that is a pump."""
+    used = (action.skill for task in team.tasks.tasks for action in task.actions if isinstance(action, Use | Tend))
+    return any(isinstance(skills.get(name), FakePump) for name in used)
 
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:

@@ -90,15 +90,6 @@ class SearchResult:
         """Whether a robot said something else than the sentences."""
         return self.best is not None
 
-    def contradicts(self, sentence: Recognised) -> bool:
-        """Whether the likeliest path follows other words through most of it. At another speaking rate than those of the
-        renderings a path follows a word or two of a sentence."""
-        best = self.best
-        if best is None or sentence.words[: len(best.words)] == best.words:
-            return False
-        both = min(best.end, sentence.end_sample) - max(best.starts[0], sentence.start_sample)
-        return both > 0.5 * (sentence.end_sample - sentence.start_sample)
-
 
 class ChannelSearch:
     """Searches for the sentences of a graph in the voices that may speak."""

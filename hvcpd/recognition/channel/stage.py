@@ -94,9 +94,9 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         return found
 
     def _release(self, segment: OpenSegment, everything: bool = True) -> list[Event]:
-        """Release a segment's held events: `everything`, or, while a sentence is in progress at its end, what began
-        long before that sentence or the search agrees with. Garbled speech in which no robot was heard is released at
-        once, since in anybody's talk some path is in progress by chance."""
+        """Release a segment's held events: `everything`, or, while a sentence is in progress at its end, what the
+        search agrees with, and what ended long ago, before that sentence began. Garbled speech in which no robot was
+        heard is released at once, since in anybody's talk some path is in progress by chance."""
         result = segment.result or SearchResult()
         held = segment.held_events
         freed = [e for e in held if everything or self._agrees(e, result) or self._is_past(e, result)]
@@ -253,7 +253,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         """
         if any(_overlaps(event, each) for each in self._reported):
             return []
-        if isinstance(event, Recognised) and (self._agrees(event, result) or not result.contradicts(event)):
+        if isinstance(event, Recognised) and (self._agrees(event, result) or not contradicts(result.best, event)):
             return [self._report(event)]
         return [Garbled(event.start_sample, event.end_sample, result.robot)]
 
@@ -283,6 +283,15 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if self._since is not None:  # the signs until then were that sentence's
             self._since = max(self._since, sentence.end_sample)
         return sentence
+
+
+def contradicts(best: Path | None, sentence: Recognised) -> bool:
+    """Whether the likeliest path follows other words through most of a sentence. At another speaking rate than those of
+    the renderings a path follows a word or two of it."""
+    if best is None or sentence.words[: len(best.words)] == best.words:
+        return False
+    length = sentence.end_sample - sentence.start_sample
+    return _overlap(best.starts[0], best.end, sentence) > 0.5 * length
 
 
 def _overlap(begin: int, end: int, event: Recognised | Garbled) -> int:
