@@ -164,7 +164,6 @@ def controls_for(phones: Sequence[str], voice: Voice, final: bool, declination: 
         nasal_pole_hz=NASAL_HZ * scale,
         fixed=tuple((hz * scale, width) for hz, width in UPPER_HZ if hz * scale < 7900.0),
         frications=_frications(placed, scale),
-        wide_s=tuple(at for item in placed if item.phone.kind is Kind.BREATH for at in (item.start_s, item.end_s)),
         open_quotient=voice.open_quotient,
         noise_seed=zlib.crc32(f"{' '.join(phones)} {voice.name} {final} {declination}".encode()),
     )

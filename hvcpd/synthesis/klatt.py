@@ -77,8 +77,8 @@ class Controls:
 
     `formants_hz` and `bandwidths_hz` hold one track per moving resonator; `fixed` the (Hz, Hz) pairs of those that
     stay; `tilt_hz` is the corner of the source's low-pass; `nasal_zero_hz` parts from `nasal_pole_hz` in nasals;
-    `voiced_hz` is the maximum voiced frequency, above which the source is noise; at the times `wide_s` the glottis
-    opens wide (for an H) and narrows again, in turn; `noise_seed` decides every randomness.
+    `voiced_hz` is the maximum voiced frequency, above which the source is noise; `noise_seed` decides every
+    randomness.
     """
 
     duration_s: float
@@ -94,7 +94,6 @@ class Controls:
     nasal_width_hz: float = 100.0
     fixed: tuple[tuple[float, float], ...] = ()
     frications: tuple[Frication, ...] = field(default=())
-    wide_s: tuple[float, ...] = ()
     open_quotient: float = 0.6
     noise_seed: int = 1980
 
@@ -276,8 +275,6 @@ def _rng(controls: Controls, use: int) -> np.random.Generator:
 
 _BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.6 / (1.0 - 0.4 * _Z1)) ** 2
 """Spectrum of breath: rising by radiation up to 2 kHz, level within 2 dB above."""
-_WIDE_BREATH: ComplexArray = (1.0 - 0.9 * _Z1) * (0.487 / (1.0 - 0.7 * _Z1)) ** 2
-"""The same through a wide glottis: it falls by 7 dB from 2 to 7.5 kHz. With the other one H is heard as F."""
 
 
 def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None:
@@ -293,8 +290,7 @@ def _aspirated(controls: Controls, out: Array, rng: np.random.Generator) -> None
     grains = white[index] * window * (ASPIRATION_GAIN * 10.0 ** (level_db[active] / 20.0))[:, None]
     spectra = np.fft.rfft(grains, RING_SAMPLES, axis=1)
     times_s = active * HOP_SAMPLES / SAMPLE_RATE_HZ
-    is_wide = np.searchsorted(controls.wide_s, times_s, side="right") % 2 == 1
-    spectra *= tract_response(controls, times_s) * np.where(is_wide[:, None], _WIDE_BREATH, _BREATH)
+    spectra *= tract_response(controls, times_s) * _BREATH
     _overlap_add(out, np.fft.irfft(spectra, RING_SAMPLES, axis=1), (active - 1) * HOP_SAMPLES)
 
 

@@ -156,7 +156,7 @@ PHONES: dict[str, Phone] = {
     "N": _nasal((480, 1600, 2600), 80, 60),
     "NG": _nasal((480, 2050, 2550), 100, 65),
     "HH": Phone(
-        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=-99.0, noise_db=4.0
+        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.105, 0.06, voiced=False, voicing_db=-99.0, noise_db=4.0
     ),
     "F": _fricative((320, 1050, 2150), False, 105, 80, -11.0, _F),
     "V": _fricative((240, 1050, 2150), True, 65, 45, -22.0, _F),
@@ -167,18 +167,18 @@ PHONES: dict[str, Phone] = {
     "SH": _fricative((300, 1850, 2650), False, 110, 80, -1.0, _SH),
     "ZH": _fricative((260, 1850, 2650), True, 75, 50, -13.0, _SH),
     "P": _stop((250, 900, 2150), False, 75, 50, -16.0, _P, (0.1, 0.5, 0.4), 35),
-    "B": _stop((200, 900, 2150), True, 68, 44, -16.0, _P, (0.1, 0.5, 0.4), 0),
+    "B": _stop((200, 900, 2150), True, 68, 44, -8.0, _P, (0.1, 0.5, 0.4), 0),
     "T": _stop((250, 1750, 2650), False, 50, 38, -10.0, _T, (0.1, 0.4, 0.3), 45),
     "D": _stop((200, 1750, 2650), True, 65, 45, -11.0, _T, (0.1, 0.4, 0.3), 0),
     "K": _stop((250, 1900, 2350), False, 68, 48, -5.0, _K, (0.1, 0.6, 0.35), 50),
-    "G": _stop((200, 1900, 2350), True, 70, 50, -6.0, _K, (0.1, 0.6, 0.35), 14),
+    "G": _stop((200, 1900, 2350), True, 70, 50, 0.0, _K, (0.1, 0.6, 0.35), 14),
     "CH": Phone(
         Kind.AFFRICATE, (280, 1850, 2650), (80, 130, 250), 0.055, 0.04, voiced=False, pull=(0.1, 0.4, 0.3),
         voicing_db=-99.0, noise_db=-3.0, bands=_SH, aspiration_s=0.075,
     ),
     "JH": Phone(
         Kind.AFFRICATE, (220, 1850, 2650), (80, 130, 250), 0.05, 0.04, pull=(0.1, 0.4, 0.3),
-        voicing_db=-14.0, noise_db=-8.0, bands=_SH, aspiration_s=0.05,
+        voicing_db=-14.0, noise_db=-3.0, bands=_SH, aspiration_s=0.05,
     ),
 }  # fmt: skip
 """Every phone by its ARPAbet name, and AX, the reduced vowel that CMUdict writes AH0."""

@@ -183,3 +183,10 @@ def test_every_unit_has_random_numbers_of_its_own() -> None:
         for final in (False, True)
     }
     assert len(seeds) == 2 * len(VOICES) * 2
+
+
+def test_the_vowel_of_four_is_closer_than_that_of_call() -> None:
+    """Said with the vowel of "call", "four" was heard as "far"."""
+    four, call = (allophone(phones(said), 1) for said in ("F AO1 R", "K AO1 L"))
+    assert four.target_hz[0] < call.target_hz[0] - 80.0
+    assert four.target_hz[1] < call.target_hz[1]

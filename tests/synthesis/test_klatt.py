@@ -9,7 +9,6 @@ import pytest
 from scipy.signal import lfilter
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.synthesis.articulation import controls_for
 from hvcpd.synthesis.klatt import (
     RING_SAMPLES,
     Band,
@@ -23,7 +22,6 @@ from hvcpd.synthesis.klatt import (
     synthesize,
     tract_response,
 )
-from hvcpd.synthesis.voices import VOICES
 from tests.synthesis.sounds import pitch_hz, spectrum_db
 
 OFF = Track((0.0,), (-99.0,))
@@ -151,29 +149,6 @@ def test_frication_has_the_spectrum_of_its_bands() -> None:
     assert float(np.std(sound[3200:6400])) == pytest.approx(0.1, rel=0.15)
     z1 = np.exp(-2j * np.pi * hz / SAMPLE_RATE_HZ)
     assert hz[np.argmax(np.abs(parallel_response(band, z1)))] == pytest.approx(5000.0, abs=60.0)
-
-
-def test_the_breath_of_a_wide_glottis_falls_and_is_as_strong_below() -> None:
-    """An H with the breath of a stop is heard as F: 134 of 320 times."""
-    breathed = replace(vowel(), voicing_db=OFF, aspiration_db=constant(0.0))
-    hz = np.arange(2049) * SAMPLE_RATE_HZ / 4096
-    of_stop, of_h = (
-        10.0 ** (spectrum_db(synthesize(each)) / 10.0) for each in (breathed, replace(breathed, wide_s=(0.0, 0.6)))
-    )
-
-    def fall_db(low_hz: float, high_hz: float) -> float:
-        band = (hz >= low_hz) & (hz < high_hz)
-        return float(10.0 * np.log10(of_stop[band].sum() / of_h[band].sum()))
-
-    assert fall_db(1300.0, 1700.0) == pytest.approx(0.0, abs=1.0)
-    assert fall_db(5000.0, 7500.0) > 5.0
-
-
-def test_only_an_h_is_breathed_through_a_wide_glottis() -> None:
-    controls = controls_for(("HH", "AH0", "L", "OW1"), VOICES[0], final=True)
-    begin_s, end_s = controls.wide_s
-    assert 0.0 <= begin_s < end_s < 0.3
-    assert controls_for(("T", "UW1"), VOICES[0], final=True).wide_s == ()
 
 
 def test_silence_asked_for_is_silence() -> None:
