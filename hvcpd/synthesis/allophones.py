@@ -45,8 +45,8 @@ def allophone(phones: Sequence[str], number: int) -> Phone:
 
 
 AO_BEFORE_R = replace(PHONES["AO"], target_hz=(480.0, 830.0, 2300.0), end_hz=(470.0, 900.0, 2100.0))
-"""The vowel of "four" on its way to R, closer and rounder than that of "call" (Wells, *Accents of English*, 1982, FORCE).
-With the other one "four" was heard as "far"."""
+"""The vowel of "four" on its way to R, closer and rounder than that of "call" (Wells, *Accents of English*, 1982,
+FORCE). With the other one "four" was heard as "far"."""
 
 STRONG_BURST_DB, STRONG_BREATH_DB, STRONG_BREATH_S = 12.0, 10.0, 0.015
 """How much louder burst and breath are, and how much longer the breath is, where P, T or K begins a stressed syllable.
