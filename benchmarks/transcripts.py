@@ -1,14 +1,14 @@
 """Transcripts of our voices and of others by a general recogniser that does not know the phrasebook.
 
-Random sentences of the phrasebook are transcribed; a transcript counts as understood when, of the sentences said and
-600 others of the phrasebook, the one nearest to it (edit distance of the letters over the sentence's length) is the one
-that was said. Word errors are counted after numbers and short forms ("I'm") are written out; "for" in place of "four"
-is an error, for every talker. The recogniser is PocketSphinx with its own open language model; with --model, Whisper:
-that needs faster-whisper and a folder with a CTranslate2 model. hvcpd depends on none of them. With --noise, the
-speech is also heard in that noise, 10 dB below it.
+Random sentences of the phrasebook are transcribed, or those of a file (--text), a line each. A transcript counts as
+understood when, of the sentences said and 600 others of the phrasebook (none with --text), the one nearest to it (edit
+distance of the letters over the sentence's length) is the one that was said. Word errors are counted after numbers and
+short forms ("I'm") are written out; "for" in place of "four" is an error, for every talker. The recogniser is
+PocketSphinx with its own open language model; with --model, Whisper: that needs faster-whisper and a folder with a
+CTranslate2 model. hvcpd depends on none of them. With --noise, the speech is also heard in that noise, 10 dB below it.
 
     python -m benchmarks.transcripts [--model DIR] [--noise FILE.wav] [--snr 10] [--sentences 24] [--seed 101]
-        [--only oak,oak-n,flite] [--wrong]
+        [--text FILE] [--only oak,oak-n,flite] [--wrong]
 """
 
 from __future__ import annotations
@@ -96,6 +96,26 @@ def margin(wrong: Sequence[int], words: Sequence[int], rounds: int = 2000) -> fl
     return float(high - low) / 2.0
 
 
+Phrases = tuple[tuple[str, ...], ...]
+"""A sentence: phrases, between which the speaker pauses, of words."""
+
+
+def lines_of(path: Path) -> list[Phrases]:
+    """The sentences of a text file, a line each; a comma is a pause."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    sentences = (tuple(tuple(spoken_words(phrase)) for phrase in line.split(",")) for line in lines if line.strip())
+    return [tuple(phrase for phrase in sentence if phrase) for sentence in sentences]
+
+
+def of_phrasebook(count: int, others: int, chooser: random.Random) -> tuple[list[Phrases], list[str]]:
+    """So many different sentences of the phrasebook, and so many others."""
+    book, said = Phrasebook(VOCABULARY), list[Phrases]()
+    while len(said) < count:
+        phrases = book.phrases(book.sample(chooser))
+        said += [phrases] if phrases not in said else []
+    return said, [" ".join(book.render(book.sample(chooser))) for _ in range(others)]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--model", type=Path, help="folder of a CTranslate2 Whisper model (default: PocketSphinx)")
@@ -104,18 +124,17 @@ def main() -> None:
     parser.add_argument("--sentences", type=int, default=24)
     parser.add_argument("--others", type=int, default=600, help="sentences not said, to choose among (default 600)")
     parser.add_argument("--seed", type=int, default=101)
+    parser.add_argument("--text", type=Path, help="sentences to say instead, a line each; commas are pauses")
     parser.add_argument("--only", default="", help="names of talkers, separated by commas")
     parser.add_argument("--wrong", action="store_true", help="print what was misheard")
     options = parser.parse_args()
     written = whisper(options.model) if options.model else partial(heard, make_open_decoder())
     noises = {"quiet": None, **({options.noise.stem: read_wav(options.noise)} if options.noise else {})}
-    book, chooser = Phrasebook(VOCABULARY), random.Random(options.seed)
-    said: list[tuple[tuple[str, ...], ...]] = []
-    while len(said) < options.sentences:
-        phrases = book.phrases(book.sample(chooser))
-        said += [phrases] if phrases not in said else []
+    if options.text:
+        said, others = lines_of(options.text), list[str]()
+    else:
+        said, others = of_phrasebook(options.sentences, options.others, random.Random(options.seed))
     texts = [" ".join(word for phrase in phrases for word in phrase) for phrases in said]
-    others = [" ".join(book.render(book.sample(chooser))) for _ in range(options.others)]
     candidates = sorted({*texts, *others})
     print(f"{'talker':12}{'noise':>10}{'understood':>12}{'word errors':>24}")
     for name, talker in talkers(Lexicon.load()).items():

@@ -32,6 +32,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import get_args
 
@@ -134,7 +135,10 @@ def _worlds(o: argparse.Namespace, console: Console) -> None:
 
 
 def main() -> None:
-    o = _parser().parse_args()
+    parser = _parser()
+    o = parser.parse_args()
+    if o.out is not None and find_spec("matplotlib") is None:
+        parser.error("--out: the plots need matplotlib (pip install matplotlib)")
     rows = _rows(o.rows)
     options = Options(
         o.sentences,
