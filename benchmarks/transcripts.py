@@ -108,7 +108,7 @@ def lines_of(path: Path) -> list[Phrases]:
 
 
 def of_phrasebook(count: int, others: int, chooser: random.Random) -> tuple[list[Phrases], list[str]]:
-    """So many different sentences of the phrasebook, and so many others."""
+    """Random sentences of the phrasebook: `count` different ones, and `others` to choose among."""
     book, said = Phrasebook(VOCABULARY), list[Phrases]()
     while len(said) < count:
         phrases = book.phrases(book.sample(chooser))
