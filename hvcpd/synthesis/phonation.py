@@ -16,9 +16,9 @@ from hvcpd.synthesis.voices import Voice
 FALL_S, FALL_DB = 0.06, 6.0
 """Time and depth of the fall of the voice's level before the end of a phrase: it gives way, and does not stop dead."""
 
-H_VOICE_S, H_VOICE_DB = 0.02, -12.0
+H_VOICE_S, H_VOICE_DB = 0.04, -12.0
 """How long before the end of an H the voice comes in, and its level: the folds swing before the glottis has closed.
-Where it comes in earlier, Whisper leaves out "hi"; where it does not, PocketSphinx takes more H for F."""
+Where it comes in later, PocketSphinx takes more H for F, and robots hear less of what is said slowly."""
 
 VOICED_HZ = {Kind.VOWEL: 2300.0, Kind.GLIDE: 2000.0, Kind.NASAL: 1800.0, Kind.FRICATIVE: 1000.0}
 """Maximum voiced frequency; above it the source is noise. Elsewhere (voice bars) 900 Hz."""

@@ -156,7 +156,7 @@ PHONES: dict[str, Phone] = {
     "N": _nasal((480, 1600, 2600), 80, 60),
     "NG": _nasal((480, 2050, 2550), 100, 65),
     "HH": Phone(
-        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.105, 0.06, voiced=False, voicing_db=-99.0, noise_db=4.0
+        Kind.BREATH, (500, 1500, 2500), (300, 200, 250), 0.09, 0.06, voiced=False, voicing_db=-99.0, noise_db=4.0
     ),
     "F": _fricative((320, 1050, 2150), False, 105, 80, -11.0, _F),
     "V": _fricative((240, 1050, 2150), True, 65, 45, -22.0, _F),
