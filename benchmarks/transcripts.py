@@ -24,6 +24,7 @@ import numpy as np
 
 from benchmarks.judging import PAD_S, talkers
 from benchmarks.voice import VOCABULARY
+from hvcpd.control.say.sounding import sayable_phrases
 from hvcpd.evaluation.sphinx import heard, make_open_decoder
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
@@ -100,13 +101,6 @@ Phrases = tuple[tuple[str, ...], ...]
 """A sentence: phrases, between which the speaker pauses, of words."""
 
 
-def lines_of(path: Path) -> list[Phrases]:
-    """The sentences of a text file, a line each; a comma is a pause."""
-    lines = path.read_text(encoding="utf-8").splitlines()
-    sentences = (tuple(tuple(spoken_words(phrase)) for phrase in line.split(",")) for line in lines if line.strip())
-    return [tuple(phrase for phrase in sentence if phrase) for sentence in sentences]
-
-
 def of_phrasebook(count: int, others: int, chooser: random.Random) -> tuple[list[Phrases], list[str]]:
     """Random sentences of the phrasebook: `count` different ones, and `others` to choose among."""
     book, said = Phrasebook(VOCABULARY), list[Phrases]()
@@ -131,7 +125,8 @@ def main() -> None:
     written = whisper(options.model) if options.model else partial(heard, make_open_decoder())
     noises = {"quiet": None, **({options.noise.stem: read_wav(options.noise)} if options.noise else {})}
     if options.text:
-        said, others = lines_of(options.text), list[str]()
+        lines = options.text.read_text(encoding="utf-8").splitlines()
+        said, others = [sayable_phrases(line) for line in lines if line.strip()], list[str]()
     else:
         said, others = of_phrasebook(options.sentences, options.others, random.Random(options.seed))
     texts = [" ".join(word for phrase in phrases for word in phrase) for phrases in said]

@@ -137,9 +137,9 @@ def _worlds(o: argparse.Namespace, console: Console) -> None:
 def main() -> None:
     parser = _parser()
     o = parser.parse_args()
-    if o.out is not None and find_spec("matplotlib") is None:
-        parser.error("--out: the plots need matplotlib (pip install matplotlib)")
     rows = _rows(o.rows)
+    if o.out is not None and any(row in SCORED for row in rows) and find_spec("matplotlib") is None:
+        parser.error("--out: the plots need matplotlib (pip install matplotlib)")
     options = Options(
         o.sentences,
         o.seed,
