@@ -67,10 +67,11 @@ class AudioSettings:
 
 @dataclass(frozen=True)
 class SpeechSettings:
-    """How the robot speaks, for long distances: slowly, and each sentence twice in a row."""
+    """How the robot speaks: for long distances slowly, each sentence twice; `in_noise` more clearly, or not."""
 
     rate: Literal["normal", "slow"] = "normal"
     repeat: Literal[1, 2] = 1
+    in_noise: Literal["clear", "plain"] = "clear"
 
 
 @dataclass(frozen=True)

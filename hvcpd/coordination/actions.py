@@ -38,12 +38,13 @@ ENCRYPTED_STRETCH = 1.9
 @dataclass(frozen=True)
 class Speech:
     """How everything is said: `slowly` for long distances, and each sentence `times` (1 or 2) in a row; `sealed` where
-    a key is set, `encrypted` where the content is hidden as well."""
+    a key is set, `encrypted` where the content is hidden as well; `follows_noise`: for noise where it is noisy."""
 
     slowly: bool = False
     times: int = 1
     sealed: bool = False
     encrypted: bool = False
+    follows_noise: bool = True
 
     @property
     def stretch(self) -> float:
@@ -63,12 +64,13 @@ class Talk(Enum):
 @dataclass(frozen=True)
 class Say:
     """Speak this sentence now, `times` in a row with SECOND_PAUSE_S between; answer with `spoken` when the last sample
-    has left the loudspeaker. `level_db` is relative to the usual level."""
+    has left the loudspeaker. `level_db` is relative to the usual level; `for_noise`: as people speak in noise."""
 
     utterance: Utterance
     slowly: bool = False
     times: int = 1
     level_db: float = 0.0
+    for_noise: bool = False
 
 
 @dataclass(frozen=True)

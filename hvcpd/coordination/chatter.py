@@ -1,4 +1,4 @@
-"""How much a robot says, and how loudly. Nothing that others need is left out, or said too softly to be heard.
+"""How much a robot says, how loudly, and whether for noise. Nothing that others need is left out, or said too softly.
 
 A `FULL` robot greets even where its first claim would introduce it, tells the way to each task, and says that it begins
 a task and, in the end, that it is free; not where air time is scarce. A `TERSE` one claims two tasks in a sentence, and
@@ -6,6 +6,9 @@ does not tell robots that know its name that it is there. Each kind understands 
 
 In quiet hours a robot speaks softly. If a sentence is not answered, or another speaker says one to it again, it speaks
 at the usual level for a minute. Alarms and all that concerns a stop are never soft.
+
+Where a voice was hardly louder than the noise, because there is much of it or the speaker is far away, robots speak as
+people do in noise (`hvcpd.synthesis.delivery`). Robots understand this as well as plain speech, people better.
 """
 
 from __future__ import annotations
@@ -16,13 +19,20 @@ from hvcpd.coordination import choosing, composing
 from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.peers import Peer
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 ALOUD_S = 60.0
 """For this long after an unanswered sentence, its own or another speaker's, a robot speaks at the usual level: a claim,
 its confirmation and the repetitions of both."""
+NOISY_DB = 12.0
+"""A voice that is less than this above the noise is hard to understand for people: from 10 dB up Whisper has no more
+words of plain speech wrong than of speech for noise, at 6 dB half as many again (docs/voice.md)."""
+CLEAR_DB = 20.0
+"""A robot that speaks for noise does so until voices are clearer than this: others do it too, and are 3 to 6 dB louder
+than before."""
+TIMED = (m.HowFarAway, m.Measuring)
+"""Their arrival is measured, by their samples in plain speech."""
 NEVER_SOFT = (m.Stop, m.Stopped, m.Resume, m.Leaving)
 
 
@@ -55,8 +65,12 @@ def raise_voice(me: Knowledge, now: float) -> None:
     me.repair.aloud_until_s = now + ALOUD_S
 
 
-def note_heard(me: Knowledge, utterance: m.Utterance, peer: Peer | None, now: float) -> None:
-    """Notice that a speaker repeats itself: it has not heard the answer."""
+def note_heard(me: Knowledge, utterance: m.Utterance, snr_db: float | None, now: float) -> None:
+    """Notice that a speaker repeats itself: it has not heard the answer; and how noisy it is."""
+    least_db = CLEAR_DB if now < me.repair.noisy_until_s else NOISY_DB
+    if snr_db is not None and snr_db < least_db:
+        me.repair.noisy_until_s = now + ALOUD_S
+    peer = me.peers.get(utterance.speaker)
     if peer is not None:
         if peer.last_said == utterance:
             raise_voice(me, now)
@@ -69,3 +83,13 @@ def level_db(me: Knowledge, intent: Intent, utterance: m.Utterance, now: float) 
     of_a_stop = isinstance(words, NEVER_SOFT) or (isinstance(words, m.PlaceTaken) and words.stands)
     always = intent.urgency is Urgency.ALARM or of_a_stop
     return 0.0 if always or now < me.repair.aloud_until_s else me.role.softly_db
+
+
+def is_noisy(me: Knowledge, now: float) -> bool:
+    """Whether the robot speaks for noise now."""
+    return me.role.speech.follows_noise and now < me.repair.noisy_until_s
+
+
+def is_for_noise(me: Knowledge, utterance: m.Utterance, level_db: float, now: float) -> bool:
+    """Whether a sentence of this level is said for noise: never if it has to be soft."""
+    return is_noisy(me, now) and level_db == 0.0 and not isinstance(m.own_words(utterance.statement), TIMED)

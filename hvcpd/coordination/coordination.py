@@ -119,7 +119,7 @@ class Coordination:
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
         if self._is_second(utterance, now) and not (believed and isinstance(utterance.statement, COUNTS_TWICE)):
             return
-        chatter.note_heard(me, utterance, me.peers.get(utterance.speaker), now)
+        chatter.note_heard(me, utterance, snr_db, now)
         if not believed:
             trusting.refuse(me, utterance, trust, now)
             return

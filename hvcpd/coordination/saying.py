@@ -58,7 +58,9 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
     note_introduced(me)
     slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
     me.repair.last_said, me.repair.last_call, me.last_heard = utterance, intent.call, None
-    me.do(Say(utterance, slowly, me.role.speech.times, chatter.level_db(me, intent, utterance, now)))
+    level_db = chatter.level_db(me, intent, utterance, now)
+    for_noise = chatter.is_for_noise(me, utterance, level_db, now)
+    me.do(Say(utterance, slowly, me.role.speech.times, level_db, for_noise))
 
 
 def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:

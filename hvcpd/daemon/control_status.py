@@ -12,6 +12,7 @@ from typing import Any
 
 from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
+from hvcpd.coordination.chatter import is_noisy
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.peers import Peer, PeerDistance
@@ -163,12 +164,13 @@ def _conversation(body: Body) -> dict[str, Any]:
 
 
 def _talk(body: Body) -> dict[str, Any]:
-    """How much the robot says now, and at which level; `quiet`: the quiet hours."""
+    """How much the robot says now, at which level, and whether for noise; `quiet`: the quiet hours."""
     settings, robot = body.wiring.settings, body.robot
     role = robot.coordination.role if robot is not None else None
     return {
         "now": role.talk.value if role is not None else settings.talk,
         "level_db": role.softly_db if role is not None else 0.0,
+        "for_noise": robot is not None and is_noisy(robot.coordination.knowledge, robot.now),
         "quiet": settings.quiet.hours,
     }
 

@@ -218,7 +218,8 @@ def tell(record: Record, tasks: TaskRepository) -> None:
     """Log a record: something that the robot said, heard or did."""
     match record:
         case SaidRecord():
-            _log.info("said", text=record.text, at_s=_s(record.at_s), duration_s=_s(record.duration_s))
+            at_s, duration_s = _s(record.at_s), _s(record.duration_s)
+            _log.info("said", text=record.text, at_s=at_s, duration_s=duration_s, for_noise=record.for_noise or None)
         case HeardRecord():
             _log.info(
                 "heard",

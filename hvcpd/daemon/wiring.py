@@ -174,7 +174,11 @@ class Wiring:
         role = Role(
             settings.name,
             settings.team,
-            speech=Speech(slowly=settings.speech.rate == "slow", times=settings.speech.repeat),
+            speech=Speech(
+                slowly=settings.speech.rate == "slow",
+                times=settings.speech.repeat,
+                follows_noise=settings.speech.in_noise == "clear",
+            ),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
             people=People(settings.security.people),
         )

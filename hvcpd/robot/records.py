@@ -14,12 +14,13 @@ from hvcpd.skills.life import Call, Order, Report, SkillState
 
 @dataclass(frozen=True)
 class SaidRecord:
-    """The robot begins to say this at `at_s`; it takes `duration_s`."""
+    """The robot begins to say this at `at_s`, as people speak in noise or plainly; it takes `duration_s`."""
 
     at_s: float
     utterance: Utterance
     text: str
     duration_s: float
+    for_noise: bool = False
 
 
 @dataclass(frozen=True)

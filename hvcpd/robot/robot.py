@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from hvcpd.config.tasks import Place
 from hvcpd.coordination.actions import Halt, Perform, Say
@@ -41,7 +42,7 @@ from hvcpd.robot.records import (
     VoiceRecord,
 )
 from hvcpd.robot.sealing import Sealing, judged_by, written
-from hvcpd.robot.speech_output import Mouth, meaning, spoken
+from hvcpd.robot.speech_output import Mouth, delivered, meaning
 
 
 class Robot:
@@ -333,13 +334,12 @@ class Robot:
         return halted
 
     def _say(self, say: Say, now: float) -> None:
-        utterance = say.utterance
         if self._sealing is not None:
-            utterance, records = self._sealing.said(utterance, self.phrasebook, now)
-            self._records += records
+            sealed, records = self._sealing.said(say.utterance, self.phrasebook, now)
+            say, self._records = replace(say, utterance=sealed), [*self._records, *records]
+        utterance = say.utterance
         phrases = self.phrasebook.phrases(utterance)
-        mouth = self._slow_mouth if say.slowly else self._mouth
-        speech = spoken(mouth, utterance, self.phrasebook, say.times, say.level_db)
+        speech = delivered(self._slow_mouth if say.slowly else self._mouth, say, self.phrasebook)
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._measures.ranging.say(utterance, speech, self._n_heard)
         self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
@@ -347,4 +347,4 @@ class Robot:
         may_stop = not isinstance(utterance.statement, Stop | Stopped)
         if may_stop and self._voice.is_latency_known:
             self._barge_in.begin(self._n_heard, self._voice.latency_s)
-        self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s))
+        self._records.append(SaidRecord(now, utterance, written(utterance, self.phrasebook), duration_s, say.for_noise))

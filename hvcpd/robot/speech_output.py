@@ -7,12 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
-from hvcpd.coordination.actions import SECOND_PAUSE_S
+from hvcpd.coordination.actions import SECOND_PAUSE_S, Say
 from hvcpd.errors import PhraseError
 from hvcpd.language.messages import Cipher, Motion, Resume, Utterance
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
+from hvcpd.synthesis.delivery import Delivery
 
 CIPHER_PAUSE_S = 0.4
 """Longer than the rest that ends a sentence, 0.25 s, and shorter than the longest pause inside one, 0.6 s."""
@@ -24,12 +25,23 @@ class Mouth(Protocol):
     def render(self, phrases: Sequence[Sequence[str]]) -> Samples: ...
 
 
-def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook, times: int = 1, level_db: float = 0.0) -> Samples:
-    """Return the sound of an utterance, said `times` times in a row at a level relative to the usual one, shape (n,),
-    float32 at 16 kHz."""
-    once = _once(mouth, utterance, book) * np.float32(10.0 ** (level_db / 20.0))
+def delivered(mouth: Mouth, say: Say, book: Phrasebook) -> Samples:
+    """Return the sound of a sentence as it is to be said, shape (n,), float32 at 16 kHz."""
+    once, _ = Delivery(gain_db=say.level_db, lombard=say.for_noise).level(spoken(mouth, say.utterance, book))
     pause = np.zeros(round(SECOND_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-    return np.concatenate([once] + [pause, once] * (times - 1))
+    return np.concatenate([once] + [pause, once] * (say.times - 1))
+
+
+def spoken(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
+    """Return the sound of an utterance, said once and plainly, shape (n,), float32 at 16 kHz.
+
+    A pause after "sealed message" lets listeners without a key understand that much.
+    """
+    phrases = book.phrases(utterance)
+    if not isinstance(utterance.mark, Cipher):
+        return mouth.render(phrases)
+    pause = np.zeros(round(CIPHER_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
+    return np.concatenate([mouth.render(phrases[:-1]), pause, mouth.render(phrases[-1:])])
 
 
 def meaning(event: Event, book: Phrasebook, may_be_cut: bool) -> Utterance | None:
@@ -46,12 +58,3 @@ def meaning(event: Event, book: Phrasebook, may_be_cut: bool) -> Utterance | Non
         return None
     is_end = may_be_cut and utterance.speaker is None and isinstance(utterance.statement, Resume | Motion)
     return None if is_end else utterance
-
-
-def _once(mouth: Mouth, utterance: Utterance, book: Phrasebook) -> Samples:
-    """A pause after "sealed message" lets listeners without a key understand that much."""
-    phrases = book.phrases(utterance)
-    if not isinstance(utterance.mark, Cipher):
-        return mouth.render(phrases)
-    pause = np.zeros(round(CIPHER_PAUSE_S * SAMPLE_RATE_HZ), np.float32)
-    return np.concatenate([mouth.render(phrases[:-1]), pause, mouth.render(phrases[-1:])])

@@ -32,7 +32,8 @@ come up beside the vowels (spectral shaping and dynamic range compression: Zoril
 shape)."""
 MOST_LIFT_DB = 15.0
 """Nothing is raised by more: the ends of words would hiss."""
-
+LEAST_POWER = 1e-6
+"""Of the mean: rounding may leave less than nothing in pauses."""
 
 FADE_S = 0.005
 
@@ -69,12 +70,12 @@ def for_noise(sound: Samples) -> Samples:
     """Return a sentence, shape (n,), float32, as it is better understood in noise at the same loudness."""
     if not sound.any():
         return sound
-    size = 1 << (2 * len(sound)).bit_length()
-    gains = 10.0 ** (np.interp(np.fft.rfftfreq(size, 1.0 / SAMPLE_RATE_HZ), SHAPE_HZ, SHAPE_DB) / 20.0)
-    shaped = np.fft.irfft(np.fft.rfft(sound.astype(np.float64), size) * gains, size)[: len(sound)]
     window = np.hanning(round(ENVELOPE_S * SAMPLE_RATE_HZ))
-    level = np.sqrt(np.maximum(np.convolve(np.square(shaped), window / window.sum(), "same"), 0.0))[: len(sound)]
-    usual = float(np.sqrt(np.mean(np.square(shaped))))
-    lift = np.maximum(level / usual, 1e-3) ** (LEFT - 1.0)
+    size = 1 << (len(sound) + len(window)).bit_length()
+    gains = 10.0 ** (np.interp(np.fft.rfftfreq(size, 1.0 / SAMPLE_RATE_HZ), SHAPE_HZ, SHAPE_DB) / 20.0)
+    shaped = np.fft.irfft(np.fft.rfft(sound, size) * gains, size)[: len(sound)]
+    power = np.fft.irfft(np.fft.rfft(np.square(shaped), size) * np.fft.rfft(window / window.sum(), size), size)
+    power = power[(len(window) - 1) // 2 :][: len(sound)]  # of the middle of the window
+    lift = np.maximum(power / np.mean(np.square(shaped)), LEAST_POWER) ** (0.5 * (LEFT - 1.0))
     out = (shaped * np.minimum(lift, 10.0 ** (MOST_LIFT_DB / 20.0))).astype(np.float32)
     return fade(out * level_gain(out), FADE_S)

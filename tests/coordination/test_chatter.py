@@ -1,6 +1,7 @@
 """How much robots say, and how loudly: nothing is lost in any setting, nor where settings differ."""
 
 from dataclasses import replace
+from math import nan
 
 import pytest
 
@@ -8,12 +9,14 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage
 from hil_fakes.word_plans import NAMES, random_plan, with_talk
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
-from hvcpd.coordination.actions import Say, Talk
+from hvcpd.coordination.actions import Say, Speech, Talk
+from hvcpd.coordination.chatter import ALOUD_S, CLEAR_DB, NOISY_DB
 from hvcpd.language import messages as m
 from tests.coordination.corridor import WEST, Corridor
 from tests.coordination.mission import COLOURS, Mission
 
 SOFTLY_DB = -10.0
+QUESTION = m.WhatDoing()
 
 
 def beds(n: int, work_s: float = 20.0) -> tuple[TaskDefinition, ...]:
@@ -168,3 +171,62 @@ def test_who_has_stopped_in_a_corridor_says_so_at_the_usual_level() -> None:
         bot.spoken(at_s + 1.0)
     assert len(levels_db) >= 2
     assert set(levels_db) == {0.0}
+
+
+class Listener:
+    """Rob, whom Bot asks something in noise; `answer` tells whether the answer is said for noise."""
+
+    def __init__(self, softly_db: float = 0.0, follows_noise: bool = True) -> None:
+        speech = Speech(follows_noise=follows_noise)
+        self._mission = Mission(("Rob",), beds(1), ("Bot",), coordinator="Nobody", softly_db=softly_db, speech=speech)
+        self._robot = self._mission.robots["Rob"]
+        self._said: list[Say] = []
+        before = self._robot.knowledge.do
+
+        def do(action: object) -> None:
+            if isinstance(action, Say):
+                self._said.append(action)
+            before(action)  # type: ignore[arg-type]
+
+        self._robot.knowledge.do = do  # type: ignore[method-assign,assignment]
+        self._mission.air.run_until(60.0)
+
+    def wait(self, duration_s: float) -> None:
+        self._mission.air.run_until(self._mission.air.now + duration_s)
+
+    def answer(self, snr_db: float | None, question: m.Statement = QUESTION) -> bool:
+        n, asked = len(self._said), m.Utterance("Bot", m.ToRobot("Rob"), None, question)
+        self._robot.heard(asked, self._mission.air.now, 1.0, snr_db)
+        self._mission.air.refresh()
+        self.wait(12.0)
+        assert len(self._said) == n + 1
+        return self._said[-1].for_noise
+
+
+def test_who_hears_others_in_noise_speaks_for_noise_until_all_is_clear() -> None:
+    rob = Listener()
+    assert not rob.answer(NOISY_DB)
+    assert rob.answer(NOISY_DB - 1.0)
+    assert rob.answer(CLEAR_DB), "others speak for noise, too, and so are louder"
+    rob.wait(ALOUD_S)
+    assert not rob.answer(CLEAR_DB)
+
+
+def test_a_voice_of_unknown_level_tells_nothing_of_the_noise() -> None:
+    rob = Listener()
+    assert not rob.answer(None)
+    assert not rob.answer(nan)
+    assert rob.answer(0.0)
+    assert rob.answer(nan)
+
+
+def test_a_sentence_that_has_to_be_soft_is_not_said_for_noise() -> None:
+    assert not Listener(softly_db=SOFTLY_DB).answer(0.0)
+
+
+def test_a_sentence_whose_arrival_is_measured_is_plain() -> None:
+    assert not Listener().answer(0.0, m.HowFarAway())
+
+
+def test_a_robot_may_be_set_to_speak_plainly_in_noise() -> None:
+    assert not Listener(follows_noise=False).answer(0.0)

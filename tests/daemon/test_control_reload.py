@@ -36,7 +36,7 @@ def test_reload_changes_how_much_the_robot_says(tmp_path: Path) -> None:
     async def scene() -> None:
         async with control(tmp_path) as bench:
             talk = await bench.connect()
-            usual = {"now": "normal", "level_db": 0.0, "quiet": None}
+            usual = {"now": "normal", "level_db": 0.0, "for_noise": False, "quiet": None}
             assert (await talk.ask("status"))["result"]["talk"] == usual
             bench.file.write_text('talk: full\nquiet: {hours: "00:00-23:59", level_db: -6}\n')
             changed = [change["key"] for change in (await talk.ask("reload"))["result"]["changed"]]

@@ -134,7 +134,8 @@ def _uses_pump(team: Team, skills: Mapping[str, FakeDevice]) -> bool:
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
     """From the options, or else from the settings."""
-    return Speech(options.slow or settings.rate == "slow", options.repeat or settings.repeat)
+    slowly, times = options.slow or settings.rate == "slow", options.repeat or settings.repeat
+    return Speech(slowly, times, follows_noise=settings.in_noise == "clear")
 
 
 def _refuse_confusable(team: Team) -> None:
