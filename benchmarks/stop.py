@@ -2,7 +2,7 @@
 
     python -m benchmarks.stop [--calls 100] [--kinds robots,espeak-ng,flite,people] [--over-db none,-6,0,6,12,20]
         [--snr-db quiet] [--worlds near] [--data DIR] [--minutes 10] [--seed 0] [--names Rob,Bot] [--accent gb] [--peer]
-        [--natural] [--cases call,two,false,collide,kitchen,data]
+        [--natural] [--for-noise] [--cases call,two,false,collide,kitchen,data]
 
 `call`: "stop", "Rob stop" or "all stop" (people: "stop") in a voice that no robot has, at a random time over a robot's
 random sentence, --over-db louder or alone (`none`). `two`: over two robots at once (over the listening robot's own
@@ -23,18 +23,17 @@ import time
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 
 from benchmarks.hearing.material import BLOCK, GAP_S
+from benchmarks.manner import USUAL, Manner, add_manner, manner_of
 from benchmarks.stop_callers import Callers, ended, is_held_out
 from benchmarks.stop_peer import Peer
 from hil_fakes.room import PinkNoise
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
-from hvcpd.assembly.sound import make_phrasebook, make_sound, user_cache_folder
-from hvcpd.config.names import Accent
+from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
@@ -43,7 +42,6 @@ from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
 from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
-from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, voice_for
 
 SPEECH_DBFS = -35.0
@@ -62,13 +60,13 @@ CALLS = (("stop",), ("rob", "stop"), ("all", "stop"))
 class Stage:
     """Two robots, the voices that are not theirs, and the recogniser of the first."""
 
-    def __init__(self, names: tuple[str, ...], natural: bool = False, accent: Accent = "us") -> None:
+    def __init__(self, names: tuple[str, ...], manner: Manner = USUAL) -> None:
         self.names = names
-        self._sound = replace(make_sound(None, user_cache_folder(), accent), natural=natural)
+        self._sound = manner.sound()
         self.book = make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
         robots = {voice_for(name).name for name in names}
-        voices = [replace(voice, natural=natural) for voice in VOICES]
-        self._speakers = {v.name: Speaker(v, self._sound.lexicon, self._sound.cache) for v in voices}
+        voices = [replace(voice, natural=manner.natural) for voice in VOICES]
+        self._speakers = {voice.name: manner.speaker(voice, self._sound) for voice in voices}
         self.people = [v.name for v in VOICES if v.name not in robots]
 
     def recogniser(self) -> SpeechRecogniser:
@@ -304,13 +302,10 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--cases", default="call,two,false,collide")
     parser.add_argument("--names", default="Rob,Bot")
-    parser.add_argument(
-        "--accent", choices=get_args(Accent), default="us", help="of robots and of callers by their voices"
-    )
-    parser.add_argument("--natural", action="store_true", help="natural voices, of robots and of callers by them")
+    add_manner(parser)  # of robots, and of callers by their voices
     parser.add_argument("--peer", action="store_true")
     o = parser.parse_args()
-    stage = Stage(tuple(o.names.split(",")), o.natural, o.accent)
+    stage = Stage(tuple(o.names.split(",")), manner_of(o))
     callers = Callers(stage.call, o.data)
     levels = [_levels(o.over_db), _levels(o.snr_db)]
     for case in o.cases.split(","):

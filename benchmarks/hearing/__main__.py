@@ -8,7 +8,7 @@ mean power to the noise's, both over 0 to 8 kHz. The table is printed line by li
 beside what earlier runs have left there, and plots are drawn (matplotlib: the `eval` extra).
 
     python -m benchmarks.hearing [--rows noise,range,rooms,...] [--sentences 50] [--names Mia,Ted,Gus,Rex] [--seed 7]
-        [--noise white,pink] [--snr 20,0,-5] [--natural] [--accent gb]
+        [--noise white,pink] [--snr 20,0,-5] [--natural] [--accent gb] [--for-noise]
         [--level DBFS] [--data DIR] [--out DIR] [--no-peer] [--wrong]
 
 The row `worlds`, which `all` leaves out, is of loudspeakers, rooms, clocks, motion and noises as they are met, each
@@ -34,7 +34,6 @@ import sys
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import get_args
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -49,8 +48,8 @@ from benchmarks.hearing.table import HEADING, PEER_HEADING, Result, joined, line
 from benchmarks.hearing.worlds import run as worlds
 from benchmarks.hearing.worlds import sounds
 from benchmarks.hearing.worlds.run import MODES
+from benchmarks.manner import add_manner, manner_of
 from hil_fakes import reverberation
-from hvcpd.config.names import Accent
 
 SCORED = ("noise", "slow", "level", "channel", "clock", "rate", "steps", "range", "rooms")
 ROBOTS = ("worlds", "sounds", "robot")
@@ -66,8 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--rows", default="all", help=f"of {','.join((*SCORED, *COSTS, *ROBOTS))} (default: all)")
     parser.add_argument("--sentences", type=int, default=50, help="in each condition (default 50)")
     parser.add_argument("--names", default=HELD_OUT, help=f"of the robots (default {HELD_OUT})")
-    parser.add_argument("--natural", action="store_true", help="natural voices")
-    parser.add_argument("--accent", choices=get_args(Accent), default="us", help="of robots")
+    add_manner(parser)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--noise", default=",".join(KINDS), help="of the rows noise and slow")
     parser.add_argument("--snr", default="20,10,5,0,-5,-10,-15", help="of the row noise, dB")
@@ -128,8 +126,7 @@ def _worlds(o: argparse.Namespace, console: Console) -> None:
         tuple(filter(None, o.conditions.split(","))),
         o.jobs,
         o.peer,
-        o.natural,
-        o.accent,
+        manner_of(o),
     )
     worlds.run(options, worlds.robot_recogniser, console, o.wrong)
 
@@ -154,7 +151,7 @@ def main() -> None:
         o.out.mkdir(parents=True, exist_ok=True)
     if "worlds" in rows:
         _worlds(o, console)
-    team = make_team(o.names.split(","), natural=o.natural, accent=o.accent)
+    team = make_team(o.names.split(","), manner=manner_of(o))
     if "sounds" in rows:
         sounds.run(worlds.robot_recogniser, team, o.data, o.minutes, o.seed, console, o.wrong)
     if "robot" in rows:

@@ -9,9 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
+from benchmarks.manner import USUAL, Manner
 from hvcpd.assembly.make import Books, make_speech_recogniser, make_waveform_books, templates
-from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_folder
-from hvcpd.config.names import Accent
+from hvcpd.assembly.sound import Sound, make_phrasebook
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
@@ -50,12 +50,13 @@ class Team:
     names: tuple[str, ...]
     book: Phrasebook
     sound: Sound
+    manner: Manner = USUAL
 
     def speakers(self, rate: float = 1.0) -> dict[str, Speaker]:
         """Their voices; `rate` above 1 is faster than the templates."""
         voices = {name: self.sound.voice_of(name) for name in self.names}
         return {
-            name: Speaker(replace(voice, rate=rate * voice.rate), self.sound.lexicon, self.sound.cache)
+            name: self.manner.speaker(replace(voice, rate=rate * voice.rate), self.sound)
             for name, voice in voices.items()
         }
 
@@ -78,13 +79,10 @@ class Team:
         return make_speech_recogniser(self.book, self.names, self.sound, books=self.books)
 
 
-def make_team(
-    names: Sequence[str], tasks: TaskRepository | None = None, natural: bool = False, accent: Accent = "us"
-) -> Team:
-    """A team with the paper's five plants to water, or other tasks; with `natural` voices or the formant
-    synthesizer's."""
+def make_team(names: Sequence[str], tasks: TaskRepository | None = None, manner: Manner = USUAL) -> Team:
+    """A team with the paper's five plants to water, or other tasks, that speaks in this manner."""
     book = make_phrasebook(names, DEFAULT_TEAMS, tasks or load_tasks(default_tasks_path()))
-    return Team(tuple(names), book, replace(make_sound(None, user_cache_folder(), accent), natural=natural))
+    return Team(tuple(names), book, manner.sound(), manner)
 
 
 def more_tasks(n_words: int) -> TaskRepository | None:

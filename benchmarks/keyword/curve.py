@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from benchmarks.judging import in_noise, text_of
 from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
 from benchmarks.keyword.texts import inside
+from benchmarks.manner import Manner
 from benchmarks.people_material import foreigners
 from benchmarks.phones.texts import Texts, common_words
 from benchmarks.phones.voices import calibrators, festival, kokoro
@@ -113,7 +114,7 @@ def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
         "sounds": map(read, sounds),
         "robots' sentences": sentences(stage),
         "robots' in a kitchen, 0 dB": clattered(),
-        "natural ones in noise, 0 dB": sentences(Stage(stage.names, natural=True), 0.0),
+        "natural ones in noise, 0 dB": sentences(Stage(stage.names, Manner(natural=True)), 0.0),
         "sentences with it inside": parts(),
     }
     if more is not None:

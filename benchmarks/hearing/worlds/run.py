@@ -16,10 +16,10 @@ from benchmarks.hearing.noises import steady
 from benchmarks.hearing.worlds import stages
 from benchmarks.hearing.worlds.conditions import Condition, conditions
 from benchmarks.hearing.worlds.trials import MakeRecogniser, Tally, hear, make_trial, ours, theirs
+from benchmarks.manner import USUAL, Manner
 from hil_fakes import reverberation
 from hvcpd.assembly.make import make_speech_recogniser
 from hvcpd.assembly.plan import HearingPlan
-from hvcpd.config.names import Accent
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.stages import SpeechRecogniser, SynchronousWorker
@@ -43,8 +43,7 @@ class Options:
     wanted: tuple[str, ...] = ()
     jobs: int = 1
     peer: bool = True
-    natural: bool = False
-    accent: Accent = "us"
+    manner: Manner = USUAL
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class Bench:
     def __init__(self, options: Options, make_speech_recogniser: MakeRecogniser) -> None:
         self.options = options
         self.make_speech_recogniser = make_speech_recogniser
-        self.team = make_team(options.names, natural=options.natural, accent=options.accent)
+        self.team = make_team(options.names, manner=options.manner)
         self.peer: Peer | None = make_peer(self.team) if options.peer else None
         found = conditions(options.seed, options.data)
         names = {c.name for c in found}
