@@ -169,7 +169,7 @@ class WordMission:
         encrypts = plan.seals is not None and plan.seals.encrypts
         role = Role(
             name,
-            "plant",
+            plan.team,
             name == plan.coordinator,
             plan.coordinator is None,
             plan.nearest_first,

@@ -63,6 +63,7 @@ class WordPlan:
     """The reason that it then gives."""
     begin_s: float = BEGIN_S
     """When it begins, s since 1970, where robots have clocks."""
+    team: str = "plant"
     limit_s: float = 10_000.0
     settle_s: float = 20.0
 

@@ -66,7 +66,7 @@ class Use:
 
 @dataclass(frozen=True)
 class SayAction:
-    """Say a sentence of the phrasebook."""
+    """Say these words to all: "Hi all, I am Rob, the tea is ready"."""
 
     text: str
 

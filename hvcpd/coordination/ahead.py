@@ -38,7 +38,7 @@ def _want(me: Knowledge, now: float) -> None:
     if len(me.my_tasks()) == 1 and choosing.task_ahead(me, now) is None:
         me.current.ahead_s = now + LOOK_S
         return
-    claim = Intent(Urgency.TURN, AHEAD, partial(_compose, me), decide=partial(_choose, me, now))
+    claim = Intent(Urgency.TURN, AHEAD, partial(_compose, me), decide=partial(_choose, me))
     me.floor.want(claim, now)
 
 

@@ -25,7 +25,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         return
     if not is_for_me_alone(me, heard.to):
         _note_confirmed(me, heard, heard.speaker, heard.to.name, s)
-    elif me.state is State.READ_BACK:
+    elif me.state is State.READ_BACK or (me.state is State.READING_BACK and me.current.repeats > 0):
         if me.current.partner in (None, heard.speaker):
             changing.take_order(me, heard.now)
             fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
@@ -43,7 +43,8 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         ahead.confirmed(me, {each.definition.number for ref in s.tasks if (each := me.board.find(ref)) is not None})
         if me.report.said:
             me.report.task = me.report.before = None
-        if me.current.task is not None or me.state is not State.CLAIMING:  # a claim still to be chosen is not meant
+        is_open = me.state is State.CLAIMING and me.current.task is None  # the task is still to be chosen
+        if not is_open and me.state is not State.READING_BACK:  # an order of which nobody has heard the read-back
             fire(me, Trigger.CONFIRMED, heard.now)
     elif s.complete:
         _note_told(me, heard, heard.speaker, s)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import GoTo, Motion
 from hvcpd.coordination import ahead, chatter, choosing, composing, earshot, routes
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
-from hvcpd.coordination.floor import AHEAD, OWN_TURN, RANK_MAX, Intent, Urgency, nothing
+from hvcpd.coordination.floor import AHEAD, OWN_TURN, RANK_MAX, Intent, Urgency, undecided
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
@@ -48,7 +49,7 @@ def want_turn(
     *,
     trigger: Trigger = Trigger.SPOKEN,
     slot: int | None = None,
-    decide: Callable[[], Trigger | None] = nothing,
+    decide: Callable[[float], Trigger | None] = undecided,
 ) -> None:
     """Request the floor for the state's own sentence; one that was said several `times` unanswered is held back. In a
     place that others wait for, the robot speaks before all turns: they wait for what it has to say."""
@@ -64,7 +65,7 @@ def _want_turn_again(
     me: Knowledge,
     compose: Callable[[Knowledge], m.Utterance | None],
     now: float,
-    decide: Callable[[], Trigger | None] = nothing,
+    decide: Callable[[float], Trigger | None] = undecided,
 ) -> None:
     """The same, more urgent once it was said and not answered."""
     urgency = Urgency.AGAIN if me.current.repeats else Urgency.TURN
@@ -104,7 +105,7 @@ def want_claim(me: Knowledge, now: float) -> None:
 
 def want_claim_again(me: Knowledge, now: float) -> None:
     """The task is chosen once this robot has the floor."""
-    _want_turn_again(me, composing.claim, now, lambda: claim_task(me, now))
+    _want_turn_again(me, composing.claim, now, partial(claim_task, me))
 
 
 def claim_task(me: Knowledge, now: float) -> None:
@@ -225,7 +226,7 @@ def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
 
 
 def want_report(me: Knowledge, now: float) -> None:
-    def decide() -> Trigger | None:
+    def decide(now: float) -> Trigger | None:
         if choosing.may_claim_with_report(me, now):
             claim_task(me, now)
         return Trigger.CHOSE_CLAIM if me.current.task is not None else None

@@ -55,7 +55,11 @@ class Urgency(IntEnum):
 
 
 def nothing() -> None:
-    """The decision of most intents, and the effect of most sentences."""
+    """The effect of most sentences."""
+
+
+def undecided(_now: float) -> None:
+    """The decision of most intents."""
 
 
 @dataclass
@@ -83,7 +87,8 @@ class Intent:
     not_before_s: float = -math.inf
     at_once: bool = False
     early: bool = False
-    decide: Callable[[], Trigger | None] = nothing
+    decide: Callable[[float], Trigger | None] = undecided
+    """Makes the choices that were left open, at the time at which it has the floor."""
     on_said: Callable[[], None] = nothing
     ready_s: float = 0.0
     wanted_s: float = 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from hvcpd.config.tasks import Action as TaskAction
 from hvcpd.config.tasks import Forward, GoTo, Turn
 from hvcpd.coordination import choosing, composing, effects
@@ -39,7 +41,7 @@ def move(me: Knowledge, _now: float) -> None:
 
 def want_order(me: Knowledge, now: float) -> None:
     """The same task again, or another one, chosen once this robot has the floor."""
-    effects.want_turn(me, composing.order, now, decide=lambda: choose_order(me, now))
+    effects.want_turn(me, composing.order, now, decide=partial(choose_order, me))
 
 
 def choose_order(me: Knowledge, now: float) -> None:

@@ -65,7 +65,7 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
 
 def _compose(me: Knowledge, intent: Intent, now: float) -> m.Utterance | None:
     """Make the open choices and compose the sentence; None if there is nothing left to say."""
-    chosen = intent.decide()
+    chosen = intent.decide(now)
     if chosen is not None:
         fire(me, chosen, now)
     utterance = intent.compose()

@@ -70,6 +70,9 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     # following an order or a motion: read it back, be confirmed, go
     (S.READING_BACK, T.SPOKEN): (S.READ_BACK, effects.wait_for_answer),
     (S.READ_BACK, T.CONFIRMED): (S.GOING, effects.go),
+    (S.READING_BACK, T.CONFIRMED): (S.GOING, effects.go),  # said when the robot was about to repeat itself
+    (S.READING_BACK, T.DENIED): (S.READY, effects.drop_task),
+    (S.READING_BACK, T.CONFIRMED_MOTION): (S.MOVING, ordering.move),
     (S.READ_BACK, T.DENIED): (S.READY, effects.drop_task),
     (S.READ_BACK, T.TIMEOUT): (S.READING_BACK, ordering.want_read_back),
     (S.READ_BACK, T.GAVE_UP): (S.READY, effects.drop_task),

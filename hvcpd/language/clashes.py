@@ -80,11 +80,15 @@ def _same(slots: SlotValues) -> Iterator[Fault]:
             spoken.setdefault(words, value)
 
 
+def _remedy(slot: str) -> str:
+    return "reword it" if slot == "remark" else "rename it"
+
+
 def _commands(slots: SlotValues, readings: Readings) -> Iterator[Fault]:
     for slot in ("team", *_TEXTS):  # inside other sentences no command may be heard
         for value, words in slots[slot].items():
             if SAFETY_WORDS.intersection(words) or any(True for _ in readings(words)):
-                yield _fault(slot, value, "can be mistaken for a command: rename it")
+                yield _fault(slot, value, f"can be mistaken for a command: {_remedy(slot)}")
 
 
 def _ambiguous(
@@ -120,7 +124,7 @@ def _parts(forms: Sequence[CompiledForm], slots: SlotValues) -> Iterator[Fault]:
 
 def _mistaken(slot: str, value: object, sentence: Words) -> Fault:
     example = f"as in '{' '.join(sentence)}'"
-    return _fault(slot, value, f"can be mistaken for another sentence of the phrasebook, {example}: rename it")
+    return _fault(slot, value, f"can be mistaken for another sentence of the phrasebook, {example}: {_remedy(slot)}")
 
 
 def _fault(slot: str, value: object, what: str) -> Fault:

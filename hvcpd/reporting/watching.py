@@ -141,7 +141,8 @@ class Watch:
             _, first = self._queue[0]
             if isinstance(first, Said):
                 line = self.line(first)
-                if line.missed and not everything and self.now_s < first.end_s + PATIENCE_S:
+                is_open = line.missed or line.garbled  # a later search may understand what was garbled at first
+                if is_open and not everything and self.now_s < first.end_s + PATIENCE_S:
                     break
                 self._heard.pop(first.utterance, None)
                 self._garbled = [g for g in self._garbled if meant_by(g, [first]) is None]

@@ -56,6 +56,14 @@ def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
     assert all({member["team"] for member in shift["members"]} == {"plant"} for shift in shifts)
 
 
+def test_robots_are_of_the_team_that_the_settings_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    settings = tmp_path / "hvcpd.yaml"
+    settings.write_text("{name: Rob, team: school, teams: [school, garden], names: [Rob, Bot]}")
+    assert hours(tmp_path, "--config", str(settings), "--hours", "3", "--json") == 0
+    members = json.loads(capsys.readouterr().out)["members"]
+    assert {member["team"] for member in members} == {"school"}
+
+
 def test_robots_talk_as_much_as_the_settings_say_if_no_option_does(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -340,3 +340,41 @@ def test_whole_teams_do_all_that_was_ordered_once(seed: int) -> None:
     mission.air.run_until(2500.0)
     assert mission.watered == {1: 1, 3: 1, 5: 1} | +mission.followed, "\n".join(mission.written())
     assert all(robot.board.all_done for robot in mission.robots.values())
+
+
+def about_to_repeat(text: str) -> Attended:
+    """Rob has read this order of Anna's back, unsure, was not answered, and is about to do it again."""
+    mission = Attended(seed=1)
+    mission.answer = None
+    mission.air.run_until(ASKED_S)
+    mission.robots["Rob"].heard(mission.book.parse_text(text), ASKED_S, 0.8)
+    mission.air.refresh()
+    mission.until("Rob", State.READ_BACK)
+    mission.until("Rob", State.READING_BACK)
+    return mission
+
+
+@pytest.mark.parametrize(
+    ("order", "answer", "then"),
+    [
+        (ORDER, m.Confirmed(), State.GOING),
+        (ORDER, m.Negative(), State.READY),
+        ("Hi Rob, I am Anna, turn left", m.Confirmed(), State.MOVING),
+    ],
+)
+def test_an_answer_counts_while_the_robot_is_about_to_repeat_itself(
+    order: str, answer: m.Statement, then: State
+) -> None:
+    mission = about_to_repeat(order)
+    rob = mission.robots["Rob"]
+    rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, answer), mission.air.now)
+    assert rob.state is then
+
+
+def test_a_confirmation_before_the_read_back_means_something_else() -> None:
+    mission = Attended(seed=1)
+    mission.air.run_until(ASKED_S)
+    rob = mission.robots["Rob"]
+    for statement in (m.Order(m.TaskByNumber(2)), m.Confirmed()):
+        rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, statement), ASKED_S)
+    assert rob.state is State.READING_BACK

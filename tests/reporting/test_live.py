@@ -19,7 +19,8 @@ from hvcpd.ports import Pose
 from hvcpd.reporting import events as ev
 from hvcpd.reporting.html import page
 from hvcpd.reporting.live import LiveView
-from hvcpd.reporting.watching import Watch
+from hvcpd.reporting.story import Line
+from hvcpd.reporting.watching import PATIENCE_S, Watch
 from tests.reporting.example import example
 from tests.reporting.test_html import HOSTILE, Page
 
@@ -193,6 +194,20 @@ def test_the_board_tells_who_believes_otherwise() -> None:
     watch.handle(ev.TaskChanged(1.0, "Rob", 1, "claimed", "Rob"))
     (note,) = watch.handle(ev.TaskChanged(2.0, "Rob", 1, "open", None))
     assert type(note).__name__ == "GaveUp"
+
+
+def test_a_sentence_that_a_later_search_understands_is_not_told_as_garbled() -> None:
+    watch = Watch(ev.Started(0.0, ("Rob", "Bot"), (Pose(0, 0), Pose(1, 0)), (), "volunteer", 1, 40.0))
+    text = "Hi all, I am Rob"
+    events = [
+        ev.Said(0.1, 2.0, 0, "Rob", text, False),
+        ev.Garbled(2.1, "Bot"),
+        ev.Heard(2.3, 0, "Bot", "Rob", text, 1.0, 20.0),
+        ev.Moved(2.5 + PATIENCE_S, (Pose(0, 0), Pose(1, 0))),
+    ]
+    (line,) = [note for event in events for note in watch.handle(event)]
+    assert isinstance(line, Line)
+    assert ([heard.listener for heard in line.heard], line.garbled) == (["Bot"], ())
 
 
 names = st.sampled_from(["Rob", "Bot", "Ada", "[x]", "\x1b[2J", ""])

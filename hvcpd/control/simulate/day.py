@@ -76,6 +76,7 @@ def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, spee
         unable={name: team.tasks.lacking(skills - missing) for name, missing in lacked.items()},
         clocks=dict.fromkeys(options.robots, 0.0),
         begin_s=BEGIN_S,
+        team=team.settings.team,
         limit_s=options.hours * HOUR_S,
     )
 
