@@ -42,50 +42,41 @@ class Network:
         """Raises ValueError if a voice lacks a template of a word of the graph, unless `partial`: then a voice says
         only the sentences for which it has all words, and may pause anywhere."""
         self.voices = tuple(dict.fromkeys(t.voice for t in templates))
-        by_word: dict[tuple[str, str], list[int]] = {}
-        for number, t in enumerate(templates):
-            by_word.setdefault((t.voice, t.word), []).append(number)
-        instances: list[tuple[int, int, str, int]] = []
-        for v, voice in enumerate(self.voices):
-            base = v * graph.n_nodes
-            missing = [word for word in graph.words if (voice, word) not in by_word]
-            if missing and not partial:
-                raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
-            for arc in graph.arcs:
-                for number in by_word.get((voice, arc.word), ()):
-                    instances.append((base + arc.target, base + arc.source, arc.word, number))
-        instances.sort()
-        self._lay_out_nodes(graph)
-        self.may_pause |= partial
-        self._lay_out_instances(instances, templates)
-        takes = [by_word[templates[c[3]].voice, c[2]] for c in instances]
-        lengths = [[templates[number].length for number in numbers] for numbers in takes]
-        self.word_shortest: Index = np.array([min(each) for each in lengths], np.intp)
-        self.word_longest: Index = np.array([max(each) for each in lengths], np.intp)
-
-    def _lay_out_nodes(self, graph: WordGraph) -> None:
         self.nodes_per_voice = graph.n_nodes
         self.n_nodes = graph.n_nodes * len(self.voices)
         bases = np.arange(len(self.voices)) * graph.n_nodes
-        self.start_nodes: Index = bases + graph.start
-        self.is_final = np.zeros(self.n_nodes, np.bool_)
-        self.may_pause = np.zeros(self.n_nodes, np.bool_)
-        for base in bases:
-            self.is_final[[base + node for node in graph.finals]] = True
-            self.may_pause[[base + node for node in graph.pauses if node != graph.start]] = True
+        takes: dict[tuple[str, str], list[int]] = {}
+        for number, t in enumerate(templates):
+            takes.setdefault((t.voice, t.word), []).append(number)
+        instances: list[tuple[int, int, str, int, Sequence[int]]] = []
+        for base, voice in zip(bases.tolist(), self.voices, strict=True):
+            missing = [word for word in graph.words if (voice, word) not in takes]
+            if missing and not partial:
+                raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
+            for arc in graph.arcs:
+                of_word = takes.get((voice, arc.word), ())
+                instances += [(base + arc.target, base + arc.source, arc.word, number, of_word) for number in of_word]
+        targets, sources, words, numbers, alike = zip(*sorted(instances), strict=True)
+        self.word: tuple[str, ...] = words
 
-    def _lay_out_instances(self, instances: list[tuple[int, int, str, int]], templates: Sequence[Template]) -> None:
-        self.n_instances = len(instances)
+        self.start_nodes: Index = bases + graph.start
+        self.is_final = np.tile([node in graph.finals for node in range(graph.n_nodes)], len(self.voices))
+        pauses = graph.pauses - {graph.start}
+        self.may_pause = np.tile([partial or node in pauses for node in range(graph.n_nodes)], len(self.voices))
         self.has_successors = np.zeros(self.n_nodes, np.bool_)
-        self.has_successors[[c[1] for c in instances]] = True
-        self.target_node: Index = np.array([c[0] for c in instances], np.intp)
-        self.source_node: Index = np.array([c[1] for c in instances], np.intp)
-        self.word = tuple(c[2] for c in instances)
-        numbers = {word: number for number, word in enumerate(dict.fromkeys(self.word))}
-        self.word_number: Index = np.array([numbers[word] for word in self.word], np.intp)
-        self.length: Index = np.array([templates[c[3]].length for c in instances], np.intp)
+        self.has_successors[list(sources)] = True
+
+        self.n_instances = len(instances)
+        self.target_node: Index = np.array(targets, np.intp)
+        self.source_node: Index = np.array(sources, np.intp)
+        word_numbers = {word: number for number, word in enumerate(dict.fromkeys(self.word))}
+        self.word_number: Index = np.array([word_numbers[word] for word in self.word], np.intp)
+        self.first_row: Index = np.array([templates[number].first for number in numbers], np.intp)
+        self.length: Index = np.array([templates[number].length for number in numbers], np.intp)
         self.longest = int(self.length.max())
-        self.first_row: Index = np.array([templates[c[3]].first for c in instances], np.intp)
+        lengths = [[templates[number].length for number in of_word] for of_word in alike]
+        self.word_shortest: Index = np.array([min(each) for each in lengths], np.intp)
+        self.word_longest: Index = np.array([max(each) for each in lengths], np.intp)
 
     def voice_of_node(self, node: int) -> str:
         """The voice whose copy of the graph holds `node`."""
