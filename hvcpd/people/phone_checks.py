@@ -46,7 +46,7 @@ def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples,
     net hears hardly any. `noise`: the sound of the room alone, shape (m,)."""
     gain = level_gain(sound)
     alone = estimated_noise(gain * np.concatenate([noise, sound]), len(noise))
-    log_posteriors = near_net().output(mean_normalised(log_bands(gain * sound, alone))).log_posteriors
+    log_posteriors = near_net().log_posteriors(mean_normalised(log_bands(gain * sound, alone)))
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(log_posteriors)
     if fit is None:
@@ -63,7 +63,7 @@ def loss_of_call(sound: Samples) -> float:
         return 0.0
     speech = level_gain(sound) * sound
     logs = mean_normalised(log_bands(speech, estimated_noise(speech, 0)))
-    readings = [net.output(logs).log_posteriors for net in nets()]
+    readings = [net.log_posteriors(logs) for net in nets()]
     if not all(map(_is_quiet_before, readings)):
         return 0.0
     return min(sum(map(_loss, readings)) / len(readings), MAX_LOSS)

@@ -58,15 +58,6 @@ be left out. Of 195 sentences of other synthetic voices than those trained on 19
 
 
 @dataclass(frozen=True, eq=False)
-class NetOutput:
-    """The net's output for a segment of sound: `log_posteriors`, and `activations` of the last hidden layer, shape
-    (frames, its width)."""
-
-    log_posteriors: LogPosteriors
-    activations: LogBands
-
-
-@dataclass(frozen=True, eq=False)
 class OutputLayer:
     """The last layer: `weights`, shape (width, len(PHONES) + 1), and `bias`."""
 
@@ -106,14 +97,19 @@ class PhoneNet:
         weights = file["weights_out"] * file["scale_out"]
         return cls(file, tuple(map(int, file["apart"])), OutputLayer(weights, file["bias_out"]))
 
-    def output(self, logs: LogBands) -> NetOutput:
-        """The output for `mean_normalised` log energies, shape (frames, N_BANDS): half as many frames, rounded up."""
+    def log_posteriors(self, logs: LogBands) -> LogPosteriors:
+        """Log posteriors for `mean_normalised` log energies, shape (frames, N_BANDS): half as many frames, rounded
+        up."""
+        return self.layer.log_posteriors(self.activations(logs))
+
+    def activations(self, logs: LogBands) -> LogBands:
+        """Activations of the last hidden layer, likewise, shape (frames, its width)."""
         sound = logs
         for number, size in enumerate(KERNEL_SIZES):
             sound = np.maximum(self._sums(number, _with_context(sound, size)[:: number + 1]), 0.0)
         for number, shift in enumerate(self.shifts, len(KERNEL_SIZES)):
             sound = np.maximum(sound + self._sums(number, _shifted(sound, shift)), 0.0)
-        return NetOutput(self.layer.log_posteriors(sound), sound)
+        return sound
 
     def _sums(self, number: int, seen: LogBands) -> LogBands:
         """A layer's weighted sums of what it sees, shape (frames, inputs)."""

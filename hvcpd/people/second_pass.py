@@ -22,7 +22,7 @@ from hvcpd.people.fusion import (
     probability,
     same_meaning,
 )
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, NetOutput, mean_normalised, nets, word_loop
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogBands, LogPosteriors, mean_normalised, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.people_stage import Found
@@ -119,8 +119,8 @@ class SecondPassRecogniser:
         if not self._strangers:
             listener = self._listener()
             return _surely(listener.recognise(segment) if listener is not None else None)
-        by_anybody, outputs = self._heard(segment)
-        hypotheses, fused = self._fused(by_anybody, outputs)
+        by_anybody, activations = self._heard(segment)
+        hypotheses, fused = self._fused(by_anybody, activations)
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
             return _recognised(fused, hypotheses, segment)
@@ -139,12 +139,14 @@ class SecondPassRecogniser:
     def compared(self, segment: Segment, words: Words | None) -> tuple[Recognised | None, float | None]:
         """The most likely sentence in a segment, however unlikely, and the probability of these `words`, if any are
         given, by the net for anybody."""
-        by_anybody, outputs = self._heard(segment)
+        by_anybody, activations = self._heard(segment)
         own = probability(confidence_features(by_anybody, words)) if words is not None else None
-        hypotheses, fused = self._fused(by_anybody, outputs)
+        hypotheses, fused = self._fused(by_anybody, activations)
         return (_recognised(fused, hypotheses, segment) if fused is not None else None), own
 
-    def _fused(self, hypotheses: Hypotheses, outputs: Sequence[NetOutput]) -> tuple[Hypotheses, FusedHypothesis | None]:
+    def _fused(
+        self, hypotheses: Hypotheses, activations: Sequence[LogBands]
+    ) -> tuple[Hypotheses, FusedHypothesis | None]:
         """By the net for anybody, and as sure as the likeliest of the layers adapted to people, if that finds
         the same sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are
         then right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with
@@ -152,7 +154,7 @@ class SecondPassRecogniser:
         fused = fuse(hypotheses)
         if fused is None:
             return hypotheses, None
-        through = [replace(hypotheses, posteriors=each) for each in self._through_layers(outputs)]
+        through = [replace(hypotheses, posteriors=each) for each in self._through_layers(activations)]
         found = [(other, each) for other in through if (each := fuse(other)) is not None]
         if not found:
             return hypotheses, fused
@@ -161,11 +163,11 @@ class SecondPassRecogniser:
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
-    def _through_layers(self, outputs: Sequence[NetOutput]) -> list[list[LogPosteriors]]:
+    def _through_layers(self, activations: Sequence[LogBands]) -> list[list[LogPosteriors]]:
         """The posteriors by people's own layers, MOST_LAYERS of those that are surest of their phones."""
         people = (self._layers(person.sentences) for person in self._people.values())
         found = [
-            [layer.log_posteriors(each.activations) for layer, each in zip(layers, outputs, strict=True)]
+            [layer.log_posteriors(each) for layer, each in zip(layers, activations, strict=True)]
             for layers in people
             if layers
         ]
@@ -175,13 +177,15 @@ class SecondPassRecogniser:
         """The results of the net for anybody and of the enrolled people's templates for a segment."""
         return self._heard(segment)[0]
 
-    def _heard(self, segment: Segment) -> tuple[Hypotheses, Sequence[NetOutput]]:
+    def _heard(self, segment: Segment) -> tuple[Hypotheses, Sequence[LogBands]]:
+        """With the activations of each net."""
         search, talk = self._searches
         logs = mean_normalised(log_bands_of_segment(segment))
-        outputs = [net.output(logs) for net in nets()]
+        activations = [net.activations(logs) for net in nets()]
+        posteriors = [net.layer.log_posteriors(each) for net, each in zip(nets(), activations, strict=True)]
         listener = self._listener()
         nearest = listener.recognise(segment) if listener is not None else None
-        return Hypotheses([each.log_posteriors for each in outputs], search, talk, nearest), outputs
+        return Hypotheses(posteriors, search, talk, nearest), activations
 
     @cached_property
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:

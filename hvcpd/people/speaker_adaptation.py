@@ -50,18 +50,14 @@ def adapted_layers(sentences: Sequence[SpokenSentence], pronounce: Pronounce) ->
 
 
 def _adapted(net: PhoneNet, sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:
-    pairs = [pair for sentence in sentences if (pair := _aligned(net, sentence, pronounce)) is not None]
-    if not pairs:
-        return None
-    activations = np.concatenate([of_sentence for of_sentence, _ in pairs])
-    return _fitted(net.layer, activations, np.concatenate([phones for _, phones in pairs]))
-
-
-def _aligned(net: PhoneNet, sentence: SpokenSentence, pronounce: Pronounce) -> tuple[LogBands, Index] | None:
-    """Each frame's activations and phone."""
-    output = net.output(sentence.logs)
-    phones = alignment(output.log_posteriors, sentence.words, pronounce)
-    return (output.activations, phones) if phones is not None else None
+    inputs, wanted = list[LogBands](), list[Index]()
+    for sentence in sentences:
+        activations = net.activations(sentence.logs)
+        phones = alignment(net.layer.log_posteriors(activations), sentence.words, pronounce)
+        if phones is not None:
+            inputs.append(activations)
+            wanted.append(phones)
+    return _fitted(net.layer, np.concatenate(inputs), np.concatenate(wanted)) if wanted else None
 
 
 def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pronounce) -> Index | None:

@@ -35,7 +35,7 @@ def logs(speech: Samples, noise_rms: float = 1e-3) -> LogBands:
 
 def by_phones(found: LogBands) -> list[str]:
     """The likeliest phones, repeats and gaps left out."""
-    best = far_net().output(found).log_posteriors.argmax(axis=1)
+    best = far_net().log_posteriors(found).argmax(axis=1)
     kept = best[(best != len(PHONES)) & (best != np.append([-1], best[:-1]))]
     return [PHONES[k] for k in kept]
 
@@ -61,9 +61,9 @@ def test_nets_take_memory_only_while_they_are_used() -> None:
 @pytest.mark.parametrize("net", nets())
 def test_shapes_and_sums(net: PhoneNet) -> None:
     for n in (0, 1, 2, 7, 100):
-        sounds = net.output(np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32))
-        log_posteriors = sounds.log_posteriors
-        assert len(sounds.activations) == len(log_posteriors)
+        sounds = np.random.default_rng(n).normal(0, 1, (n, N_BANDS)).astype(np.float32)
+        log_posteriors = net.log_posteriors(sounds)
+        assert len(net.activations(sounds)) == len(log_posteriors)
         assert log_posteriors.shape == ((n + 1) // 2, len(PHONES) + 1)
         assert np.allclose(np.exp(log_posteriors).sum(axis=1), 1.0, atol=1e-4)
         assert log_posteriors.dtype == np.float32
@@ -97,7 +97,7 @@ def test_a_microphone_s_tilt_does_not_count() -> None:
 def test_what_comes_later_is_heard_as_it_would_be_now(sound: Sound) -> None:
     found = logs(Speaker(VOICES[1], sound.lexicon, sound.cache).render([["turn", "left"]]))
     quiet = np.repeat(found[:1], 400, axis=0)
-    now, later = (far_net().output(np.concatenate([quiet[:n], found, quiet])).log_posteriors for n in (140, 220))
+    now, later = (far_net().log_posteriors(np.concatenate([quiet[:n], found, quiet])) for n in (140, 220))
     assert np.allclose(now[70 : 70 + len(found) // 2], later[110 : 110 + len(found) // 2], atol=1e-3)
 
 

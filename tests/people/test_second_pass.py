@@ -20,7 +20,7 @@ from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, Person, probability
-from hvcpd.people.phones import NetOutput
+from hvcpd.people.phones import LogBands
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
@@ -326,7 +326,7 @@ def test_what_was_said_is_compared_with_what_is_likeliest_in_one_pass(book: Phra
     class Counted(SecondPassRecogniser):
         passes = 0
 
-        def _heard(self, segment: Segment) -> tuple[fusion.Hypotheses, Sequence[NetOutput]]:
+        def _heard(self, segment: Segment) -> tuple[fusion.Hypotheses, Sequence[LogBands]]:
             self.passes += 1
             return super()._heard(segment)
 

@@ -53,7 +53,7 @@ def losses(text: str, adapted: Sequence[OutputLayer]) -> tuple[float, float]:
     before = after = 0.0
     search = CtcSearch(graph_of(text.split()), LEXICON.sounds)
     for net, layer in zip(nets(), adapted, strict=True):
-        activations = net.output(sentence(text).logs).activations
+        activations = net.activations(sentence(text).logs)
         both = [search.best(each.log_posteriors(activations)) for each in (net.layer, layer)]
         assert both[0] is not None
         assert both[1] is not None
@@ -76,7 +76,7 @@ def test_without_sentences_nothing_is_adapted() -> None:
 
 def test_an_alignment_has_the_phones_of_the_words_in_order() -> None:
     words = KNOWN[2].split()
-    found = alignment(far_net().output(sentence(KNOWN[2]).logs).log_posteriors, words, LEXICON.sounds)
+    found = alignment(far_net().log_posteriors(sentence(KNOWN[2]).logs), words, LEXICON.sounds)
     assert found is not None
     changes = [
         int(phone) for before, phone in zip([BLANK, *found], found, strict=False) if phone not in (BLANK, before)

@@ -132,7 +132,7 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
         return None, "it takes too long; say the sentence without long pauses"
     sentence = spoken_sentence(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
     search = CtcSearch(graph_of(words), pronounce)
-    fit = search.best(far_net().output(sentence.logs).log_posteriors)
+    fit = search.best(far_net().log_posteriors(sentence.logs))
     if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):
         return None, "that was not the sentence, or it was hardly to be understood"
     return sentence, ""
@@ -142,7 +142,7 @@ def other_speaker(
     sentences: Sequence[SpokenSentence], name: str, others: Iterable[str], pronounce: Pronounce
 ) -> str | None:
     """The one of `others`, names, that the sentences say in place of their speaker's `name`; None if they say this."""
-    heard = [(each.words, far_net().output(each.logs).log_posteriors) for each in sentences]
+    heard = [(each.words, far_net().log_posteriors(each.logs)) for each in sentences]
 
     def loss(other: str) -> float:
         said = ((tuple(other.lower() if w == name.lower() else w for w in words), logs) for words, logs in heard)
