@@ -58,14 +58,6 @@ class Evidence:
         return fitted_probability("channel_confidence", self.features)
 
 
-def evidence_of(sound: WhitenedSound, path: Path, fit: float, paths: Sequence[Path]) -> Evidence:
-    """The evidence for one of `paths`, which are sorted by score, the best first; `fit`: its `worst_fit`."""
-    least = (1.0 - MOST_LEAD_SHARE) * path.score
-    rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
-    rival = next((each.score for each in rivals if worst_fit(sound, each) >= MISSING_WORD_FIT), least)
-    return Evidence(path, path.score - rival, fit)
-
-
 @dataclass(frozen=True, eq=False)
 class _SignalPart:
     """A part of a known signal."""
@@ -111,7 +103,7 @@ QUIET_QUANTILE = 0.2
 """Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones
 unrepresentative."""
 IN_PROGRESS_SCORE = 150.0
-"""The same for a path in progress at a cut: another search costs little."""
+"""ROBOT_SCORE for a path in progress at a cut: another search costs little."""
 MAX_IN_PROGRESS = 16
 """Maximum number of paths that are handed to the next search."""
 LEAST_CONFIDENCE = 0.7
@@ -237,10 +229,15 @@ class ChannelRecogniser:
 
     def evidence(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for the path that explains most, among those whose words were all heard, to their end. `paths`:
-        most likely first."""
-        whole = (path for path in paths if self._searches[0].is_whole(path) and path.end <= sound.n + MAX_MISSING_END)
-        fits = ((path, worst_fit(sound, path)) for path in whole)
-        return next((evidence_of(sound, path, fit, paths) for path, fit in fits if fit >= LEAST_WORD_FIT), None)
+        by score, the best first."""
+        for path in paths:
+            is_whole = self._searches[0].is_whole(path) and path.end <= sound.n + MAX_MISSING_END
+            if is_whole and (fit := worst_fit(sound, path)) >= LEAST_WORD_FIT:
+                least = (1.0 - MOST_LEAD_SHARE) * path.score
+                rivals = (each for each in paths if each.score > least and each.words != path.words[: len(each.words)])
+                rival = next((each.score for each in rivals if worst_fit(sound, each) >= MISSING_WORD_FIT), least)
+                return Evidence(path, path.score - rival, fit)
+        return None
 
     def _certain(self, sound: WhitenedSound, paths: Sequence[Path]) -> Evidence | None:
         """The evidence for that sentence; None if it is not sure enough, or the end of a longer one."""
