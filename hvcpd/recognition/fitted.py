@@ -23,8 +23,7 @@ LEAST_PROBABILITY = 1e-4
 def fitted(section: str) -> dict[str, Any]:
     """The weights of one model: `fitted` (the date), `by`, `data` and `score` document their origin. Raises KeyError if
     there is no such model."""
-    found: dict[str, Any] = _file()[section]
-    return found
+    return _file()[section]
 
 
 def logistic(logit: float) -> float:
@@ -46,9 +45,8 @@ def logit(probability: float) -> float:
 
 
 @cache
-def _file() -> dict[str, Any]:
-    text = Path(__file__).with_name("fitted.json").read_text(encoding="utf-8")
-    sections: dict[str, Any] = json.loads(text)
+def _file() -> dict[str, dict[str, Any]]:
+    sections: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("fitted.json").read_text("utf-8"))
     return sections
 
 
