@@ -28,10 +28,9 @@ from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
 WEIGHTS = Path(__file__).with_name("stop.npz")
 Array = NDArray[np.float32]
 
-LEVEL_TIME_S = 1.0
-"""Time constant of the mean level of all bands together."""
-COLOUR_TIME_S = 2.0
-"""Time constant of each band's own mean level: a few syllables."""
+LEVEL_WEIGHT, COLOUR_WEIGHT = (1 - np.float32(np.exp(-CHUNK_FRAMES * HOP_SAMPLES / SAMPLE_RATE_HZ / s)) for s in (1, 2))
+"""Weight of a chunk in the mean level of all bands together, with a time constant of 1 s, and in each band's own mean
+level, with one of 2 s: a few syllables."""
 MAX_NEPER = 6.0
 """Largest difference that carries information (52 dB)."""
 INPUT_SCALE = np.float32(1.0 / 3.0)
@@ -53,11 +52,6 @@ class Posteriors(NamedTuple):
     """Probability that it ended within the last 0.75 s, and was no part of a sentence."""
 
 
-def smoothing_weight(seconds: float) -> np.float32:
-    """Weight of the old value, after one chunk, in a running mean with this time constant."""
-    return np.float32(np.exp(-CHUNK_FRAMES * HOP_SAMPLES / SAMPLE_RATE_HZ / seconds))
-
-
 class InputNormaliser:
     """Converts energies to the net's inputs, a chunk at a time, for one stream or for many at once."""
 
@@ -71,8 +65,8 @@ class InputNormaliser:
         total = means.sum(axis=-1, keepdims=True) / np.float32(N_BANDS)
         if self.level is None:
             self.level, self.colour = total, means
-        self.level = self.level + (1 - smoothing_weight(LEVEL_TIME_S)) * (total - self.level)
-        self.colour = self.colour + (1 - smoothing_weight(COLOUR_TIME_S)) * (means - self.colour)
+        self.level = self.level + LEVEL_WEIGHT * (total - self.level)
+        self.colour = self.colour + COLOUR_WEIGHT * (means - self.colour)
         logs = np.log(np.maximum(energies, ENERGY_FLOOR))
         level, colour = np.log(self.level)[..., None, :], np.log(self.colour)[..., None, :]
         both = np.concatenate([logs - level, logs - colour], axis=-1)
