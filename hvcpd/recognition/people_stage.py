@@ -256,14 +256,9 @@ class LongTalk:
         self._faint = self._faint + 1 if pauses else 0
         if not pauses and self._began is None:
             self._began = self._at
-        return self._paused() if self._faint == PAUSE_FRAMES else []
-
-    def _paused(self) -> list[Stretch]:
-        """Handle a pause that has lasted long enough."""
-        began, self._began = self._began, None
-        end = self._at - (PAUSE_FRAMES - 1)
-        if began is None or self._since is None:
+        if self._faint != PAUSE_FRAMES or self._began is None:
             return []
-        self._starts.append(began)
+        self._starts.append(self._began)
+        self._began, end = None, self._at - (PAUSE_FRAMES - 1)
         starts = tuple(s * HOP_SAMPLES for s in self._starts if MIN_FRAMES <= end - s <= MOST_FRAMES)
         return [Stretch(starts, end * HOP_SAMPLES)] if starts and end - self._since > self._longest else []

@@ -43,8 +43,8 @@ Int16Samples = NDArray[np.int16]
 """Sound as 16-bit integers, shape (n,): half the memory of float32."""
 INT16_SCALE = np.float32(32_768.0)
 HISTORY_SAMPLES = 29 * SAMPLE_RATE_HZ
-"""Length of the history (0.9 MB). `ChannelStage` look back farthest: to two of the longest sentences (20 s) and 3 s for
-their noise, after searches of 3 s each."""
+"""Length of the history (0.9 MB). `ChannelStage` looks back farthest: to two of the longest sentences (20 s) and 3 s
+for their noise, after searches of 3 s each."""
 
 
 def to_int16(samples: Samples) -> Int16Samples:
@@ -103,7 +103,7 @@ class History:
 
     @property
     def begin(self) -> int:
-        """The oldest sample that is to_int16."""
+        """The oldest sample that is kept."""
         return max(self.end - len(self._ring), 0)
 
     def push(self, samples: Samples, masked: bool) -> None:
@@ -129,7 +129,7 @@ class History:
 
     def between(self, begin: int, end: int) -> Samples | None:
         """Return the sound from sample `begin` up to `end`, shape (end - begin,), float32, silent where nothing was
-        heard yet; None if its beginning is no longer to_int16."""
+        heard yet; None if its beginning is no longer kept."""
         if begin < self.begin:
             return None
         sound = self._read(begin, min(end, self.end))

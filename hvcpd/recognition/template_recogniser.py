@@ -196,7 +196,9 @@ class TemplateRecogniser:
             self.session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
         events = self._report(end_frame)
-        self._sleep_when_quiet(len(energies))
+        self._calm_frames = 0 if self.front_end.activity.possible_speech else self._calm_frames + len(energies)
+        if self._calm_frames >= SLEEP_FRAMES and not self.session.under_way:
+            self.session.sleep()
         return events
 
     def _should_wake(self, n_frames: int) -> bool:
@@ -209,11 +211,6 @@ class TemplateRecogniser:
         self._speech_age = 0
         return True
 
-    def _sleep_when_quiet(self, n_frames: int) -> None:
-        self._calm_frames = 0 if self.front_end.activity.possible_speech else self._calm_frames + n_frames
-        if self.session.awake and self._calm_frames >= SLEEP_FRAMES and not self.session.under_way:
-            self.session.sleep()
-
     def _report(self, end_frame: int) -> list[Event]:
         """Report a sentence that has ended, or speech that has ended without one."""
         sentence = self.session.ended()
@@ -225,9 +222,6 @@ class TemplateRecogniser:
                 return [recognised]
             if not sentence.unfinished:
                 self.session.forget()
-        return self._report_garbled(end_frame)
-
-    def _report_garbled(self, end_frame: int) -> list[Event]:
         speech = self._segments.ended(end_frame, self.session.under_way)
         if speech is not None:
             self._continue_after(speech.end_sample // HOP_SAMPLES, end_frame)
