@@ -110,7 +110,7 @@ class Place:
         noise = self._noises[rng.integers(len(self._noises))]
         noise = np.resize(np.roll(noise, -int(rng.integers(len(noise)))), len(clean))
         noise = noise * (rms / max(float(np.sqrt(np.mean(noise.astype(np.float64) ** 2))), 1e-9))
-        return Segment(np.asarray(clean + noise, np.float32), lead, lead, lead + len(sound), 0)
+        return Segment(np.asarray(clean + noise, np.float32), lead, lead, lead + len(sound))
 
 
 def talkers(seed: int) -> dict[str, Talk]:

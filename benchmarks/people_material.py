@@ -117,7 +117,7 @@ def stream(
 def alone(sound: Samples, snr_db: float | None, colour: str, seed: int) -> Segment:
     """A sound in noise as in `stream`, which is told where it is."""
     heard, [said] = stream([((), sound)], snr_db, colour, seed)
-    return Segment(heard, said.start, said.start, said.end, 0)
+    return Segment(heard, said.start, said.start, said.end)
 
 
 def enrol(name: str, takes: Mapping[str, Sequence[Samples]]) -> Person:

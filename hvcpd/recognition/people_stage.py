@@ -199,7 +199,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         sound, lead = self.first_pass.history.unmasked(start - LEAD, start, until)
         if len(sound) - lead < end - start:
             return None
-        return Segment(sound, lead, start, end, start - lead, within_talk, tuple(starts[1:]))
+        return Segment(sound, lead, start, end, within_talk, tuple(starts[1:]))
 
 
 @dataclass(frozen=True)

@@ -84,15 +84,13 @@ class SpeechRecogniser:
         return events
 
     def adopt(self, others: SpeechRecogniser) -> None:
-        """Take over, between two sentences, the vocabulary of another recogniser with the same stages, which has heard
-        nothing."""
+        """Take over, between two sentences, the vocabulary of one with the same stages, which has heard nothing."""
         self.first_pass.adopt(others.first_pass)
         for stage, other in zip(self._stages, others._stages, strict=True):
             stage.adopt(other)
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
-        """Make the slow first-time preparations while `go_on` holds, in any thread: robots' words first, spelled names
-        last."""
+        """Make the slow first-time preparations while `go_on` holds, in any thread; spelled names come last."""
         for stage in self._stages:
             stage.prepare(go_on)
         self.first_pass.prepare(go_on)
@@ -116,19 +114,22 @@ been found: a robot that has not answered by then is asked again anyway."""
 class Segment:
     """Speech that was not understood, with the sound around it.
 
-    `sound`, shape (n,), begins with `lead` samples from before the speech. `start` and `end` are where the speech was
-    noticed and `origin` is where the sound begins, in samples of the stream. The robot's own speech is left
-    out of the sound. `within_talk`: somebody speaks before it and after it; a sentence that ends with it may also begin
-    at one of the samples `later`.
+    `sound`, shape (n,), begins with `lead` samples from before the speech, without the robot's own. `start` and `end`
+    are where the speech was noticed, in samples of the stream. `within_talk`: somebody speaks before it and after it; a
+    sentence that ends with it may also begin at one of the samples `later`.
     """
 
     sound: Samples
     lead: int
     start: int
     end: int
-    origin: int
     within_talk: bool = False
     later: tuple[int, ...] = ()
+
+    @property
+    def origin(self) -> int:
+        """The sample of the stream at which the sound begins."""
+        return self.start - self.lead
 
     @property
     def speech(self) -> Samples:

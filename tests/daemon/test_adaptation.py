@@ -40,7 +40,7 @@ def piece_of(*words: str) -> tuple[Segment, Recognised]:
     sound = np.concatenate([*parts, np.zeros(lead, np.float32)])
     sound = np.asarray(sound + 1e-4 * np.random.default_rng(1).standard_normal(len(sound)), np.float32)
     sentence = Recognised(words, "stranger", spans[0].start_sample, at, 0.9, 30.0, tuple(spans))
-    return Segment(sound, lead, ORIGIN + lead, at, ORIGIN), sentence
+    return Segment(sound, lead, ORIGIN + lead, at), sentence
 
 
 START_S = (ORIGIN + SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ

@@ -18,7 +18,7 @@ SENTENCE = Recognised(("stop",), "stranger", 0, 100, 0.9, 20.0, ())
 
 
 def segment() -> Segment:
-    return Segment(np.zeros(100, np.float32), 0, 0, 100, 0)
+    return Segment(np.zeros(100, np.float32), 0, 0, 100)
 
 
 class Gate:

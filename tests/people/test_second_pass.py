@@ -164,7 +164,7 @@ def takes_of(speaker: Speaker, *words: str) -> dict[str, list[Energies]]:
 def alone(speaker: Speaker, text: str) -> Segment:
     """One sentence, and 3.2 s of noise before it."""
     speech, lead = speaker.render([text.split()]), round(3.2 * SAMPLE_RATE_HZ)
-    return Segment(in_room([speech], 0.5), lead, 0, len(speech), -lead)
+    return Segment(in_room([speech], 0.5), lead, 0, len(speech))
 
 
 def sentence(opinion: SecondPassRecogniser, segment: Segment) -> Recognised | None:
@@ -232,7 +232,7 @@ def after_talk(sound: Sound, text: str) -> Segment:
     gap = np.zeros(5000, np.float32)
     whole = np.concatenate([talk.sound[: talk.lead], 0.5 * before, gap, talk.sound[talk.lead :]])
     later = talk.start + len(before) + len(gap)
-    segment = Segment(whole, talk.lead, talk.start, talk.end + len(before) + len(gap), talk.origin, later=(later,))
+    segment = Segment(whole, talk.lead, talk.start, talk.end + len(before) + len(gap), later=(later,))
     assert [each.start for each in segment.beginnings] == [talk.start, later]
     return segment
 
@@ -272,7 +272,7 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, known, strangers)
     for speech in (noise(0.0, 0.1), noise(1e-4, 0.1), noise(0.02, 0.1), noise(1.0, 0.0), np.sign(noise(1.0, 0.1))):
         for lead in (0, 8000):
-            segment = Segment(np.pad(speech, (lead, 0)), lead, 0, len(speech), -lead)
+            segment = Segment(np.pad(speech, (lead, 0)), lead, 0, len(speech))
             assert sentence(opinion, segment) is None
             found = opinion.likeliest(segment)
             assert found is None or found.confidence < 0.5

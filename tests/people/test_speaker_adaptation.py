@@ -41,7 +41,7 @@ def recording(text: str, noise_rms: float = 1e-4) -> Samples:
 
 def segment(text: str) -> Segment:
     lead, sound = SAMPLE_RATE_HZ // 2, recording(text)
-    return Segment(sound, lead, lead, len(sound) - lead, 0)
+    return Segment(sound, lead, lead, len(sound) - lead)
 
 
 def sentence(text: str) -> SpokenSentence:

@@ -130,7 +130,7 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
     start, end = speech.begin * HOP_SAMPLES, min(speech.end * HOP_SAMPLES, len(sound))
     if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
         return None, "it takes too long; say the sentence without long pauses"
-    sentence = spoken_sentence(Segment(np.asarray(sound, np.float32), start, start, end, 0), words)
+    sentence = spoken_sentence(Segment(np.asarray(sound, np.float32), start, start, end), words)
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(far_net().log_posteriors(sentence.logs))
     if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):

@@ -62,7 +62,7 @@ def _by_people(
     people: SecondPassRecogniser, samples: Samples, stretch: Garbled | Recognised, said: Words, team: Team
 ) -> Nearness:
     begin, sound = around(samples, stretch)
-    segment = Segment(sound, stretch.start_sample - begin, stretch.start_sample, stretch.end_sample, begin)
+    segment = Segment(sound, stretch.start_sample - begin, stretch.start_sample, stretch.end_sample)
     likeliest, own = people.compared(segment, said)
     return _told(stretch, "person", MIN_STRANGERS_PROBABILITY, likeliest, own, said, team)
 
