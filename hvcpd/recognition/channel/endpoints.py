@@ -15,7 +15,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -91,12 +90,13 @@ class OnsetDetector:
         rises over the noise; None if there is none. `noise`: sound without speech, shape (n,), n ≥ FRAME."""
         if not self._greetings:
             return None
-        inverse = inverse_spectrum(heard, noise)
-        greeting = self._greeting(heard, noise, inverse)
-        rise = greeting if greeting is not None else self._rise(heard, noise)
-        return Onset(rise, greeting is not None) if rise is not None else None
+        if (greeting := self._greeting(heard, noise)) is not None:
+            return Onset(greeting, greeting=True)
+        rise = self._rise(heard, noise)
+        return Onset(rise, greeting=False) if rise is not None else None
 
-    def _greeting(self, heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> int | None:
+    def _greeting(self, heard: Samples, noise: Samples) -> int | None:
+        inverse = inverse_spectrum(heard, noise)
         weighted = heard * loudness_weights(heard, noise, inverse)
         there = interpolated(inverse, SIZE)
         received = np.asarray(rfft(np.asarray(weighted, np.float32), SIZE) * there, np.complex64)
@@ -137,8 +137,7 @@ QUIET = SAMPLE_RATE_HZ // 2
 MIN_LENGTH = SAMPLE_RATE_HZ // 4
 """Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
 USUAL_LENGTH = 7 * SAMPLE_RATE_HZ
-"""Samples (7 s) after a greeting by which nearly all sentences have ended: if signs of speech go on, clatter hides
-the end."""
+"""Samples (7 s) after a greeting by which nearly all sentences have ended: if signs go on, clatter hides the end."""
 MAX_LENGTH = 10 * SAMPLE_RATE_HZ
 """Samples (10 s) after which a segment is cut: no sentence takes longer. A sentence in progress at the cut is searched
 again, together with the sound after it."""

@@ -102,8 +102,7 @@ SIZE = 2048
 BLOCK = 1024
 """Number of samples of a known signal that are transformed at once: with SIZE, at 1,025 lags."""
 GRID = 256
-"""Samples between the beginnings of the sound's transformed blocks: with the lags of a `SignalFit`, fewer than
-1,025."""
+"""Samples from one transformed block of the sound to the next: with the lags of a `SignalFit`, fewer than 1,025."""
 BATCH_SIZE = 256
 """Maximum number of signals that are transformed together, which bounds memory: 4 MB."""
 CACHED_WORDS = 512
@@ -210,8 +209,7 @@ class WhitenedSound:
         return np.asarray(found / np.sqrt(max(energy, TINY)), np.float32)
 
     def fits(self, wanted: Iterable[tuple[Signal, int]]) -> list[SignalFit]:
-        """The fits of signals that begin at these samples, or MAX_SHIFT around them: one call for all takes less
-        time."""
+        """The fits of signals that begin at these samples, or MAX_SHIFT around them; one call for all is quicker."""
         wanted = list(wanted)
         new = [each for each in dict.fromkeys(wanted) if each not in self._fits]
         for begin in range(0, len(new), BATCH_SIZE):

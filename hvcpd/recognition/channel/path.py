@@ -128,8 +128,7 @@ class Path:
 
     @property
     def ends(self) -> bool:
-        """Whether it may be complete: a pause follows, and its words are in the right thirds of a sentence of this
-        length."""
+        """Whether it may be complete: a pause follows, and its words are in the thirds of a sentence of this length."""
         return self.renderings[-1].final and self.thirds == thirds_of(len(self.words))
 
     def energy(self, sound: WhitenedSound) -> float:
@@ -240,8 +239,7 @@ Tried = TypeVar("Tried", Path, Extension)
 
 
 def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
-    """Paths sorted by their deficit in explained energy against the best path over the same sound, since they end at
-    different samples."""
+    """Paths by their deficit in explained energy against the best path over the same sound: their ends differ."""
     heard = [path.energy(sound) for path in paths]
     score, energy = max(((path.score, e) for path, e in zip(paths, heard, strict=True)), default=(0.0, 0.0))
     share = score / max(energy, TINY)
@@ -249,9 +247,9 @@ def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
     return [paths[k] for k in order]
 
 
-def most_explaining(paths: Sequence[Path], n: int) -> list[Path]:
-    """The `n` paths that explain most."""
-    return sorted(paths, key=lambda path: -path.score)[:n]
+def by_score(paths: Sequence[Path]) -> list[Path]:
+    """Paths sorted by the energy that they explain, most first."""
+    return sorted(paths, key=lambda path: -path.score)
 
 
 def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:

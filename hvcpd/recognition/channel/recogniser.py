@@ -16,7 +16,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, free_memory
-from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
+from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice, by_score
 from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
@@ -30,8 +30,7 @@ LEAST_PRECEDING, LEAST_PRECEDING_SHARE = 50.0, 0.02
 """Energy explained by a word right before a sentence in the same voice, and its share of what the sentence explains,
 from which on it was said. Chance reached 22 in 46 sentences; a soft "will" had 78."""
 MISSING_WORD_FIT = 0.2
-"""Share of a word's expected energy below which it was not said: by 6 standard deviations, where LEAST_EXPECTED
-holds."""
+"""Share of a word's expected energy below which it was not said: 6 standard deviations where LEAST_EXPECTED holds."""
 MOST_LEAD_SHARE = 0.6
 """Largest lead that carries information, as a share of a sentence's score."""
 
@@ -100,8 +99,7 @@ def is_preceded(sound: WhitenedSound, path: Path, words: Iterable[str]) -> bool:
 NOISE_S = 0.5
 """Length of the quiet part from which the noise is estimated."""
 QUIET_QUANTILE = 0.2
-"""Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones
-unrepresentative."""
+"""Quantile of the parts' energies that is chosen: gain control and drop-outs make the quietest ones untypical."""
 IN_PROGRESS_SCORE = 150.0
 """ROBOT_SCORE for a path in progress at a cut: another search costs little."""
 MAX_IN_PROGRESS = 16
@@ -171,54 +169,51 @@ class ChannelRecogniser:
 
     def search(self, segment: ChannelSegment) -> SearchResult:
         """The robots' sentences in a segment."""
-        begin = max(segment.lead - round(0.5 * SAMPLE_RATE_HZ), 0)
-        heard = segment.sound[begin:].copy()
+        begin = max(segment.lead - SAMPLE_RATE_HZ // 2, 0)
+        origin, heard = segment.origin + begin, segment.sound[begin:].copy()
         if len(heard) < FRAME:
             return SearchResult()
         noise = noise_sample(segment.sound[: segment.lead], heard)
+        earlier = [path.shifted(-origin) for path in segment.earlier]
         reported: list[Path] = []
         sentences: list[Recognised] = []
         while len(reported) < MAX_SPEAKERS:
             sound = WhitenedSound(heard, noise)
-            paths, evidence = self._found(sound, segment, begin, reported)
+            paths, evidence = self._found(sound, segment.cut, earlier, reported)
             sure_at = sys.maxsize
             if evidence is not None and segment.cut and evidence.path.end + GOES_ON_WITHIN > sound.n:
-                sure_at, evidence = evidence.path.end + GOES_ON_WITHIN + segment.origin + begin, None
+                sure_at, evidence = evidence.path.end + GOES_ON_WITHIN + origin, None
             elif evidence is not None and self._is_contradicted(evidence.path, heard, noise):
                 evidence = None
             if evidence is None:
-                if not paths:
-                    break
-                best = paths[0].shifted(segment.origin + begin) if paths[0].score >= ROBOT_SCORE else None
+                best = paths[0].shifted(origin) if paths and paths[0].score >= ROBOT_SCORE else None
                 last = _in_progress(paths, len(heard), IN_PROGRESS_SCORE if segment.cut else ROBOT_SCORE)
-                likeliest = next(filter(self._searches[0].is_whole, paths), None)
-                words = likeliest.words if best is not None and likeliest is not None else ()
-                going_on = tuple(path.shifted(segment.origin + begin) for path in last)
-                return SearchResult(tuple(sentences), best, going_on, words, sure_at)
+                whole = (path.words for path in paths if best is not None and self._searches[0].is_whole(path))
+                going_on = tuple(path.shifted(origin) for path in last)
+                return SearchResult(tuple(sentences), best, going_on, next(whole, ()), sure_at)
             reported.append(evidence.path)
             received = evidence.path.received(len(heard))
-            sentences.append(_recognised(evidence, segment.origin + begin, received))
+            sentences.append(_recognised(evidence, origin, received))
             heard -= received
         return SearchResult(tuple(sentences))
 
     def _found(
-        self, sound: WhitenedSound, segment: ChannelSegment, begin: int, reported: Sequence[Path]
+        self, sound: WhitenedSound, cut: bool, earlier: Sequence[Path], reported: Sequence[Path]
     ) -> tuple[list[Path], Evidence | None]:
-        """The candidates in a sound that begins at sample `begin` of the segment, apart from the `reported` sentences,
-        most likely first; and the sentence that was surely said. Other speaking rates are searched only where the usual
-        rate finds nobody, or a sentence at another one is in progress; sentences without a greeting only where none
-        with it is sure: to seek all first words takes ten times as long."""
-        earlier = [path.shifted(-segment.origin - begin) for path in segment.earlier]
+        """The candidates in a sound apart from the `reported` sentences, most likely first; and the sentence that was
+        surely said. Other speaking rates are searched only where the usual rate finds nobody, or a sentence at another
+        one is in progress; sentences without a greeting only where none with it is sure: to seek all first words takes
+        ten times as long."""
         others = any(path.book in self._books and path.book not in self._usual for path in earlier)
         paths: list[Path] = []
         for search in self._searches[:1] if reported else self._searches:
             before = paths
             for first_words in (None,) if reported else ((GREETING,), None):
                 found = search.paths(sound, reported, earlier, first_words)
-                paths = sorted(before + found, key=lambda path: -path.score)
+                paths = by_score(before + found)
                 if (best := self._certain(sound, paths)) is not None:
                     return paths, best
-            if not others and (not found or (segment.cut and _in_progress(found, sound.n))):
+            if not others and (not found or (cut and _in_progress(found, sound.n))):
                 break
         return paths, None
 

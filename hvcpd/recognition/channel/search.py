@@ -26,9 +26,9 @@ from hvcpd.recognition.channel.path import (
     RenderedVoice,
     Rendering,
     by_deficit,
+    by_score,
     extended,
     may_have,
-    most_explaining,
     pruned,
 )
 from hvcpd.recognition.events import Recognised
@@ -114,11 +114,11 @@ class ChannelSearch:
         new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
         least = ROBOT_SCORE if reported else LEAST_START
         for level in chain.from_iterable(_by_start(paths, least) for paths in new):
-            best = most_explaining(found, 1)
+            best = by_score(found)[:1]
             while level := pruned(level, best):
                 found += level
                 level = self._extend(sound, level)
-        return sorted(found, key=lambda path: -path.score)
+        return by_score(found)
 
     def is_whole(self, path: Path) -> bool:
         """Whether a path is a sentence."""
@@ -158,7 +158,7 @@ class ChannelSearch:
         enough = max(max(each.score for each in promising) / ENERGY_PER_TAP, 1.0)
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
         paths = by_deficit(sound, extended(sound, promising, n_taps))
-        return pruned(paths, most_explaining(paths, 4))[:BEAM_WIDTH]
+        return pruned(paths, by_score(paths)[:4])[:BEAM_WIDTH]
 
     def _extensions(self, sound: WhitenedSound, path: Path) -> Iterator[Extension]:
         """The possible next words that are expected to explain some energy through the path's own response."""
@@ -204,7 +204,7 @@ def _is_within(path: Path, reported: Path) -> bool:
 def _by_start(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
     """Paths of one word, grouped by their start, that of the best path first. Only paths with the same start compete,
     since their shares of the energy compare only over the same sound."""
-    left = sorted(begun, key=lambda path: -path.score)
+    left = by_score(begun)
     for _ in range(MAX_STARTS):
         if not left or left[0].score < least:
             return

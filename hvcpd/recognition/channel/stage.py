@@ -263,7 +263,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         return late and all(path.starts[0] >= event.end_sample for path in result.in_progress)
 
     def _agrees(self, event: Recognised | Garbled, result: SearchResult) -> bool:
-        """Whether the search finds this sentence likeliest, or lacks one of its words; for garbled speech, finds no
+        """Whether the search finds this sentence likeliest, or lacks a word of it; of garbled speech: finds no
         robot."""
         if isinstance(event, Garbled):
             return not result.robot

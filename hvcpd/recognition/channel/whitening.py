@@ -22,8 +22,7 @@ BAND_HZ = (100.0, 7600.0)
 LATE_ECHO_SHARE = 0.3
 """Share of the received spectrum that counts as noise: late echoes, which no short response explains."""
 LOUD = 4.0
-"""Ratio to the noise's power above which sound is weighted by its own power: clatter is noise, and echoes are as loud
-as what they follow."""
+"""Ratio to the noise's power above which sound is weighted by its own power: clatter and loud echoes are noise."""
 POWER_S = 0.04
 FLOOR = 1e-4
 """No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
