@@ -187,9 +187,7 @@ class Decoder:
     def _set_active(self, states: ActiveStates) -> None:
         self.active = states
         self._cost: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
-        self._cost_next: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
         self._token: Tokens = np.zeros(states.n_states, np.int32)
-        self._token_next: Tokens = np.zeros(states.n_states, np.int32)
         self._padding = (states.begin[:, None] + np.arange(PADDING)).ravel()
         self._start_entry = states.entry[self._is_start[states.source % self._net.n_nodes]]
 
@@ -225,15 +223,12 @@ class Decoder:
         `distances`, shape (n_states,) of the active states, are relative to the filler's cost; `noise_cost` is the cost
         of a frame of pause, also relative to the filler (0 when the filler takes the frame for noise).
         """
-        if len(distances):
-            advanced, *farther = dtw_column(self._cost, distances, self._steps, self._cost_next)
-            token = self._token_next
-            token[2:] = self._token[2:]
-            np.copyto(token[2:], self._token[1:-1], where=advanced)
-            for reach, mask in enumerate(farther, 2):
-                np.copyto(token[reach:], self._token[:-reach], where=mask)
-            self._cost, self._cost_next = self._cost_next, self._cost
-            self._token, self._token_next = token, self._token
+        cost, token = np.empty_like(self._cost), self._token.copy()
+        advanced, *farther = dtw_column(self._cost, distances, self._steps, cost)
+        np.copyto(token[2:], self._token[1:-1], where=advanced)
+        for reach, mask in enumerate(farther, 2):
+            np.copyto(token[reach:], self._token[:-reach], where=mask)
+        self._cost, self._token = cost, token
         ends = self._cost[self.active.last]
         passing = np.flatnonzero(ends < self._bound)
         self._cost[self._padding] = UNREACHABLE
@@ -288,8 +283,7 @@ class Decoder:
         self._rest_token.reshape(-1)[at[rests]] = record[rests]
 
     def _rivals(self, instances: NDArray[np.intp], ends: Costs, winners: NDArray[np.intp]) -> Costs:
-        """For each winner, the lowest cost of another word that ends at the same node in this frame, at any
-        hypothesis."""
+        """For each winner, the lowest cost of another word that ends at its node in this frame, at any hypothesis."""
         node, word = self._net.target_node, self._net.word_number
         other = (node[instances] == node[winners][:, None]) & (word[instances] != word[winners][:, None])
         rivals: Costs = np.where(other, ends, UNREACHABLE).min(axis=1)
@@ -306,8 +300,7 @@ class Decoder:
         return entering, chosen
 
     def raise_gains(self) -> None:
-        """Raise all gains by a step: every hypothesis takes over the paths of the next one, and the highest keeps its
-        own."""
+        """Raise all gains by a step: each hypothesis takes over the next one's paths, and the highest keeps its own."""
         self._rest[:-1] = self._rest[1:].copy()
         self._rest_token[:-1] = self._rest_token[1:].copy()
         old, cost, token = self.active, self._cost, self._token
