@@ -119,8 +119,7 @@ def voice_of(name: str) -> str:
 
 
 def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:
-    """The person's takes of `words`, all of the same loudness, since people do not keep theirs from one word to the
-    next."""
+    """The person's takes of `words`, all equally loud: people do not keep their loudness from word to word."""
     return {word: [level_normalised(take) for take in person.takes[word]] for word in words if word in person.takes}
 
 

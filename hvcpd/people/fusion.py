@@ -50,10 +50,8 @@ class Hypotheses:
         found = {each.words: each for posterior in self.posteriors if (each := self.search.best(posterior)) is not None}
         if len(found) <= 1:  # mostly the nets agree, and nothing is to be weighed
             return next(iter(found.values()), None)
-        return max(found.values(), key=lambda each: self._log_product(each.words))
-
-    def _log_product(self, words: Words) -> float:
-        return sum(self.search.log_likelihood_of(posterior, words) for posterior in self.posteriors)
+        likelihood = self.search.log_likelihood_of
+        return max(found.values(), key=lambda each: sum(likelihood(one, each.words) for one in self.posteriors))
 
     @property
     def sentences(self) -> list[Words]:
@@ -150,9 +148,8 @@ WEIGHTS: tuple[float, ...] = tuple(fitted("people_fusion")["weights"]["probabili
 
 
 def confidence_features(hypotheses: Hypotheses, words: Words) -> Sequence[float]:
-    """Features of the confidence of a candidate, shape (5,): 1; the nets' mean loss against certain phones, per frame;
-    the log odds of the sentence; whether it is also the candidate by takes, and the log odds of its confidence
-    there."""
+    """Features of a candidate's confidence, shape (5,): 1; the nets' mean loss against certain phones, per frame; the
+    sentence's log odds; whether it is also the candidate by takes, and the log odds of its confidence there."""
     by_takes = hypotheses.by_takes
     agrees = by_takes is not None and same_meaning(by_takes.words, words)
     agreement = (1.0, logit(by_takes.confidence)) if by_takes is not None and agrees else (0.0, 0.0)

@@ -98,8 +98,7 @@ class PhoneNet:
         return cls(file, tuple(map(int, file["apart"])), OutputLayer(weights, file["bias_out"]))
 
     def log_posteriors(self, logs: LogBands) -> LogPosteriors:
-        """Log posteriors for `mean_normalised` log energies, shape (frames, N_BANDS): half as many frames, rounded
-        up."""
+        """Log posteriors for `mean_normalised` logarithms, shape (frames, N_BANDS): half as many frames, rounded up."""
         return self.layer.log_posteriors(self.activations(logs))
 
     def activations(self, logs: LogBands) -> LogBands:
@@ -174,8 +173,7 @@ class CtcSearch:
     """Viterbi search and forward algorithm over a word network, its words' phones side by side in one vector."""
 
     def __init__(self, graph: WordGraph, pronounce: Pronounce, word_cost: float = 0.0) -> None:
-        """`pronounce`: the pronunciations of a word, in PHONES; `word_cost`: of each word in `log_likelihood`, natural
-        logarithm."""
+        """`pronounce`: the pronunciations of a word, in PHONES; `word_cost`: of each word in `log_likelihood`, nats."""
         known = {
             word: sorted({tuple(map(PHONES.index, said)) for said in pronounce(word) if said}) for word in graph.words
         }

@@ -51,8 +51,7 @@ MOST_SURE = 0.94
 read-back: clearly spoken words that form no sentence have fitted as well as some right sentences."""
 
 TALK_WORD_COST = 4.0
-"""Of each word of other talk, natural logarithm. Of 2, 4 and 6, 4 tells sentences from all else best
-(docs/decisions/phones.md)."""
+"""Of each word of other talk, nats. Of 2, 4 and 6, 4 tells sentences from all else best (docs/decisions/phones.md)."""
 
 COURTESY = "please"
 """Said after an order, it changes nothing."""
@@ -69,9 +68,8 @@ class SecondPassRecogniser:
         strangers: bool,
         name: str | None = None,
     ) -> None:
-        """`people`: the enrolled people, read again for each segment, so that newly learned words count; with
-        `strangers`, sentences of all other people count too. `name`: this robot's; without one no sentence is for
-        it."""
+        """`people`: the enrolled ones, read again for each segment, so that newly learned words count; with
+        `strangers`, all others' sentences count, too. `name`: this robot's; without one no sentence is for it."""
         self._graph = graph
         self._lexicon = lexicon
         self._people = people

@@ -25,8 +25,7 @@ def first_occurrences(ordered: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def quantile(values: NDArray[np.floating[Any]], share: float) -> float:
-    """The value below which there is a share, 0 to 1, of all values, at least one, none of them NaN; interpolated, as
-    `numpy.quantile`."""
+    """The value below which a share, 0 to 1, of all values lies, one or more, none NaN; as `numpy.quantile`."""
     ordered = np.sort(values, axis=None)
     place = (len(ordered) - 1) * share
     before = int(place)

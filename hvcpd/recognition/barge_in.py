@@ -115,8 +115,7 @@ RECENT_FRAMES = 400
 WORD_MARGIN = 800
 """Number of samples before the word, and twice those after it, in which the own voice is looked for."""
 MOST_LAG = 9600
-"""Largest lag, either way, at which it is looked for: 0.6 s, as much as a computer with six times its capacity of work
-was late."""
+"""Largest lag, either way, at which it is looked for: 0.6 s, as late as a computer with six times its load was."""
 OWN_CORRELATION = 0.15
 """Least correlation with what was played by which a word is the robot's own, or mixed with it: calls 10 and 14 dB below
 the own voice have 0.13 at most (47), nine of ten own words that passed for the call after faults of the loudspeaker
@@ -214,13 +213,12 @@ class BargeInDetector:
         return [Released(self._held.start_sample, self._held.end_sample)] if self._hold_left == 0 else []
 
     def _found(self, samples: Samples) -> list[KeywordEvent]:
-        missing = max(len(samples) - len(self._playing), 0)
-        line = np.pad(self._playing, (0, missing))
-        self._playing = line[len(samples) :]
+        line = np.pad(self._playing, (0, max(len(samples) - len(self._playing), 0)))
+        played, self._playing = line[: len(samples)], line[len(samples) :]
         found: list[KeywordEvent] = []
         least = self._least_level(samples)
-        residual = self._echo.take(line[: len(samples)], samples)
-        self._trace.push(line[: len(samples)], residual)
+        residual = self._echo.take(played, samples)
+        self._trace.push(played, residual)
         for chunk in self._residual.push(residual, False):
             self._residual_powers = _recent(self._residual_powers, chunk.energies, WORD_FRAMES)
             word = self._spotter.push(chunk)
@@ -234,7 +232,7 @@ class BargeInDetector:
         return found
 
     def _least_level(self, samples: Samples) -> float:
-        """Level of the word relative to the own voice."""
+        """Least power that counts as the word, relative to the own voice's."""
         for chunk in self._heard.push(samples, False):
             self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
         if not len(self._own_powers):

@@ -86,8 +86,7 @@ LEAST_FIT, MOST_FIT = 0.05, 1.0
 """Range of the gain relative to the right word's; the quietest voices gain twice as much by chance."""
 LEAST_WORD_FIT = -1.0
 SLOW, SLOWEST = 1.4, 2.4
-"""Range of a word's duration over its template's: right words have 1.25 at most, slow ones 1.4, insertions any
-value."""
+"""Range of a word's duration over its template's: right words have 1.25 at most, slow ones 1.4, insertions any."""
 FAST = 0.9
 
 

@@ -153,8 +153,6 @@ def energies_of(samples: Samples) -> Energies:
     # Overlapping rows of one array, as from sliding_window_view but with much less Python.
     strides = (HOP_SAMPLES * sound.itemsize, sound.itemsize)
     frames: NDArray[np.float32] = np.ndarray((n, WINDOW_SAMPLES), np.float32, sound, 0, strides)
-    if n <= FRAMES_AT_ONCE:
-        return _energies(frames)
     return np.concatenate([_energies(frames[i : i + FRAMES_AT_ONCE]) for i in range(0, n, FRAMES_AT_ONCE)])
 
 

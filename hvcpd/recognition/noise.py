@@ -19,8 +19,7 @@ MEMORY_FRAMES = 300
 WARM_UP_FRAMES = 12
 """Number of frames (0.12 s) from which on there is an estimate."""
 STEP_FRAMES = 48
-"""Frames (0.48 s) of steady sound after a step in level that are new noise: no speech sound lasts that long
-unchanged."""
+"""Frames (0.48 s) of steady sound after a step in level that are new noise: no speech sound stays even as long."""
 STEP_NEPER = 0.7
 """Log energy ratio (3 dB) to the estimate from which a rise, mean over the bands, may be a step; and a fall in one
 band, over TONE_FRAMES, is one: in steady noise that mean has a standard deviation of 1 dB."""
@@ -74,13 +73,14 @@ class NoiseTracker:
         return len(self._past) >= WARM_UP_FRAMES
 
     def push(self, energies: Energies, speech: bool = False) -> None:
-        """Remember frames of shape (n, N_BANDS), and update the estimate.
-
-        `speech`: somebody seems to be speaking.
-        """
+        """Remember frames of shape (n, N_BANDS), and update the estimate; `speech`: somebody seems to be speaking."""
         self._past = np.concatenate([self._past, energies])[-MEMORY_FRAMES:]
         if self.ready:
-            self._renew(self.estimate * _RISE ** len(energies) if speech else None)
+            most = self.estimate * _RISE ** len(energies) if speech else np.float32(np.inf)
+            rank = int(PERCENTILE / 100.0 * (len(self._past) - 1))
+            ranked = np.partition(self._past, rank, axis=0)
+            np.maximum(ranked[rank] / STEADY_RATIO, ENERGY_FLOOR, out=self.estimate)
+            np.minimum(self.estimate, most, out=self.estimate)
         self._unseen += len(energies)
         if self._unseen >= TONE_EVERY_FRAMES and len(self._past) >= TONE_FRAMES:
             self._unseen = 0
@@ -100,16 +100,8 @@ class NoiseTracker:
             self._past[:-TONE_FRAMES, moved] = (level * STEADY_RATIO)[moved]
             estimate[moved] = np.maximum(level, ENERGY_FLOOR)[moved]
 
-    def _renew(self, most: NDArray[np.float32] | None) -> None:
-        rank = int(PERCENTILE / 100.0 * (len(self._past) - 1))
-        ranked = np.partition(self._past, rank, axis=0)
-        np.maximum(ranked[rank] / STEADY_RATIO, ENERGY_FLOOR, out=self.estimate)
-        if most is not None:
-            np.minimum(self.estimate, most, out=self.estimate)
-
     def follow_step(self) -> bool:
-        """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace the whole
-        history."""
+        """Whether the last STEP_FRAMES are steady and well above the estimate; if so, they replace the history."""
         if len(self._past) < STEP_FRAMES:
             return False
         window = self._past[-STEP_FRAMES:]

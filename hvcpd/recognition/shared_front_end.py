@@ -35,8 +35,7 @@ which nobody does any more, after RELEASE_FRAMES."""
 RELEASE_FRAMES = 16
 """160 ms, which bridge the closures of stop consonants and the commas' pauses."""
 ALERT, LONG_ALERT = 0.3, 0.18
-"""Thresholds of the slow and of the long window that wake the network: the most in 5 minutes of steady noise (5
-deviations)."""
+"""Thresholds of the slow and the long window that wake the network: the most in 5 minutes of steady noise."""
 MIN_FRAMES = 30
 """0.3 s: shorter sounds are knocks and clicks."""
 MIN_MODULATION = 0.35
@@ -179,8 +178,7 @@ class SharedFrontEnd:
         return self.noise.follow_step()
 
     def analysed(self, chunk: Chunk) -> Iterator[Chunk]:
-        """Yield the chunk once its activity is known; none before the noise is, and then all since. Iterate to the
-        end."""
+        """Yield the chunk once its activity is known: none before the noise is, then all since. Iterate to the end."""
         self.recent = np.concatenate([self.recent, chunk.energies])[-RECENT_FRAMES:]
         self._before_noise_estimate.append(chunk)
         if not self.noise.ready:

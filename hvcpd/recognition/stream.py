@@ -67,7 +67,11 @@ class FrameStream:
         self._sound = np.concatenate([self._sound, cleaned(samples)])
         self._masked = np.concatenate([self._masked, np.full(len(samples), masked)])
         while len(self._sound) >= _NEEDED_SAMPLES:
-            yield self._chunk()
+            used = slice(_NEEDED_SAMPLES)
+            chunk = Chunk(self.next_frame, energies_of(self._sound[used]), bool(self._masked[used].any()))
+            self._sound, self._masked = self._sound[CHUNK_SAMPLES:], self._masked[CHUNK_SAMPLES:]
+            self.next_frame += CHUNK_FRAMES
+            yield chunk
 
     def lose(self, n_samples: int) -> Iterator[Chunk]:
         """Advance time by lost samples, as `push` of masked silence, in bounded time and memory."""
@@ -75,21 +79,13 @@ class FrameStream:
         yield from self.push(np.zeros(n_samples - whole * CHUNK_SAMPLES, np.float32), masked=True)
         self.next_frame += whole * CHUNK_FRAMES  # what is left in the stream is masked silence in both cases
 
-    def _chunk(self) -> Chunk:
-        first_frame, used = self.next_frame, slice(_NEEDED_SAMPLES)
-        chunk = Chunk(first_frame, energies_of(self._sound[used]), bool(self._masked[used].any()))
-        self._sound, self._masked = self._sound[CHUNK_SAMPLES:], self._masked[CHUNK_SAMPLES:]
-        self.next_frame += CHUNK_FRAMES
-        return chunk
-
     def rest(self) -> Chunk:
         """The whole frames of the incomplete chunk, fewer than CHUNK_FRAMES; they stay in the stream."""
         return Chunk(self.next_frame, energies_of(self._sound), bool(self._masked.any()))
 
 
 class History:
-    """Ring buffer of the last seconds of the microphone's signal. Positions are numbers of samples since the
-    beginning."""
+    """Ring buffer of the last seconds of the microphone's signal. Positions are samples since the beginning."""
 
     def __init__(self, n: int = HISTORY_SAMPLES) -> None:
         """Keep the last `n` samples."""

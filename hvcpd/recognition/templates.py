@@ -189,8 +189,7 @@ def noise_features(noise: Noise) -> NDArray[np.float32]:
 
 
 RECOMPOSE_NEPER = 0.12
-"""Change of the noise (0.5 dB, mean over the bands) from which on templates are composed again: a lower threshold gains
-nothing."""
+"""Change of the noise (0.5 dB, mean over the bands) from which on templates are composed again: less gains nothing."""
 
 NOISE_DISTANCE = 1.7
 """Distance of a frame of steady noise to the noise's mean (measured, white and pink)."""

@@ -75,9 +75,8 @@ class InputNormaliser:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """`layers`: for each layer a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and
-    offsets; `out`: the same for the last layer; `slopes` and `intercepts`, shape (2,), calibrate its outputs to log
-    odds."""
+    """`layers`: for each a matrix, shape (inputs, outputs), inputs from the oldest frame to the newest, and offsets;
+    `out`: the last layer, likewise; `slopes` and `intercepts`, shape (2,), calibrate its outputs to log odds."""
 
     layers: tuple[tuple[Array, Array], ...]
     out: tuple[Array, Array]

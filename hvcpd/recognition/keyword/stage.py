@@ -49,8 +49,7 @@ ECHO_RISE_DB = 10.0
 """Least rise of the sound after the robot's own voice by which a detection there is a word: what fades with the room's
 echo rises by its own and the noise's irregularities alone (`benchmarks.own_echo`)."""
 CHECKED_BEFORE_S = 1.6
-"""Length of the sound, up to the keyword's end, by which a call is checked: the keyword, a name before it, and what
-precedes that."""
+"""Length of the sound, up to the keyword's end, by which a call is checked: the keyword, a name, and what precedes."""
 CHECKED_FLOOR = 0.71
 """Probability that is left of a certain call at least if the check objects: two of them are certain, so that nobody
 calls in vain."""

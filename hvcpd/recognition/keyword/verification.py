@@ -22,8 +22,7 @@ from hvcpd.recognition.fitted import logit
 KEYWORD_FORMS = frozenset(("stop", "stopped"))
 """Words of a sentence that account for a detection in their place."""
 ACCEPT_PROBABILITY = 0.85
-"""Probability of a call from which on it counts by itself; chosen on the part `validate`
-(`benchmarks.keyword.curve`)."""
+"""Probability of a call from which on it counts by itself, chosen on the part `validate` (benchmarks.keyword.curve)."""
 SENTENCE_WAIT = SAMPLE_RATE_HZ
 """Longest wait (1 s) for a sentence that may end with the word, or may have begun with it: a sentence is reported after
 0.5 s of quiet and a search."""
@@ -35,8 +34,7 @@ RESIDUAL_LOG_ODDS = -2.0
 SENTENCE_BASELINE = 0.03
 """Probability of a call that most sentences stay below when they are heard alone."""
 JOINT_LOG_ODDS = 1.2
-"""Log odds of a call over a sentence, by the sound with the sentence and without it together, from which on it counts
-(docs/decisions/keyword.md)."""
+"""Log odds of a call over a sentence, by the sound with it and without it together, from which on it counts."""
 WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
 """Time (0.3 s) after the end of the keyword within which the net detects it; its sentence may be reported before."""
 OPENING_PROBABILITY = 0.9
