@@ -110,7 +110,7 @@ class History:
             self.push(np.zeros(min(silent, len(self._ring)), np.float32), masked=True)
         begin, self.end = self.end, self.end + len(samples)
         new = to_int16(cleaned(samples[-len(self._ring) :]))
-        np.put(self._ring, np.arange(self.end - len(new), self.end), new, mode="wrap")
+        self._ring[np.arange(self.end - len(new), self.end) % len(self._ring)] = new
         if masked:
             if self._masked and self._masked[-1][1] == begin:
                 begin, _ = self._masked.pop()
