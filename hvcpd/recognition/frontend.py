@@ -47,8 +47,6 @@ SILENT_POWER = 1e-12
 """Power of a sample (-120 dBFS) that nobody hears: less counts as this much where something is divided by it."""
 TINY = 1e-20
 """Divisors are at least this much, where what is divided is 0 with them."""
-LEAST_SNR = 1e-3
-"""Ratio of powers (-30 dB) below which a signal-to-noise ratio says no more."""
 
 CONTEXT_FRAMES = DELTA_REACH + 1
 """Neighbours to either side that the features of a frame need: one to smooth, the rest for deltas."""
@@ -77,11 +75,6 @@ def power_ratio(db: float) -> float:
 def decibels(ratio: float) -> float:
     """Ten times the decimal logarithm of a ratio of powers, above 0."""
     return 10.0 * math.log10(ratio)
-
-
-def snr_db(speech: float, noise: float) -> float:
-    """Level of a speech's power without its noise over the power of the noise, dB; -30 dB at least."""
-    return decibels(max(speech / max(noise, SILENT_POWER), LEAST_SNR))
 
 
 def mel_edges_hz(low_hz: float, high_hz: float, n_bands: int) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.events import Garbled
-from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, power_weights
+from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, SILENT_POWER, Energies, decibels, power_weights
 from hvcpd.recognition.noise import STEADY_MEAN_LOG, NoiseTracker
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream, History
 
@@ -134,6 +134,8 @@ RECENT_FRAMES = 160
 """1.6 s of frames are kept to be replayed into a network when it wakes."""
 POWER_FRAMES = 2048
 """20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
+LEAST_SNR = 1e-3
+"""Ratio of powers (-30 dB) below which a signal-to-noise ratio says no more."""
 
 
 class SharedFrontEnd:
@@ -196,10 +198,11 @@ class SharedFrontEnd:
         self.activity.reset()
         self.recent = self.recent[:0]
 
-    def powers(self, start_frame: int, end_frame: int) -> tuple[float, float]:
-        """Mean power above the noise, 0 or more, and of the noise, linear; both 0 where there are no frames."""
-        slots = np.arange(start_frame, end_frame) % POWER_FRAMES
+    def snr_db(self, start_sample: int, end_sample: int) -> float:
+        """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
+        slots = np.arange(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES) % POWER_FRAMES
         if not len(slots):
-            return 0.0, 0.0
+            return decibels(LEAST_SNR)
         noise = float(self._noise_power[slots].mean())
-        return max(float(self._speech_power[slots].mean()) - noise, 0.0), noise
+        speech = float(self._speech_power[slots].mean()) - noise
+        return decibels(max(speech / max(noise, SILENT_POWER), LEAST_SNR))

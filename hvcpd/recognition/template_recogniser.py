@@ -14,7 +14,7 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
 from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confidence_features
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.frontend import HOP_SAMPLES, snr_db
+from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.noise import STEP_FRAMES
 from hvcpd.recognition.shared_front_end import LONGER_WAIT_FRAMES, RECENT_FRAMES, Segmenter, SharedFrontEnd
@@ -254,5 +254,5 @@ class TemplateRecogniser:
         return replace(found, snr_db=self.snr_db(found.start_sample, found.end_sample))
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
-        """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
-        return snr_db(*self.front_end.powers(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES))
+        """As `SharedFrontEnd.snr_db`."""
+        return self.front_end.snr_db(start_sample, end_sample)
