@@ -167,8 +167,6 @@ class Decoder:
         self._rest_token: Tokens = np.zeros(shape, np.int32)
         self._may_rest = network.may_pause | network.is_final
         self._final_nodes = np.flatnonzero(network.is_final)
-        self._is_start = np.zeros(network.n_nodes, np.bool_)
-        self._is_start[network.start_nodes] = True
         self._back_pointers = BackPointers()
         self.reset(0)
 
@@ -189,7 +187,7 @@ class Decoder:
         self._cost: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
         self._token: Tokens = np.zeros(states.n_states, np.int32)
         self._padding = (states.begin[:, None] + np.arange(PADDING)).ravel()
-        self._start_entry = states.entry[self._is_start[states.source % self._net.n_nodes]]
+        self._start_entry = states.entry[self._net.is_start[states.source % self._net.n_nodes]]
 
     def prune(self) -> ActiveStates:
         """Drop all but the promising paths, and return the active states of the next HORIZON_FRAMES frames."""
@@ -204,7 +202,7 @@ class Decoder:
             kept, lows, highs, bound, soon = old.survivors(net, cost, self._beam)
             low[kept], high[kept], self._bound = lows, highs, np.float32(bound)
             reached.reshape(-1)[soon] = True
-        opened = reached | self._is_start  # paths may leave these nodes soon, at the neighbouring hypotheses, too
+        opened = reached | net.is_start  # paths may leave these nodes soon, at the neighbouring hypotheses, too
         opened[1:] |= reached[:-1]
         opened[:-1] |= reached[1:]
         entering = np.flatnonzero(opened[:, net.source_node].reshape(-1))

@@ -35,7 +35,7 @@ class Network:
     Instances (n_instances, sorted by target node): `first_row` and `length`, their frames in the template bank
     (`longest` is the longest one's); `word_shortest` and `word_longest`, frames of all takes of its word in its voice;
     `source_node`, `target_node`; `word` and `word_number` (equal words have equal numbers). Nodes (n_nodes):
-    `may_pause`, `is_final`, `has_successors` (words may follow); `start_nodes` lists one node per voice.
+    `may_pause`, `is_final`, `has_successors` (words may follow), `is_start`.
     """
 
     def __init__(self, graph: WordGraph, templates: Sequence[Template], partial: bool = False) -> None:
@@ -44,12 +44,12 @@ class Network:
         self.voices = tuple(dict.fromkeys(t.voice for t in templates))
         self.nodes_per_voice = graph.n_nodes
         self.n_nodes = graph.n_nodes * len(self.voices)
-        bases = np.arange(len(self.voices)) * graph.n_nodes
         takes: dict[tuple[str, str], list[int]] = {}
         for number, t in enumerate(templates):
             takes.setdefault((t.voice, t.word), []).append(number)
         instances: list[tuple[int, int, str, int, Sequence[int]]] = []
-        for base, voice in zip(bases.tolist(), self.voices, strict=True):
+        for number_of_voice, voice in enumerate(self.voices):
+            base = number_of_voice * graph.n_nodes
             missing = [word for word in graph.words if (voice, word) not in takes]
             if missing and not partial:
                 raise ValueError(f"voice {voice!r} has no template of: {', '.join(missing)}")
@@ -59,10 +59,10 @@ class Network:
         targets, sources, words, numbers, alike = zip(*sorted(instances), strict=True)
         self.word: tuple[str, ...] = words
 
-        self.start_nodes: Index = bases + graph.start
-        self.is_final = np.tile([node in graph.finals for node in range(graph.n_nodes)], len(self.voices))
-        pauses = graph.pauses - {graph.start}
-        self.may_pause = np.tile([partial or node in pauses for node in range(graph.n_nodes)], len(self.voices))
+        nodes, pauses = range(graph.n_nodes), graph.pauses - {graph.start}
+        self.is_start = np.tile([node == graph.start for node in nodes], len(self.voices))
+        self.is_final = np.tile([node in graph.finals for node in nodes], len(self.voices))
+        self.may_pause = np.tile([partial or node in pauses for node in nodes], len(self.voices))
         self.has_successors = np.zeros(self.n_nodes, np.bool_)
         self.has_successors[list(sources)] = True
 

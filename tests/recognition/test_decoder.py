@@ -60,7 +60,7 @@ def random_input(net: Network, n_frames: int, seed: int) -> Input:
 def clean_input(net: Network, seed: int) -> tuple[Input, list[str]]:
     """A random sentence, every template frame once, at hypothesis 1 after 9 frames of noise; and its words."""
     rng = np.random.default_rng(seed)
-    node, instances = int(net.start_nodes[0]), []
+    node, instances = int(net.is_start.argmax()), []
     while not (instances and net.is_final[node]):
         instances.append(int(rng.choice(np.flatnonzero(net.source_node == node))))
         node = int(net.target_node[instances[-1]])
@@ -136,7 +136,7 @@ def search(net: Network, given_input: Input) -> Path:
     def entering(frame: int, hypothesis: int, instance: int) -> Path:
         """What precedes a word whose first or second state meets `frame`."""
         node = int(net.source_node[instance])
-        if node in net.start_nodes:
+        if net.is_start[node]:
             return 0.0, ()
         if frame == 0:
             return NONE
