@@ -52,9 +52,9 @@ class SpokenSentence:
     logs: LogBands
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Person:
-    """A person's name, as written, takes of words, and sentences."""
+    """A person's name, as written, takes of words, and sentences. `same_as` compares two."""
 
     name: str
     takes: Takes = field(default_factory=dict)

@@ -75,8 +75,7 @@ class SecondPassRecogniser:
         self._people = people
         self._strangers = strangers
         self._name = name
-        self._enrolled: tuple[tuple[Person, ...], EnrolledRecogniser] | None = None
-        """The listener and its people: set in one step, since one thread may `prepare` while another searches."""
+        self._enrolled = lru_cache(1)(partial(EnrolledRecogniser, graph))
         self._layers = lru_cache(LAYERS_KEPT)(partial(adapted_layers, pronounce=lexicon.sounds))
 
     def prepare(self, go_on: Callable[[], bool]) -> None:
@@ -202,12 +201,7 @@ class SecondPassRecogniser:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""
         words = set(self._graph.words)
         people = tuple(person for person in tuple(self._people.values()) if person.takes.keys() & words)
-        if not people:
-            return None
-        known = self._enrolled
-        if known is None or [*map(id, people)] != [*map(id, known[0])]:
-            known = self._enrolled = people, EnrolledRecogniser(self._graph, people)
-        return known[1]
+        return self._enrolled(people) if people else None
 
 
 def _surely(nearest: Recognised | None) -> Recognised | None:

@@ -294,32 +294,6 @@ def test_words_count_as_soon_as_they_are_learned(book: Phrasebook, sound: Sound)
     assert after.words == ("turn", "left")
 
 
-class Interrupted(SecondPassRecogniser):
-    """Another thread looks as soon as anything has changed in it."""
-
-    segment: Segment | None = None
-    found: tuple[str, ...] | None = None
-
-    def __setattr__(self, name: str, value: object) -> None:
-        super().__setattr__(name, value)
-        segment = self.segment if name not in ("segment", "found") else None
-        if segment is not None:
-            self.segment = None
-            found = sentence(self, segment)
-            self.found = found.words if found is not None else ()
-
-
-def test_who_looks_while_another_thread_makes_ready_knows_the_new_words(book: Phrasebook, sound: Sound) -> None:
-    speaker = Speaker(CHILD, sound.lexicon, sound.cache)
-    known = {"anna": Person("Anna", takes_of(speaker, "turn", "right"))}
-    opinion = Interrupted(book.people_graph, sound.lexicon, known, False)
-    opinion.prepare(lambda: True)
-    known["anna"] = known["anna"].with_takes(takes_of(speaker, "left"))
-    opinion.segment = alone(speaker, "turn left")
-    opinion.prepare(lambda: True)
-    assert opinion.found == ("turn", "left")
-
-
 def test_what_was_said_is_compared_with_what_is_likeliest_in_one_pass(book: Phrasebook, sound: Sound) -> None:
     """`hvcpctl hear --said` ran the nets twice."""
 
