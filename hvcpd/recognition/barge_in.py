@@ -194,9 +194,9 @@ class BargeInDetector:
         A word that may be the robot's own (see `disturb`) is `Held`, and `Urgent` when it is heard again.
         """
         self._follow(len(samples), speaking)
-        told = self._released(len(samples))
+        released = self._released(len(samples))
         self._doubt_left = max(self._doubt_left - len(samples), 0)
-        return told + self._found(samples) if self._listens else told
+        return released + self._found(samples) if self._listens else released
 
     def _follow(self, n: int, speaking: bool) -> None:
         """Listen on for a moment after the own voice, but not to a next sentence that it was not told to listen to."""

@@ -111,7 +111,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         until = self._now + n_samples + (SHORT if whole else TORN_WITHIN)
         self._torn_until = max(self._torn_until, until)
 
-    def _told(self, events: Sequence[Event]) -> list[Event]:
+    def _events_after(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []
         for event in events:
             if not (isinstance(event, Garbled) and not event.robot and self._submitted(event)):
@@ -119,7 +119,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         ends = [event.end_sample for event in out if isinstance(event, Recognised)]
         self._understood_until = max([self._understood_until, *ends])
         for stretch in self._stretches:
-            self._look_within(stretch)
+            self._search_within(stretch)
         self._stretches = []
         for segment, found in self._worker.results():
             if segment in self._waiting:
@@ -177,7 +177,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
             self._waiting.remove(segment)
         return [Garbled(segment.start, segment.end) for segment in late if not segment.within_talk]
 
-    def _look_within(self, stretch: Stretch) -> None:
+    def _search_within(self, stretch: Stretch) -> None:
         """Submit a part of talk for a second pass."""
         heard_from = max(self._understood_until, self._torn_until)
         starts = [start for start in stretch.starts if start >= heard_from]

@@ -211,7 +211,7 @@ class SecondPassStage(Stage, Generic[Job, Result]):
             self._mask()
         elif how is Reception.HEARD:
             self._follow()
-        return self._told(events) + (self._end() if how is Reception.OVER else [])
+        return self._events_after(events) + (self._end() if how is Reception.OVER else [])
 
     def adopt(self, other: Self) -> None:
         """As `Stage.adopt`."""
@@ -226,7 +226,7 @@ class SecondPassStage(Stage, Generic[Job, Result]):
         return replace(found, snr_db=self.first_pass.snr_db(found.start_sample, found.end_sample))
 
     @abstractmethod
-    def _told(self, events: Sequence[Event]) -> list[Event]:
+    def _events_after(self, events: Sequence[Event]) -> list[Event]:
         """The events that follow from those of the stages before, and from finished second passes."""
 
     @abstractmethod

@@ -68,7 +68,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         greeted = self._open is not None and self._open.greeted
         return greeted or any(each.result is None for each in self._closed)
 
-    def _told(self, events: Sequence[Event]) -> list[Event]:
+    def _events_after(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []
         for event in events:
             out += self._take_event(event)
@@ -105,7 +105,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
 
     def _end(self) -> list[Event]:
         self._close()
-        return self._told([]) + [event for segment in self._closed for event in self._release(segment)]
+        return self._events_after([]) + [event for segment in self._closed for event in self._release(segment)]
 
     def _break_off(self, n_samples: int) -> None:
         self._close()

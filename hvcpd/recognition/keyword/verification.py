@@ -178,8 +178,8 @@ class CallVerifier:
     def not_recognised(self, until: float = math.inf) -> Verdict:
         """Note that speech up to sample `until` was not understood, or was lost. What was said later may still be."""
         self._last_sentence = None
-        told = (d for d in self._detections if d.pending and d.start < until)
-        return self._accept() if any(map(self._is_certain, told)) else None
+        pending = (d for d in self._detections if d.pending and d.start < until)
+        return self._accept() if any(map(self._is_certain, pending)) else None
 
     def advance(self, now: int, in_progress: bool = False) -> Verdict:
         """Let time go on to sample `now`. `in_progress`: a sentence surely is; a detection waits for it, since that may
