@@ -163,7 +163,7 @@ class EnrolledRecogniser:
     def recognise(self, segment: Segment) -> Recognised | None:
         """The sentence nearest to the segment, in samples of the segment's own clock, and its confidence; None where
         only noise is nearer."""
-        energies = energies_of(np.asarray(segment.sound, np.float32))
+        energies = energies_of(segment.sound)
         start = segment.lead // HOP_SAMPLES
         end = start + (segment.end - segment.start) // HOP_SAMPLES
         begin = max(start - AROUND_FRAMES, 0)

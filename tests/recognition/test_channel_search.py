@@ -124,10 +124,10 @@ def test_a_sentence_is_found_wherever_it_is(text: str, at: int) -> None:
     assert SEARCH.paths(sound)[0].words == tuple(text.replace(",", "").split())
 
 
-def test_sentences_with_one_of_some_first_words_are_found_as_among_all() -> None:
+def test_sentences_with_a_greeting_are_found_as_among_all() -> None:
     heard = through_a_room(spoken("hi rob, water rose"), 1)
     sound = weighted(scene(AT + len(heard) + 9000, (AT, heard), noise=1.0))
-    greeted, all_paths = SEARCH.paths(sound, first_words=("hi",)), SEARCH.paths(sound)
+    greeted, all_paths = SEARCH.paths(sound, greeted=True), SEARCH.paths(sound)
     assert {path.words[0] for path in greeted} == {"hi"}
     assert {path.words[0] for path in all_paths} > {"hi"}
     assert greeted[0].words == all_paths[0].words == ("hi", "rob", "water", "rose")

@@ -208,8 +208,8 @@ class ChannelRecogniser:
         paths: list[Path] = []
         for search in self._searches[:1] if reported else self._searches:
             before = paths
-            for first_words in (None,) if reported else ((GREETING,), None):
-                found = search.paths(sound, reported, earlier, first_words)
+            for greeted in (False,) if reported else (True, False):
+                found = search.paths(sound, reported, earlier, greeted)
                 paths = by_score(before + found)
                 if (best := self._certain(sound, paths)) is not None:
                     return paths, best

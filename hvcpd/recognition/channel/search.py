@@ -8,9 +8,8 @@ later, because each tap explains one variance of noise by chance.
 from __future__ import annotations
 
 import sys
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, TAPS, Taps, WhitenedSound
 from hvcpd.recognition.channel.path import (
     FIRST_TAPS,
+    GREETING,
     I_AM,
     Extension,
     Path,
@@ -104,20 +104,20 @@ class ChannelSearch:
         sound: WhitenedSound,
         reported: Sequence[Path] = (),
         earlier: Sequence[Path] = (),
-        first_words: Container[str] | None = None,
+        greeted: bool = False,
     ) -> list[Path]:
-        """Sentences and partial sentences, those that explain most first. They start anywhere, with one of the
-        `first_words` if these are given, and where the paths `earlier` did, which were found in a shorter part of this
-        sound. None in the voice of a `reported` sentence starts within it: those would be its late echoes."""
+        """Sentences and partial sentences, those that explain most first. They start anywhere, if `greeted` with the
+        greeting, and where the paths `earlier` did, which were found in a shorter part of this sound. None in the voice
+        of a `reported` sentence starts within it: those would be its late echoes."""
         found: list[Path] = []
-        begun = (self._resumed(sound, earlier), self._started(sound, first_words))
-        new = ([path for path in paths if not any(_is_within(path, each) for each in reported)] for paths in begun)
         least = ROBOT_SCORE if reported else LEAST_START
-        for level in chain.from_iterable(_by_start(paths, least) for paths in new):
-            best = by_score(found)[:1]
-            while level := pruned(level, best):
-                found += level
-                level = self._extend(sound, level)
+        for begun in (self._resumed(sound, earlier), self._started(sound, greeted)):
+            new = [path for path in begun if not any(_is_within(path, each) for each in reported)]
+            for level in _by_start(new, least):
+                best = by_score(found)[:1]
+                while level := pruned(level, best):
+                    found += level
+                    level = self._extend(sound, level)
         return by_score(found)
 
     def is_whole(self, path: Path) -> bool:
@@ -127,10 +127,10 @@ class ChannelSearch:
     def _said(self, book: RenderedVoice, word: str, third: int, node: int) -> Iterator[Rendering]:
         return (said for said in book.renderings(word, third) if not said.final or node in self._graph.rests)
 
-    def _started(self, sound: WhitenedSound, words: Container[str] | None) -> list[Path]:
-        """Paths of one word, one of `words` if given, at its best starts."""
+    def _started(self, sound: WhitenedSound, greeted: bool) -> list[Path]:
+        """Paths of one word, if `greeted` of the greeting, at its best starts."""
         begun: list[Extension] = []
-        firsts = [each for each in self._graph.following[self._graph.start] if words is None or each[0] in words]
+        firsts = [each for each in self._graph.following[self._graph.start] if not greeted or each[0] == GREETING]
         for book in self._books:
             for word, node in firsts:
                 said = list(self._said(book, word, 0, node))
@@ -150,9 +150,8 @@ class ChannelSearch:
 
     def _extend(self, sound: WhitenedSound, level: Sequence[Path]) -> list[Path]:
         """The paths extended by one word."""
-        promising = by_deficit(sound, [each for path in level for each in self._extensions(sound, path)])[
-            :MAX_EXTENSIONS
-        ]
+        extensions = [each for path in level for each in self._extensions(sound, path)]
+        promising = by_deficit(sound, extensions)[:MAX_EXTENSIONS]
         if not promising:
             return []
         enough = max(max(each.score for each in promising) / ENERGY_PER_TAP, 1.0)
