@@ -175,7 +175,6 @@ class Decoder:
         self._frame = frame
         self._back_pointers.clear()
         self._rest.fill(UNREACHABLE)
-        self._rest_best = float(UNREACHABLE)
         self._bound = np.float32(self._beam.above_filler)
         """The cost from which on no path leaves a word."""
         self._set_active(ActiveStates.of(self._net, self._n_hypotheses, *[np.zeros(0, np.intp)] * 3))
@@ -230,7 +229,7 @@ class Decoder:
         ends = self._cost[self.active.last]
         passing = np.flatnonzero(ends < self._bound)
         self._cost[self._padding] = UNREACHABLE
-        if len(passing) or self._rest_best < UNREACHABLE:
+        if len(passing) or self._rest.min() < UNREACHABLE:
             self._pass_nodes(passing, ends[passing], np.float32(noise_cost))
         self._frame += 1
         self._begin_sentences()
@@ -247,10 +246,8 @@ class Decoder:
         self._record_pauses(leaving, token)
         if len(passing):
             self._record_words(passing, ends, leaving, token)
-        self._rest_best = float(self._rest.min())
-        if self._rest_best >= self._beam.above_filler:
+        if self._rest.min() >= self._beam.above_filler:
             self._rest.fill(UNREACHABLE)
-            self._rest_best = float(UNREACHABLE)
         entering, token = self._change_hypotheses(leaving, token)
         self._cost[self.active.entry] = entering.reshape(-1)[self.active.source]
         self._token[self.active.entry] = token.reshape(-1)[self.active.source]
@@ -314,13 +311,11 @@ class Decoder:
     def best(self, margin: float = 0.0) -> BestPath:
         """The cheapest path; a resting path counts as the cheapest if it costs no more than `margin` above it."""
         cost = float(self._cost.min(initial=0.0))
-        if self._rest_best >= UNREACHABLE:
-            return BestPath(cost)
         rests = self._rest[:, self._final_nodes]
         hypothesis, column = divmod(int(rests.argmin()), len(self._final_nodes))
         rest_cost = float(rests[hypothesis, column])
-        if rest_cost > cost + margin:
-            return BestPath(min(cost, self._rest_best))
+        if rest_cost > cost + margin or rest_cost >= UNREACHABLE:
+            return BestPath(min(cost, float(self._rest.min())))
         node = int(self._final_nodes[column])
         token = int(self._rest_token[hypothesis, node])
         since = int(self._back_pointers.frame_of(self._rest_token[hypothesis, node : node + 1])[0])
@@ -328,11 +323,8 @@ class Decoder:
 
     def drop_long_pauses(self, longest_frames: int) -> None:
         """Drop the paths that have paused for longer than `longest_frames`."""
-        if self._rest_best >= UNREACHABLE:
-            return
         age = self._frame - 1 - self._back_pointers.frame_of(self._rest_token)
         self._rest[age > longest_frames] = UNREACHABLE
-        self._rest_best = float(self._rest.min())
 
     def trace(self, token: int) -> list[TracedWord]:
         """The words of the path that ends in `token`, first to last."""

@@ -72,6 +72,12 @@ def nearest(sound: Energies, *people: Person) -> Recognised | None:
     return EnrolledRecogniser(GRAPH, people or (ANNA,)).match(sound, NOISE)
 
 
+def test_words_that_make_no_sentence_are_none() -> None:
+    """The decoder took a path that ended nowhere for one, at an infinite cost."""
+    knows_two = Person("Anna", {word: [WORDS[word]] for word in ("hi", "rob")})
+    assert nearest(segment("hi", "rob"), knows_two) is None
+
+
 @pytest.mark.parametrize("words", SENTENCES)
 @pytest.mark.parametrize(("pace", "gain"), [(1.0, 1.0), (0.6, 0.05), (1.6, 30.0)])
 def test_a_sentence_is_found_at_any_pace_and_loudness(words: tuple[str, ...], pace: float, gain: float) -> None:
