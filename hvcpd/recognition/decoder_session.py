@@ -224,8 +224,7 @@ class DecoderSession:
 
     def _decode(self, features: Features) -> None:
         active = self._decoder.prune()
-        self._scorer.load_states(active.row, active.hypothesis_begins)
-        states, noise, cohort = self._scorer.score(features)
+        states, noise, cohort = self._scorer.score(features, active.row, active.hypothesis_begins)
         filler = np.minimum(noise, cohort + np.float32(FILLER_COST))
         slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
         self._filler_excess[slots] = filler - cohort
@@ -281,7 +280,7 @@ class DecoderSession:
     def _deficit(self, step: TracedWord) -> float:
         frames = np.arange(step.start_frame, step.end_frame)
         excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
-        return (step.cost + excess) / (max(len(frames), 1) * FILLER_COST)
+        return (step.cost + excess) / (len(frames) * FILLER_COST)
 
     def _expected_gain(self, step: TracedWord) -> float:
         first = int(self._net.first_row[step.instance])
@@ -299,4 +298,4 @@ class DecoderSession:
 
     def _pause(self, start_frame: int, end_frame: int) -> float:
         frames = np.arange(start_frame, end_frame)
-        return float(np.maximum(self._noise_cost[frames % HISTORY_FRAMES], 0.0).sum()) / FILLER_COST
+        return float(self._noise_cost[frames % HISTORY_FRAMES].sum()) / FILLER_COST

@@ -208,8 +208,6 @@ class Scorer:
         self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
         self._codebook_norms = np.zeros(0, np.float32)
         self.free_memory()
-        self._features = np.zeros((0, N_FEATURES), np.float32)
-        self._norms = np.zeros(0, np.float32)
         self._noise_features = np.zeros(N_FEATURES, np.float32)
         self._noise = np.zeros(N_BANDS, np.float32)
         self._gain = math.nan
@@ -245,9 +243,19 @@ class Scorer:
         squares = norms_of(away) + NOISE_DISTANCE**2
         return float(np.minimum(np.sqrt(squares) - NOISE_DISTANCE, most).mean())
 
-    def load_states(self, rows: NDArray[np.intp], begins: Sequence[int]) -> None:
-        """Load the features of the active states, of which `rows` are the frames in the bank, shape (n_states,), and
-        those of hypothesis r begin at `begins[r]`; templates are composed when first needed."""
+    def score(
+        self, heard: Features, rows: NDArray[np.intp], begins: Sequence[int]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+        """Euclidean distances of the features `heard`, shape (n, N_FEATURES), to every active state, shape (n,
+        n_states), to the noise, shape (n,), and to the nearest frame of the cohort, shape (n,). `rows`: the states'
+        frames in the bank, those of hypothesis r from `begins[r]` on."""
+        states = self._states(rows, begins)
+        cohort = squared_distances(heard, self._codebook_features, self._codebook_norms).min(axis=1)
+        noise = np.sqrt(((heard - self._noise_features) ** 2).sum(axis=1))
+        return distances(heard, states, norms_of(states)), noise, np.asarray(np.sqrt(cohort), np.float32)
+
+    def _states(self, rows: NDArray[np.intp], begins: Sequence[int]) -> Features:
+        """Features of the active states; templates are composed when first needed."""
         features = np.empty((len(rows), N_FEATURES), np.float32)
         for factor, composed, is_composed, (begin, end) in zip(
             self._gain_factors, self._composed, self._is_composed, pairwise(begins), strict=True
@@ -258,15 +266,7 @@ class Scorer:
                 composed[new] = self._bank.compose(new, self._noise, self._gain * factor)
                 is_composed[new] = True
             np.take(composed, rows[begin:end], axis=0, out=features[begin:end])
-        self._features, self._norms = features, norms_of(features)
-
-    def score(self, features: Features) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Euclidean distances of `features`, shape (n, N_FEATURES), to every active state, shape (n, n_states),
-        to the noise, shape (n,), and to the nearest frame of the cohort, shape (n,)."""
-        states = distances(features, self._features, self._norms)
-        cohort = squared_distances(features, self._codebook_features, self._codebook_norms).min(axis=1)
-        noise = np.sqrt(((features - self._noise_features) ** 2).sum(axis=1))
-        return states, noise, np.asarray(np.sqrt(cohort), np.float32)
+        return features
 
 
 def norms_of(features: Features) -> NDArray[np.float32]:
