@@ -209,7 +209,7 @@ class EnrolledRecogniser:
             inside[frames] = True
         beyond = (to_noise - least)[~inside]
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
-        sure = probability(path, deficits, passed_over, -best.cost / max(int(inside.sum()), 1))
+        sure = probability(path, deficits, passed_over, -best.cost / int(inside.sum()))
         spans = [step.span(self._net.word[step.instance], sure, origin) for step in path]
         return Recognised.of(spans, self._net.voice_of_node(best.node), sure, Source.TEMPLATES)
 

@@ -215,18 +215,20 @@ class KeywordStage(Stage):
             self._detection = found
             self._span = (found.start_frame * HOP_SAMPLES, found.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
-            events += self._verify(found.call, now)
+            events += self._verify(found, found.call, now)
         if self._detection is not None and now >= self._span[1] + CALL_DELAY:
-            events += self._reconsider(self._detection.call, now)
+            events += self._reconsider(self._detection, now)
             self._detection = None
         return events + self._as_events(self._verifier.advance(now, session.surely_under_way))
 
-    def _reconsider(self, call: float, now: int) -> list[Event]:
+    def _reconsider(self, found: Detection, now: int) -> list[Event]:
         """Apply the net again, with noise, if the detection is still uncertain now that all of it has been heard."""
         again = self._rescorer.with_noise(*self._span) if self._verifier.is_uncertain(self._span[0]) else None
-        return self._verify(logistic((logit(call) + logit(again.call)) / 2.0), now) if again is not None else []
+        if again is None:
+            return []
+        return self._verify(found, logistic((logit(found.call) + logit(again.call)) / 2.0), now)
 
-    def _verify(self, call: float, now: int) -> list[Event]:
+    def _verify(self, found: Detection, call: float, now: int) -> list[Event]:
         """What follows from the probability that the last detection was a call, which is checked if it counts."""
         if call >= PLAUSIBLE_PROBABILITY:
             sound = self._rescorer.sound_since(self._span[1] - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
@@ -235,24 +237,20 @@ class KeywordStage(Stage):
             call = max(checked, CHECKED_FLOOR) if checked < ACCEPT_PROBABILITY <= call else checked
         session = self.first_pass.session
         awaited = bool(session.ending_word) or session.surely_under_way
-        return self._as_events(self._verifier.detected(*self._span, call, now, awaited, self._is_explained()))
+        # Whether a robot's sentence explains the detection better than a call over it would.
+        followed = logit(found.probability) - NATS_PER_GAIN * self._excess_gain < logit(HOLD_PROBABILITY)
+        return self._as_events(self._verifier.detected(*self._span, call, now, awaited, followed))
 
     def _only_fades(self, found: Detection) -> bool:
         """Whether a detection that seems to begin in the robot's own voice is nothing but its echo: to the net, which
         heard quiet before, that is a sudden sound; a word would rise above it."""
         begin = self._rescorer.begin
-        if not self._after_own or begin <= found.start_frame * HOP_SAMPLES:
-            return False
-        if (sound := self._rescorer.sound_since(begin)) is None:
+        interrupts = self._after_own and begin > found.start_frame * HOP_SAMPLES
+        sound = self._rescorer.sound_since(begin) if interrupts else None
+        if sound is None:
             return False
         powers = energies_of(sound).sum(axis=1)
         return bool((powers < power_ratio(ECHO_RISE_DB) * np.minimum.accumulate(powers)).all())
-
-    def _is_explained(self) -> bool:
-        """Whether a robot's sentence explains the last detection better than a call over it would."""
-        if self._detection is None:
-            return False
-        return logit(self._detection.probability) - NATS_PER_GAIN * self._excess_gain < logit(HOLD_PROBABILITY)
 
     def _checked(self, event: Event) -> Event:
         """The event, or garbled speech if a sentence ends with the keyword and the net did not detect that: a search
