@@ -26,12 +26,12 @@ from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.network import MAX_ADVANCE, PADDING, ActiveStates, Beam, Costs, Network
 
 CAPACITY = 1 << 17
-"""Number of records: about ten a frame while somebody speaks, so two minutes; 3 MB if a path ever lives that long."""
+"""Number of records: about ten a frame while somebody speaks, so two minutes; 4 MB if a path ever lives that long."""
 PAUSE = -1
 """The instance in the record of a pause."""
-_RECORD = np.dtype([("frame", "i4"), ("instance", "i4"), ("token", "i4"), ("cost", "f4"), ("rival", "f4")])
+_RECORD = np.dtype([("frame", "i8"), ("instance", "i4"), ("token", "i8"), ("cost", "f4"), ("rival", "f4")])
 
-Tokens = NDArray[np.int32]
+Tokens = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class BackPointers:
 
     def add(self, frame: int, instance: NDArray[np.intp] | int, token: Tokens, cost: Costs, rival: Costs) -> Tokens:
         """Store records of paths that end a word (or a pause) with `frame`; return their tokens."""
-        numbers = np.arange(self._count, self._count + len(token), dtype=np.int32) % CAPACITY
+        numbers = np.arange(self._count, self._count + len(token), dtype=np.int64) % CAPACITY
         self._count += len(token)
         new = np.empty(len(token), _RECORD)
         new["frame"], new["instance"], new["token"], new["cost"], new["rival"] = frame, instance, token, cost, rival
@@ -88,7 +88,7 @@ class BackPointers:
         while token >= 0:
             frame, instance, before, cost, rival = self._records[token].item()
             if instance != PAUSE:
-                start_frame = int(self.frame_of(np.array([before], np.int32))[0]) + 1
+                start_frame = int(self.frame_of(np.array([before], np.int64))[0]) + 1
                 before_cost = float(self._records["cost"][before]) if before >= 0 else 0.0
                 steps.append(TracedWord(instance, start_frame, frame + 1, cost - before_cost, rival - cost))
             token = before
@@ -164,7 +164,7 @@ class Decoder:
         self._steps = steps
         shape = (n_hypotheses, network.n_nodes)
         self._rest: Costs = np.full(shape, UNREACHABLE, np.float32)
-        self._rest_token: Tokens = np.zeros(shape, np.int32)
+        self._rest_token: Tokens = np.zeros(shape, np.int64)
         self._may_rest = network.may_pause | network.is_final
         self._final_nodes = np.flatnonzero(network.is_final)
         self._back_pointers = BackPointers()
@@ -184,7 +184,7 @@ class Decoder:
     def _set_active(self, states: ActiveStates) -> None:
         self.active = states
         self._cost: Costs = np.full(states.n_states, UNREACHABLE, np.float32)
-        self._token: Tokens = np.zeros(states.n_states, np.int32)
+        self._token: Tokens = np.zeros(states.n_states, np.int64)
         self._padding = (states.begin[:, None] + np.arange(PADDING)).ravel()
         self._start_entry = states.entry[self._net.is_start[states.source % self._net.n_nodes]]
 
@@ -241,7 +241,7 @@ class Decoder:
     def _pass_nodes(self, passing: NDArray[np.intp], ends: Costs, noise_cost: np.float32) -> None:
         """Pass paths from words that end to their nodes, and from there to pauses and the next words."""
         leaving = np.full(self._rest.shape, UNREACHABLE, np.float32)
-        token = np.zeros(self._rest.shape, np.int32)
+        token = np.zeros(self._rest.shape, np.int64)
         self._rest += noise_cost
         self._record_pauses(leaving, token)
         if len(passing):

@@ -183,6 +183,10 @@ def test_with_the_default_beam_it_finds_a_clean_sentence_and_what_it_costs(seed:
     assert found[0] == pytest.approx(-0.8 * frames, abs=1e-3)
 
 
+YEARS = 40_000_000_000
+"""Frames."""
+
+
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 2**31), st.integers(0, 70))
 def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) -> None:
@@ -195,14 +199,14 @@ def test_a_decoder_that_was_reset_is_as_good_as_new(seed: int, n_before: int) ->
         hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
         decoder.advance(before.distances[frame, hypothesis, layout.row], float(before.noise_cost[frame]))
     for d in (decoder, fresh):
-        d.reset(8_640_000)
+        d.reset(YEARS)
         for frame in range(len(given_input.distances)):
             layout = d.prune() if frame % HORIZON_FRAMES == 0 else d.active
             hypothesis = np.repeat(np.arange(N_RUNGS), np.diff(layout.hypothesis_begins))
             d.advance(given_input.distances[frame, hypothesis, layout.row], float(given_input.noise_cost[frame]))
     ends = [(d.best().cost, d.best().rested_frames, d.trace(d.best().token)) for d in (decoder, fresh)]
     assert ends[0] == ends[1]
-    assert ends[0][2][0].start_frame == 8_640_000 + 9
+    assert ends[0][2][0].start_frame == YEARS + 9
     assert ends[0][1] == 26
 
 
@@ -210,7 +214,7 @@ def test_a_decoder_without_records_left_forgets_all_paths_and_goes_on() -> None:
     net = random_network(4)
     given_input, words = clean_input(net, 4)
     decoder = Decoder(net, N_RUNGS, Beam())
-    starts, costs = np.full(CAPACITY - 100, -1, np.int32), np.zeros(CAPACITY - 100, np.float32)
+    starts, costs = np.full(CAPACITY - 100, -1, np.int64), np.zeros(CAPACITY - 100, np.float32)
     decoder._back_pointers.add(0, 0, starts, costs, costs)
     for frame in range(len(given_input.distances)):
         layout = decoder.prune() if frame % HORIZON_FRAMES == 0 else decoder.active

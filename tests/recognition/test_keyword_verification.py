@@ -59,6 +59,13 @@ def test_a_certain_word_counts_at_once_and_another_one_is_held_for() -> None:
     assert held.pending
 
 
+def test_a_call_counts_once_however_probable_it_becomes() -> None:
+    held = verifier()
+    assert word(held, 1.2, ACCEPT_PROBABILITY) is Urgent
+    assert word(held, 1.2, SURE) is None
+    assert word(held, 2.2, SURE) is Urgent, "another one"
+
+
 def test_a_word_that_grows_certain_is_one_word() -> None:
     held = verifier()
     assert word(held, 1.2, PLAUSIBLE_PROBABILITY) is Held

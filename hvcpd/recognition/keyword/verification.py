@@ -127,6 +127,8 @@ class CallVerifier:
         """It may have been reported before the detection in it."""
         self._recheck_at: int | None = None
         """When that sentence is compared with the detections again."""
+        self._accepted = -1
+        """Where the last word began that counted as a call."""
 
     @property
     def pending(self) -> bool:
@@ -142,6 +144,8 @@ class CallVerifier:
     ) -> Verdict:
         """Take a detection between two samples, or its higher probability. `awaited`: a sentence may soon account for
         it; `followed`: a sentence in progress seems to, so that the robot stands still only if it is certain."""
+        if start <= self._accepted:
+            return None  # the same word, more probable
         before = next((d for d in self._detections if d.start == start), None)
         detection = _Detection(start, end, probability, now, now + (SENTENCE_WAIT if awaited else 0))
         if before is not None:
@@ -152,7 +156,7 @@ class CallVerifier:
         self._recheck_at = self._recheck_at or now + WORD_DELAY
         self._detections = [d for d in self._detections if d.start != start]
         if self._is_certain(detection) and now >= detection.accept_from:
-            return self._accept()
+            return self._accept(detection)
         pending = before is not None and before.pending
         held = pending or detection.is_sure or not followed
         self._detections.append(replace(detection, pending=held))
@@ -217,7 +221,8 @@ class CallVerifier:
         together = logit(detection.probability) + sum(earlier)
         return detection.is_sure or (plausible and together >= logit(ACCEPT_PROBABILITY))
 
-    def _accept(self) -> Verdict:
+    def _accept(self, *new: _Detection) -> Verdict:
+        self._accepted = max(d.start for d in (*self._detections, *new))
         self._detections.clear()
         return Urgent
 
