@@ -14,7 +14,7 @@ from hvcpd import __version__
 from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.chatter import is_noisy
 from hvcpd.coordination.choosing import in_name_conflict
-from hvcpd.coordination.entry import Entry
+from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.peers import Peer, PeerDistance
 from hvcpd.coordination.place_state import PlaceState
 from hvcpd.coordination.states import State
@@ -157,7 +157,7 @@ def _conversation(body: Body) -> dict[str, Any]:
         "stopped": c.state is State.STOPPED,
         "speaking": robot.speaking,
         "task": {"number": task.number, "name": task.name} if task is not None else None,
-        "tasks": dict(Counter(entry.state for entry in c.board.entries())),
+        "tasks": dict(Counter("left_out" if _is_left_out(entry) else entry.state for entry in c.board.entries())),
         "places": [_place(each, now) for each in c.knowledge.places],
         "peers": [_peer(peer, c.peers.is_present(peer.name, now), now) for peer in c.peers.all()],
     }
@@ -248,6 +248,11 @@ def _skills(body: Body) -> dict[str, Any]:
     }
 
 
+def _is_left_out(entry: Entry) -> bool:
+    """Whether it counts as done although nobody did it: skipped, or not asked for yet."""
+    return entry.state == DONE and entry.skipped
+
+
 def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
     definition = entry.definition
     place = definition.place
@@ -259,7 +264,7 @@ def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
         "state": entry.state,
         "owner": entry.owner,
         "hearsay": entry.hearsay,
-        "left_out": entry.state == "done" and entry.skipped,
+        "left_out": _is_left_out(entry),
         "lease_s": round(max(entry.lease_end_s - now, 0.0), 1) if claimed else None,
         "failed_by": sorted(entry.failed_by),
         "every": definition.every.text if definition.every is not None else None,

@@ -103,6 +103,7 @@ def test_stop_and_resume(ctl: Ctl, robot: RunningRobot) -> None:
 def test_a_task_is_left_out_and_wanted_again(ctl: Ctl) -> None:
     assert ctl("task", "skip", "1") == "task 1, water the green rose, is left out this time: Rob tells the others\n"
     assert "left out: nobody has done it" in ctl("tasks")
+    assert "1 left out" in ctl("status")
     assert json.loads(ctl("task", "again", "1", "--json"))["do"] == "again"
     assert "left out" not in ctl("tasks")
     assert "there is no task 77" in ctl("task", "skip", "77", status=1)

@@ -84,8 +84,8 @@ def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _counts(tasks: Mapping[str, int]) -> str:
-    order = ("open", "claimed", "done", "failed")
-    return ", ".join(f"{tasks[state]} {state}" for state in order if tasks.get(state)) or "none"
+    order = ("open", "claimed", "done", "left_out", "failed")
+    return ", ".join(f"{tasks[state]} {state.replace('_', ' ')}" for state in order if tasks.get(state)) or "none"
 
 
 def _wheels(wheels: Mapping[str, Any] | None) -> RenderableType:
