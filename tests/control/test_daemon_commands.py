@@ -165,6 +165,15 @@ def test_the_report_has_the_tasks_of_the_robot_that_runs(ctl: Ctl, tmp_path: Pat
     assert ("water the green rose" in text, "fetch the ball" in text) == (True, False)
 
 
+def test_a_transcript_is_read_in_the_words_of_the_robot_that_runs(ctl: Ctl, tmp_path: Path) -> None:
+    """It counted sentences about tasks that the settings here do not have as not in the phrasebook."""
+    ctl("say", "Hi Bot, I am Rob, water the green rose")
+    other = tmp_path / "other.yaml"
+    other.write_text("tasks:\n- {number: 1, name: fetch the ball, actions: [dock]}\n", encoding="utf-8")
+    assert "today's phrasebook" not in ctl("report", "--tasks", str(other))
+    assert json.loads(ctl("audit", "--tasks", str(other), "--json"))["not_understood"] == 0
+
+
 def test_settings_with_their_sources(ctl: Ctl, robot: RunningRobot) -> None:
     assert "hvcpd.yaml:1\n" in ctl("config", "--changed")
     running = [json.loads(line) for line in ctl("config", "--running", "--json").splitlines()]

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable
 from contextlib import closing
 from dataclasses import dataclass, field
 
+from hvcpd.control.live.report import vocabulary_of
 from hvcpd.control.live.transcript import open_transcript, since_wall_s
-from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, PhraseError
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook
@@ -116,9 +116,8 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     since_s = since_wall_s(options.since, now_s())
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
-    speakers = {row.record.speaker for row in rows if row.record.speaker}
-    team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
-    found = audit(rows, team.phrasebook)
+        phrasebook, _ = vocabulary_of(reader, rows, options)
+    found = audit(rows, phrasebook)
     counts = {**vars(found), "shares": found.shares, "fairness": found.fairness}
     sys.stdout.write(json.dumps(counts) + "\n" if options.json else _as_text(found))
     return EX_OK

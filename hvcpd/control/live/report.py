@@ -6,12 +6,16 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import closing
 
+from hvcpd.assembly.sound import make_phrasebook
+from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.control.live.transcript import AskedRows, open_transcript, since_wall_s
 from hvcpd.control.simulate.team import load_team
 from hvcpd.errors import EX_OK, ConfigError, writing
+from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.memory.store import TranscriptReader, TranscriptRow
 from hvcpd.reporting.shift import read_shift
 from hvcpd.reporting.shift_page import as_json, as_text, write_shift
 
@@ -22,12 +26,25 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     since_s = since_wall_s(options.since, end_s)
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
-        own_tasks = reader.tasks() if isinstance(reader, AskedRows) else None
-    speakers = {row.record.speaker for row in rows if row.record.speaker}
-    team = load_team(options, more=tuple(sorted(speakers)), sealed=True)
-    shift = read_shift(rows, team.phrasebook, own_tasks or team.tasks.tasks, (since_s, end_s))
+        phrasebook, tasks = vocabulary_of(reader, rows, options)
+    shift = read_shift(rows, phrasebook, tasks, (since_s, end_s))
     if options.html is not None:
         with writing(options.html, ConfigError, "--html: "):
             write_shift(shift, options.html)
     sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
     return EX_OK
+
+
+def vocabulary_of(
+    reader: AskedRows | TranscriptReader, rows: Iterable[TranscriptRow], options: argparse.Namespace
+) -> tuple[Phrasebook, tuple[TaskDefinition, ...]]:
+    """The sentences and the tasks of a transcript, with the names of all who speak in it: those of the robot that was
+    asked for it, or else those of the settings. Raises ConfigError and PhraseError."""
+    speakers = sorted({row.record.speaker for row in rows if row.record.speaker})
+    if not isinstance(reader, AskedRows):
+        team = load_team(options, more=tuple(speakers), sealed=True)
+        return team.phrasebook, team.tasks.tasks
+    names, teams = reader.names_and_teams()
+    known = {name.lower(): name for name in (*speakers, *names)}
+    tasks = reader.tasks()
+    return make_phrasebook(tuple(known.values()), teams, TaskRepository(tasks), sealed=True), tasks

@@ -47,6 +47,11 @@ class AskedRows:
         found = self._daemon.ask("tasks")["tasks"]
         return tuple(TaskDefinition(each["number"], each["name"], None, (), each["icon"]) for each in found)
 
+    def names_and_teams(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Those of the robot's settings."""
+        settings = {each["key"]: each["value"] for each in self._daemon.ask("config")["settings"]}
+        return tuple(settings["names"]), tuple(settings["teams"])
+
     def close(self) -> None:
         """Close the connection."""
         self._daemon.close()
