@@ -26,6 +26,7 @@ from itertools import product
 import numpy as np
 from scipy.signal import fftconvolve
 
+from benchmarks.manner import add_manner, manner_of
 from benchmarks.stop import IN_TIME_S, SPEECH_DBFS, Stage, at_level, room
 from hvcpd.assembly.make import make_barge_in_detector
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -222,8 +223,9 @@ def main() -> None:
     parser.add_argument("--past-s", type=float)
     parser.add_argument("--drive", type=float, default=0.0)
     parser.add_argument("--overlap-db", default="-15,-10,-5")
+    add_manner(parser)
     o = parser.parse_args()
-    stage = Stage(tuple(o.names.split(",")))
+    stage = Stage(tuple(o.names.split(",")), manner_of(o))
     for rt60_s, db in product(map(float, o.rt60.split(",")), map(float, o.overlap_db.split(","))):
         for kind in ("robot", "babble", "knock") if o.overlaps else ():
             overlaps(stage, kind, range(o.seed, o.seed + o.overlaps), db, rt60_s, o.first + 1)

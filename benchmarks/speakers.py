@@ -72,7 +72,7 @@ def main() -> None:
     groups: dict[str, dict[str, Vectors]] = {}
     for name, talker in talkers(Lexicon.load()).items():
         if name.endswith("-gb"):
-            continue  # the same voices
+            continue  # the same voices in another accent
         group = "other programs" if not talker.own else "natural" if name.endswith("-n") else "formant"
         sounds = [on_air(talker.speak(phrases), seed) for seed, phrases in enumerate(sentences)]
         groups.setdefault(group, {})[name] = np.stack([vector_of(sound) for sound in sounds])

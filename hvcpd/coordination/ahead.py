@@ -47,7 +47,9 @@ def _choose(me: Knowledge, now: float) -> None:
     if me.state not in ON_THE_WAY or len(me.my_tasks()) > 1:
         return
     me.current.ahead, me.current.ahead_sure = choosing.task_ahead(me, now), False
-    if me.current.ahead is not None:
+    if me.current.ahead is None:
+        me.current.ahead_s = now + LOOK_S
+    else:
         me.board.claim(me.current.ahead, me.role.name, me.lease_end_s(now))
 
 

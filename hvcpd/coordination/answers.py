@@ -25,10 +25,9 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         return
     if not is_for_me_alone(me, heard.to):
         _note_confirmed(me, heard, heard.speaker, heard.to.name, s)
-    elif me.state is State.READ_BACK or (me.state is State.READING_BACK and me.current.repeats > 0):
-        if me.current.partner in (None, heard.speaker):
-            changing.take_order(me, heard.now)
-            fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
+    elif _confirms_read_back(me, heard.speaker, s):
+        changing.take_order(me, heard.now)
+        fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
     elif any(teaming.confirmed(me, heard, ref.number, s.complete) for ref in s.tasks if me.board.find(ref)):
         return
     elif _is_meant(me, heard.speaker, s):
@@ -44,7 +43,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         if me.report.said:
             me.report.task = me.report.before = None
         is_open = me.state is State.CLAIMING and me.current.task is None  # the task is still to be chosen
-        if not is_open and me.state is not State.READING_BACK:  # an order of which nobody has heard the read-back
+        if not is_open and me.state not in (State.READING_BACK, State.READ_BACK):
             fire(me, Trigger.CONFIRMED, heard.now)
     elif s.complete:
         _note_told(me, heard, heard.speaker, s)
@@ -55,6 +54,13 @@ def _note_told(me: Knowledge, heard: Heard, speaker: str, s: m.Confirmed) -> Non
     for entry in map(me.board.find, s.tasks):
         if entry is not None and entry.is_shared:
             claims.note_done(me, speaker, entry.definition.number, heard.now, whole=True)
+
+
+def _confirms_read_back(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
+    """Whether it lets this robot follow the order that it has read back, and perhaps is about to read back again."""
+    was_read = me.state is State.READ_BACK or (me.state is State.READING_BACK and me.current.repeats > 0)
+    names_another = s.complete or not {ref.number for ref in s.tasks}.issubset(me.my_tasks())
+    return was_read and not names_another and me.current.partner in (None, speaker)
 
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
@@ -203,8 +209,11 @@ def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
         commands.unable(me, heard, s)
     elif entry is not None:
         entry.is_new_to_others = True
+        own = me.my_tasks()
+        tasks = own if entry.definition.number in own and me.state in PROPOSING else (entry.definition.number,)
         if not entry.is_shared:
-            confirmed(me, heard, m.Confirmed(s.task))
+            first, *more = map(m.TaskByNumber, tasks)
+            confirmed(me, heard, m.Confirmed(first, also=more[0] if more else None))
 
 
 REACTIONS: Reactions = {m.Left: left, m.Confirmed: confirmed, m.Negative: negative, m.Unknown: _unknown}

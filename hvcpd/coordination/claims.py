@@ -225,10 +225,10 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     unknown = [ref for ref in s.claim.tasks if me.board.find(ref) is None] if s.claim is not None else []
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, speaker, now)
-    elif unknown:
-        _tell_unknown(me, heard, speaker, unknown)  # which confirms the rest, too: `answers.unknown`
     elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:
         composing.answer(me, speaker, f"again {speaker}", m.SayAgain(), now, OTHERS_SLOT)
+    elif unknown:
+        _tell_unknown(me, heard, speaker, unknown)  # nor does it object to the rest (`answers._unknown`)
     elif upon and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objection):
         _confirm_in_turn(me, speaker, upon, now, sure)
     me.reconsider(now)

@@ -71,7 +71,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.READING_BACK, T.SPOKEN): (S.READ_BACK, effects.wait_for_answer),
     (S.READ_BACK, T.CONFIRMED): (S.GOING, effects.go),
     (S.READING_BACK, T.CONFIRMED): (S.GOING, effects.go),  # said when the robot was about to repeat itself
-    (S.READING_BACK, T.DENIED): (S.READY, effects.drop_task),
+    (S.READING_BACK, T.DENIED): (S.READY, effects.drop_task),  # or before it could say it for the first time
     (S.READING_BACK, T.CONFIRMED_MOTION): (S.MOVING, ordering.move),
     (S.READ_BACK, T.DENIED): (S.READY, effects.drop_task),
     (S.READ_BACK, T.TIMEOUT): (S.READING_BACK, ordering.want_read_back),

@@ -170,7 +170,9 @@ def _talk(body: Body) -> dict[str, Any]:
     return {
         "now": role.talk.value if role is not None else settings.talk,
         "level_db": role.softly_db if role is not None else 0.0,
-        "for_noise": robot is not None and is_noisy(robot.coordination.knowledge, robot.now),
+        "for_noise": robot is not None
+        and not robot.coordination.role.softly_db
+        and is_noisy(robot.coordination.knowledge, robot.now),
         "quiet": settings.quiet.hours,
     }
 

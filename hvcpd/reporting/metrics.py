@@ -12,7 +12,7 @@ Sample = tuple[Mapping[str, str], float]
 Family = tuple[str, str, str, Iterable[Sample]]
 """Name, type, what it is, and its samples with their own labels."""
 
-TASK_STATES = ("open", "claimed", "done")
+TASK_STATES = ("open", "claimed", "done", "left_out")
 """Each is written even if no task is in it, so that a graph has no gaps."""
 
 

@@ -1,8 +1,12 @@
 """What a robot says is chosen when it has the floor, by what it knows then."""
 
+from collections import Counter
+
 import pytest
 
+from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.floor import Intent, Urgency
+from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
 
 
@@ -17,6 +21,31 @@ def test_a_task_that_a_listener_does_not_know_is_done_after_one_claim(seed: int)
     assert any("I do not know task four" in text for text in mission.written())
     assert len(claims) == 1
     assert mission.watered[4] == 1
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_two_tasks_of_which_a_listener_does_not_know_the_first_are_claimed_once(seed: int) -> None:
+    tasks, terse = plants(6), dict.fromkeys(("Rob", "Bot"), Talk.TERSE)
+    unable = {"Bot": frozenset(range(1, 7))}
+    mission = Mission(("Rob", "Bot"), tasks, seed=seed, nearest_first=True, talks=terse, unable=unable)
+    mission.robots["Bot"].retask([task for task in tasks if task.number != 3], 0.0)
+    mission.run()
+    assert mission.exactly_once
+    assert max(Counter(mission.written()).values()) == 1
+
+
+@pytest.mark.parametrize("claim", [None, m.TaskByNumber(4)])
+def test_a_doubtful_report_is_asked_for_again_whatever_is_claimed_with_it(claim: m.TaskByNumber | None) -> None:
+    tasks = plants(4)
+    mission = Mission(("Bot",), tasks, ("Rob", "Max"), seed=1, coordinator="Nobody")
+    bot = mission.robots["Bot"]
+    bot.retask(tasks[:3], 0.0)
+    mission.hear(90.0, "Hi all, I am Rob")
+    mission.air.run_until(110.0)
+    bot.heard(m.Utterance("Rob", m.ToAll(), None, m.Completed(m.TaskByNumber(1), claim)), 110.0)
+    mission.air.refresh()
+    mission.air.run_until(125.0)
+    assert mission.written(110.0)[0] == "Hi Rob, I am Bot, say again"
 
 
 def test_a_choice_is_made_at_the_time_of_speaking() -> None:

@@ -12,6 +12,7 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_lengths import n_words
 from hil_fakes.word_mission import Outage
 from hvcpd.config.tasks import Action
+from hvcpd.coordination.entry import DONE
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants, release_all
@@ -378,3 +379,28 @@ def test_a_confirmation_before_the_read_back_means_something_else() -> None:
     for statement in (m.Order(m.TaskByNumber(2)), m.Confirmed()):
         rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, statement), ASKED_S)
     assert rob.state is State.READING_BACK
+
+
+@pytest.mark.parametrize("state", [State.READ_BACK, State.READING_BACK])
+@pytest.mark.parametrize("answer", [m.Confirmed(m.TaskByNumber(1)), m.Confirmed(m.TaskByNumber(2), complete=True)])
+def test_who_confirms_something_else_does_not_confirm_the_read_back(state: State, answer: m.Confirmed) -> None:
+    mission = about_to_repeat(ORDER)
+    mission.until("Rob", state)
+    rob = mission.robots["Rob"]
+    rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, answer), mission.air.now)
+    assert rob.state is state
+
+
+def test_another_robot_tells_that_the_ordered_task_is_done_while_it_is_read_back() -> None:
+    tasks = tuple(replace(task, robots=2 if task.number == 2 else 1) for task in plants(3))
+    mission = Attended(("Rob", "Bot"), tasks=tasks, seed=1, coordinator="Nobody")
+    mission.answer = None
+    mission.air.run_until(60.0)
+    rob = mission.robots["Rob"]
+    rob.heard(mission.book.parse_text("Hi Rob, I am Anna, complete task two"), 60.0, 0.8)
+    mission.air.refresh()
+    mission.until("Rob", State.READ_BACK)
+    mission.until("Rob", State.READING_BACK)
+    done = m.Confirmed(m.TaskByNumber(2), complete=True)
+    rob.heard(m.Utterance("Bot", m.ToRobot("Rob"), None, done), mission.air.now)
+    assert (rob.state, rob.board[2].state) == (State.READY, DONE)

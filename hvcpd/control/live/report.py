@@ -38,13 +38,18 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
 def vocabulary_of(
     reader: AskedRows | TranscriptReader, rows: Iterable[TranscriptRow], options: argparse.Namespace
 ) -> tuple[Phrasebook, tuple[TaskDefinition, ...]]:
-    """The sentences and the tasks of a transcript, with the names of all who speak in it: those of the robot that was
-    asked for it, or else those of the settings. Raises ConfigError and PhraseError."""
-    speakers = sorted({row.record.speaker for row in rows if row.record.speaker})
-    if not isinstance(reader, AskedRows):
-        team = load_team(options, more=tuple(speakers), sealed=True)
-        return team.phrasebook, team.tasks.tasks
+    """The sentences and the tasks of a transcript, with the names of all who speak in it: those of the settings, or, if
+    the robot that was asked for it has other tasks, as much of its own as it tells. Raises ConfigError and
+    PhraseError."""
+    speakers = tuple(sorted({row.record.speaker for row in rows if row.record.speaker}))
+    team = load_team(options, more=speakers, sealed=True)
+    tasks = reader.tasks() if isinstance(reader, AskedRows) else team.tasks.tasks
+    if not isinstance(reader, AskedRows) or _named(tasks) == _named(team.tasks.tasks):
+        return team.phrasebook, tasks
     names, teams = reader.names_and_teams()
     known = {name.lower(): name for name in (*speakers, *names)}
-    tasks = reader.tasks()
     return make_phrasebook(tuple(known.values()), teams, TaskRepository(tasks), sealed=True), tasks
+
+
+def _named(tasks: Iterable[TaskDefinition]) -> dict[int, str]:
+    return {task.number: task.name for task in tasks}
