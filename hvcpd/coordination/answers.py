@@ -209,8 +209,8 @@ def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
         commands.unable(me, heard, s)
     elif entry is not None:
         entry.is_new_to_others = True
-        own = me.my_tasks()
-        tasks = own if entry.definition.number in own and me.state in PROPOSING else (entry.definition.number,)
+        own, number = me.my_tasks() if me.state in PROPOSING else (), entry.definition.number
+        tasks = (own or me.report.tasks) if number in (*own, *me.report.tasks) else (number,)
         if not entry.is_shared:
             first, *more = map(m.TaskByNumber, tasks)
             confirmed(me, heard, m.Confirmed(first, also=more[0] if more else None))

@@ -36,26 +36,18 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
     entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
     if speaker is None:
         return
-    if s.also is not None:
-        _settle(me, heard, speaker, s.tasks, False)
-    elif commands.answers_order(me, heard):
-        right = entry is not None and entry.definition.number == me.current.task
-        fire(me, Trigger.RIGHT if right else Trigger.WRONG, now)
-    elif entry is not None:
-        peer = me.peers.get(speaker)
-        if is_for_me_alone(me, heard.to) and peer is not None and peer.assigned == entry.definition.number:
-            confirm_at_once(me, speaker, now)  # the confirmation was lost
-        else:
-            _settle(me, heard, speaker, s.tasks, False, s.distance_m)
+    peer, number = me.peers.get(speaker), entry.definition.number if entry is not None else None
+    if s.also is None and commands.answers_order(me, heard):
+        fire(me, Trigger.RIGHT if number is not None and number == me.current.task else Trigger.WRONG, now)
+    elif is_for_me_alone(me, heard.to) and peer is not None and number is not None and peer.assigned == number:
+        confirm_at_once(me, speaker, now)  # the confirmation was lost
     else:
-        _tell_unknown(me, heard, speaker, s.tasks)
+        _settle(me, heard, speaker, s.tasks, False, s.distance_m)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
     if heard.speaker is not None:
         _settle(me, heard, heard.speaker, (s.task,), True)
-        if me.board.find(s.task) is None:
-            _tell_unknown(me, heard, heard.speaker, (s.task,))
 
 
 def _settle(
@@ -63,8 +55,12 @@ def _settle(
 ) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
     unsure = _may_have_missed(me, refs, heard.now)
-    good = contend(me, heard, other, refs, at_work)
-    if not good:
+    unknown = [ref for ref in refs if me.board.find(ref) is None]
+    knows_none = len(unknown) == len(refs)
+    good = contend(me, heard, other, refs, at_work) if at_work or not knows_none else ()
+    if unknown and (good or knows_none):
+        _tell_unknown(me, heard, other, unknown)
+    if not good or unknown:
         return
     me.board[good[0]].distance_m = distance_m
     is_first = me.claim_heard is not None and me.claim_heard.at_s == heard.now
@@ -95,13 +91,13 @@ def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.Task
 
 
 def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
-    """Another robot takes or has these tasks: returns the numbers that this robot accepts, and objects to the rest."""
+    """Another robot takes or has these tasks: returns the numbers of those that this robot knows, none if it objects to
+    one."""
     entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
     _note_claim(me, other, entries, heard.now)
     teaming.moved_on(me, other, [entry.definition.number for entry in entries], heard.now)
     good = [_contend_one(me, heard, other, entry, other_at_work) for entry in entries]
-    known = len(entries) == len(refs) and all(good)
-    return tuple(entry.definition.number for entry in entries) if known else ()
+    return tuple(entry.definition.number for entry in entries) if all(good) else ()
 
 
 def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
@@ -206,9 +202,10 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     speaker, now = heard.speaker, heard.now
     upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
-    if not upon and speaker is not None and s.claim is None:
-        _tell_unknown(me, heard, speaker, s.tasks)
-    if not upon or speaker is None:
+    if speaker is None:
+        return
+    if not upon:  # it knows nothing of what is reported
+        _settle(me, heard, speaker, s.claim.tasks if s.claim is not None else s.tasks, False)
         return
     objection = any(_is_objection(me, speaker, number, now) for number in upon)
     if objection:
@@ -222,12 +219,13 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
         entry.change = s.count  # for this occurrence; of its own one, a robot may have misheard the task
     if s.claim is not None and any(me.board.find(ref) for ref in s.claim.tasks):
         upon = contend(me, heard, speaker, s.claim.tasks, False)
-    unknown = [ref for ref in s.claim.tasks if me.board.find(ref) is None] if s.claim is not None else []
+    named = (*(s.claim.tasks if s.claim is not None else ()), *s.tasks)
+    unknown = [ref for ref in named if me.board.find(ref) is None]
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, speaker, now)
     elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:
         composing.answer(me, speaker, f"again {speaker}", m.SayAgain(), now, OTHERS_SLOT)
-    elif unknown:
+    elif unknown and upon:
         _tell_unknown(me, heard, speaker, unknown)  # nor does it object to the rest (`answers._unknown`)
     elif upon and not doubt and not isinstance(heard.to, m.ToRobot) and (new or not objection):
         _confirm_in_turn(me, speaker, upon, now, sure)

@@ -24,14 +24,18 @@ def test_a_task_that_a_listener_does_not_know_is_done_after_one_claim(seed: int)
 
 
 @pytest.mark.parametrize("seed", range(1, 6))
-def test_two_tasks_of_which_a_listener_does_not_know_the_first_are_claimed_once(seed: int) -> None:
+@pytest.mark.parametrize(("lacking", "most"), [({1}, 3), ({2}, 3), ({3}, 2), ({5}, 2), ({6}, 3), ({5, 6}, 3)])
+def test_tasks_of_which_a_listener_does_not_know_some_are_claimed_and_reported_soon(
+    seed: int, lacking: set[int], most: int
+) -> None:
+    """Rob claims two at once. What was claimed in vain six times and more is said at most so often now."""
     tasks, terse = plants(6), dict.fromkeys(("Rob", "Bot"), Talk.TERSE)
     unable = {"Bot": frozenset(range(1, 7))}
     mission = Mission(("Rob", "Bot"), tasks, seed=seed, nearest_first=True, talks=terse, unable=unable)
-    mission.robots["Bot"].retask([task for task in tasks if task.number != 3], 0.0)
+    mission.robots["Bot"].retask([task for task in tasks if task.number not in lacking], 0.0)
     mission.run()
     assert mission.exactly_once
-    assert max(Counter(mission.written()).values()) == 1
+    assert max(Counter(mission.written()).values()) <= most
 
 
 @pytest.mark.parametrize("claim", [None, m.TaskByNumber(4)])
