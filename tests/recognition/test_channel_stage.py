@@ -320,3 +320,14 @@ def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:
     run(listening, 0, len(sound), sound)
     gc.collect()
     assert sum(isinstance(each, ChannelSegment) for each in gc.get_objects()) < 12
+
+
+def test_a_sentence_that_the_own_voice_cut_off_does_not_keep_the_next_one_from_being_looked_at_whole() -> None:
+    whole = through_a_room(spoken("all, who is here"), 1)
+    begin, cut = 14_000, 7 * len(whole) // 10
+    sound = SOUND + scene(len(SOUND), (begin, whole[:cut]))
+    own = (begin + cut, begin + cut + 6_000)
+    signs = [(begin, own[0]), (AT, AT + 4000), (AT + 14_000, END)]
+    script = Script([(AT + 13_000, Garbled(AT, AT + 8000))], signs)
+    told = run(recogniser(script), sound=sound, own=[own], block=400)
+    the_sentence([event for event in told if isinstance(event, Recognised)])

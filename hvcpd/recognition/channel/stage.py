@@ -190,7 +190,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if cut:
             segment.end = self._now
             self._open_after(segment)
-        before = next((each for each in self._closed if each.in_progress), None)
+        before = next((each for each in reversed(self._closed) if each.in_progress), None)
         earlier: tuple[Path, ...] = ()
         if before is not None and before.begin >= self._whole_from and segment.begin - before.end < GOES_ON_WITHIN:
             segment.begin = max(before.first_start - ONSET_LAG, self._whole_from, segment.end - 2 * MAX_LENGTH)
