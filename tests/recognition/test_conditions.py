@@ -11,12 +11,14 @@ import pytest
 from hil_fakes.room import PinkNoise
 from hil_fakes.transducers import tilt
 from hvcpd.assembly.make import make_speech_recogniser
+from hvcpd.assembly.plan import HearingPlan
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.stages import SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import voice_for
 
@@ -142,3 +144,21 @@ def test_the_floor_is_not_free_between_a_faint_voice_and_its_sentence(seed: int,
         free_blocks = 0 if recogniser.busy else free_blocks + 1
     assert at < len(speech) - 400, "it was understood"
     assert free_blocks <= 4, "0.1 s"
+
+
+def test_after_a_hundred_years_all_is_heard_as_on_the_first_day(sound: Sound) -> None:
+    """Counters that overflow, and what takes longer with the time, end a robot that is never switched off."""
+    hearing = HearingPlan(channel=SynchronousWorker(), second=SynchronousWorker())
+    quiet = np.zeros(SAMPLE_RATE_HZ, np.float32)
+    stream = np.concatenate(
+        [quiet, said("Hi Gus, I am Rex, what is left", sound), quiet, said("Gus, stop", sound), quiet]
+    )
+    stream += PinkNoise(0.1 * SPEECH_RMS, 1).take(len(stream))
+    told = []
+    for before in (0, 100 * 365 * 86_400 * SAMPLE_RATE_HZ):
+        recogniser = make_speech_recogniser(BOOK, NAMES, sound, hearing)
+        events = recogniser.lost(before) if before else []
+        events += [e for at in range(0, len(stream), 400) for e in recogniser.push(stream[at : at + 400])]
+        told.append([(type(e), e.start_sample - before, e.end_sample - before) for e in events])
+    assert told[0] == told[1]
+    assert sum(kind is Recognised for kind, _, _ in told[0]) == 2
