@@ -6,6 +6,7 @@ import json
 import socket
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -85,8 +86,9 @@ class ScriptedDaemon:
 
     def _serve(self, lines: tuple[object, ...]) -> None:
         self.client, _ = self._listener.accept()
-        for line in lines:
-            self.say(line)
+        with suppress(BrokenPipeError):  # the scene may be over by now
+            for line in lines:
+                self.say(line)
         with self.client.makefile("r") as wishes:
             for wish in wishes:
                 self.asked.append(json.loads(wish))
