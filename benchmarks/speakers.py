@@ -16,6 +16,7 @@ import argparse
 import itertools
 import random
 from collections.abc import Callable, Mapping, Sequence
+from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,8 @@ def main() -> None:
     parser.add_argument("--sentences", type=int, default=8)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
+    if find_spec("resemblyzer") is None:
+        parser.error("needs resemblyzer (pip install resemblyzer)")
     vector_of = encoder()
     book, rng = Phrasebook(VOCABULARY), random.Random(options.seed)
     sentences = [book.phrases(book.sample(rng)) for _ in range(options.sentences)]

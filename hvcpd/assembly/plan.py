@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from hvcpd.config.settings import DEFAULT_TEAMS
+from hvcpd.config.settings import DEFAULT_TEAMS, SpeechSettings
 from hvcpd.config.tasks import TaskRepository
-from hvcpd.coordination.actions import Role, Timing
+from hvcpd.coordination.actions import Role, Speech, Timing
 from hvcpd.hardware.kinematics import BURGER, Drive
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.people.enrolled import Person
@@ -117,3 +117,8 @@ class RobotPlan:
         """The names of the other robots, whose voices it recognises; its own if there is no other."""
         robots = self.robots(names)
         return tuple(name for name in robots if name.lower() != self.role.name.lower()) or robots
+
+
+def speech_of(settings: SpeechSettings) -> Speech:
+    """How a robot with these settings says everything."""
+    return Speech(settings.rate == "slow", settings.repeat, follows_noise=settings.in_noise == "clear")

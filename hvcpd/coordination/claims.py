@@ -7,7 +7,7 @@ claims, and of equals the name that comes first in the alphabet; objections are 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from hvcpd.coordination import bidding, commands, composing, objecting, teaming
 from hvcpd.coordination.addressing import (
@@ -55,7 +55,7 @@ def _settle(
 ) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
     unsure = _may_have_missed(me, refs, heard.now)
-    unknown = [ref for ref in refs if me.board.find(ref) is None]
+    unknown = _unknown_of(me, refs)
     knows_none = len(unknown) == len(refs)
     good = contend(me, heard, other, refs, at_work) if at_work or not knows_none else ()
     if unknown and (good or knows_none):
@@ -79,6 +79,11 @@ def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bo
     outbid = me.current.may_be_outbid and any(e.definition.number in me.my_tasks() for e in entries)
     unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or outbid
     return (unsure or denied) and len(me.expected(now)) > 1
+
+
+def _unknown_of(me: Knowledge, refs: Iterable[m.TaskRef]) -> list[m.TaskRef]:
+    """Those of these tasks that this robot does not know."""
+    return [ref for ref in refs if me.board.find(ref) is None]
 
 
 def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef]) -> None:
@@ -202,10 +207,11 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     speaker, now = heard.speaker, heard.now
     upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
+    claimed = s.claim.tasks if s.claim is not None else ()
     if speaker is None:
         return
     if not upon:  # it knows nothing of what is reported
-        _settle(me, heard, speaker, s.claim.tasks if s.claim is not None else s.tasks, False)
+        _settle(me, heard, speaker, claimed or s.tasks, False)
         return
     objection = any(_is_objection(me, speaker, number, now) for number in upon)
     if objection:
@@ -217,10 +223,9 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     entry = me.board[upon[0]]
     if sure and s.count is not None and me.clock_s is None and entry.recurs and entry.owner == speaker:
         entry.change = s.count  # for this occurrence; of its own one, a robot may have misheard the task
-    if s.claim is not None and any(me.board.find(ref) for ref in s.claim.tasks):
-        upon = contend(me, heard, speaker, s.claim.tasks, False)
-    named = (*(s.claim.tasks if s.claim is not None else ()), *s.tasks)
-    unknown = [ref for ref in named if me.board.find(ref) is None]
+    if any(me.board.find(ref) is not None for ref in claimed):
+        upon = contend(me, heard, speaker, claimed, False)
+    unknown = _unknown_of(me, (*claimed, *s.tasks))
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, speaker, now)
     elif not sure and not doubt and not objection and len(me.peers.present(now)) <= SMALL_TEAM:

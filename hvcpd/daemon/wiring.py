@@ -12,7 +12,7 @@ from pathlib import Path
 
 import structlog
 
-from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, SecurityPlan, TeamPlan
+from hvcpd.assembly.plan import BodyPlan, HearingPlan, MemoryPlan, RobotPlan, SecurityPlan, TeamPlan, speech_of
 from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound
 from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.document import place_of
@@ -20,7 +20,7 @@ from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import Motion, TaskRepository
-from hvcpd.coordination.actions import Role, Speech, Talk, Timing
+from hvcpd.coordination.actions import Role, Talk, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
@@ -174,11 +174,7 @@ class Wiring:
         role = Role(
             settings.name,
             settings.team,
-            speech=Speech(
-                slowly=settings.speech.rate == "slow",
-                times=settings.speech.repeat,
-                follows_noise=settings.speech.in_noise == "clear",
-            ),
+            speech=speech_of(settings.speech),
             listed=any(name.casefold() == settings.name.casefold() for name in settings.names),
             people=People(settings.security.people),
         )

@@ -336,13 +336,13 @@ class Robot:
     def _say(self, say: Say, now: float) -> None:
         if self._sealing is not None:
             sealed, records = self._sealing.said(say.utterance, self.phrasebook, now)
-            say, self._records = replace(say, utterance=sealed), [*self._records, *records]
+            say = replace(say, utterance=sealed)
+            self._records += records
         utterance = say.utterance
-        phrases = self.phrasebook.phrases(utterance)
         speech = delivered(self._slow_mouth if say.slowly else self._mouth, say, self.phrasebook)
         duration_s = len(speech) / SAMPLE_RATE_HZ
         self._measures.ranging.say(utterance, speech, self._n_heard)
-        self._voice.begin(speech, [word for phrase in phrases for word in phrase], now)
+        self._voice.begin(speech, self.phrasebook.render(utterance), now)
         # Stopped, it need not stop again; and a filter out of step would take the robot's own voice for any sentence.
         may_stop = not isinstance(utterance.statement, Stop | Stopped)
         if may_stop and self._voice.is_latency_known:

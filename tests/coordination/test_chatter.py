@@ -11,6 +11,7 @@ from hil_fakes.word_plans import NAMES, random_plan, with_talk
 from hvcpd.config.tasks import GoTo, Place, TaskDefinition, Wait
 from hvcpd.coordination.actions import Say, Speech, Talk
 from hvcpd.coordination.chatter import ALOUD_S, CLEAR_DB, NOISY_DB
+from hvcpd.coordination.coordination import Coordination
 from hvcpd.language import messages as m
 from tests.coordination.corridor import WEST, Corridor
 from tests.coordination.mission import COLOURS, Mission
@@ -94,20 +95,25 @@ def test_teams_whose_robots_differ_lose_nothing(seed: int) -> None:
     assert result.agreed
 
 
+def note(robot: Coordination, said: list[Say]) -> None:
+    """From now on, note there what the robot says, and how."""
+    before = robot.knowledge.do
+
+    def do(action: object) -> None:
+        if isinstance(action, Say):
+            said.append(action)
+        before(action)  # type: ignore[arg-type]
+
+    robot.knowledge.do = do  # type: ignore[method-assign,assignment]
+
+
 def levels(mission: Mission) -> list[tuple[m.Utterance, float]]:
     """Each sentence with its level, from a mission that is run here."""
-    seen: list[tuple[m.Utterance, float]] = []
+    said: list[Say] = []
     for robot in mission.robots.values():
-        before = robot.knowledge.do
-
-        def do(action: object, before=before) -> None:  # type: ignore[no-untyped-def]
-            if isinstance(action, Say):
-                seen.append((action.utterance, action.level_db))
-            before(action)
-
-        robot.knowledge.do = do  # type: ignore[method-assign,assignment]
+        note(robot, said)
     mission.run()
-    return seen
+    return [(say.utterance, say.level_db) for say in said]
 
 
 def test_in_quiet_hours_robots_speak_softly_and_only_repeat_aloud() -> None:
@@ -181,14 +187,7 @@ class Listener:
         self._mission = Mission(("Rob",), beds(1), ("Bot",), coordinator="Nobody", softly_db=softly_db, speech=speech)
         self._robot = self._mission.robots["Rob"]
         self._said: list[Say] = []
-        before = self._robot.knowledge.do
-
-        def do(action: object) -> None:
-            if isinstance(action, Say):
-                self._said.append(action)
-            before(action)  # type: ignore[arg-type]
-
-        self._robot.knowledge.do = do  # type: ignore[method-assign,assignment]
+        note(self._robot, self._said)
         self._mission.air.run_until(60.0)
 
     def wait(self, duration_s: float) -> None:

@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from hil_fakes.furnished_room import FurnishedRoom
 from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air, FreeField
 from hil_fakes.skills import FakeDevice, FakePump, usual_devices
+from hvcpd.assembly.plan import speech_of
 from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.files import make_writable
 from hvcpd.config.settings import SpeechSettings
@@ -134,8 +136,8 @@ def _uses_pump(team: Team, skills: Mapping[str, FakeDevice]) -> bool:
 
 def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
     """From the options, or else from the settings."""
-    slowly, times = options.slow or settings.rate == "slow", options.repeat or settings.repeat
-    return Speech(slowly, times, follows_noise=settings.in_noise == "clear")
+    usual = speech_of(settings)
+    return replace(usual, slowly=options.slow or usual.slowly, times=options.repeat or usual.times)
 
 
 def _refuse_confusable(team: Team) -> None:

@@ -156,7 +156,8 @@ class CallVerifier:
         self._recheck_at = self._recheck_at or now + WORD_DELAY
         self._detections = [d for d in self._detections if d.start != start]
         if self._is_certain(detection) and now >= detection.accept_from:
-            return self._accept(detection)
+            self._detections.append(detection)
+            return self._accept()
         pending = before is not None and before.pending
         held = pending or detection.is_sure or not followed
         self._detections.append(replace(detection, pending=held))
@@ -221,8 +222,8 @@ class CallVerifier:
         together = logit(detection.probability) + sum(earlier)
         return detection.is_sure or (plausible and together >= logit(ACCEPT_PROBABILITY))
 
-    def _accept(self, *new: _Detection) -> Verdict:
-        self._accepted = max(d.start for d in (*self._detections, *new))
+    def _accept(self) -> Verdict:
+        self._accepted = max(d.start for d in self._detections)
         self._detections.clear()
         return Urgent
 
