@@ -179,11 +179,18 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
         for entry in me.board.entries():
             number = entry.definition.number
             unsaid = number not in s.numbers and number not in me.my_tasks()
-            knows = not entry.is_due or speaker in entry.known_to or speaker == entry.owner
+            may_not_know = entry.is_due or _is_unheard(me, entry)
+            knows = not may_not_know or speaker in entry.known_to or speaker == entry.owner
             if unsaid and not entry.known_done and knows:
                 _note_left_out(me, entry, speaker, now)
     fire(me, Trigger.ANSWERED, now)
     me.reconsider(now)
+
+
+def _is_unheard(me: Knowledge, entry: Entry) -> bool:
+    """Whether nobody has spoken of an open task that this robot can do: perhaps nobody else knows it."""
+    was_open = entry.was_open or not me.missed.any_work
+    return was_open and not entry.known_to and me.role.volunteer and not me.lacks(entry)
 
 
 def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:

@@ -34,7 +34,7 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, distance_m: int | None)
     number, here, last = entry.definition.number, me.body.here, me.claim_heard
     was_open = last is not None and last.before.get(number, ("",))[0] == OPEN
     is_free = me.state in (State.READY, State.CLAIMING) and me.current.task is None
-    able = number not in me.role.unable and me.role.name not in entry.failed_by and not entry.is_shared
+    able = not me.lacks(entry) and not entry.is_shared
     if distance_m is None or here is None or not (was_open and is_free and able and me.role.nearest_first):
         return False
     own_m = here.distance_m(entry.definition.place or here)

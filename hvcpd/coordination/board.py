@@ -20,6 +20,7 @@ class Board:
         for task in tasks:
             self._entries[task.number] = new = new_entry(task)
             new.state, new.owner = remembered.get(task.number, (new.state, None))
+            new.was_open = task.number in remembered and new.state == OPEN
             new.done_by, new.lease_end_s = new.owner if new.state == DONE else None, lease_end_s
             new.skipped = new.skipped and new.state == DONE and new.owner is None
         self._numbers: dict[str, int] = {}

@@ -286,6 +286,7 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
     sure = (agrees or did_part) and not hearsay
     if not sure or me.current.task == number:
         me.missed.last_s = now
+        me.missed.any_work = True
         me.missed.heard_work = me.missed.heard_work or me.state in NEWCOMER
     if me.current.task == number and me.state is State.ACTING:
         return sure  # too late: two robots do it, and both will say so

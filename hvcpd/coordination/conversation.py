@@ -18,6 +18,9 @@ NEVER_S = -math.inf
 class Missed:
     """Sentences that the robot may have missed."""
 
+    any_work: bool = False
+    """Tasks may have been done that it heard nothing of: what others leave out of their lists may be done, even if it
+    has heard nobody speak of it."""
     heard_work: bool = False
     """Work went on before its first word or while it was switched off: it asks for the remaining tasks."""
     ask_again_s: float = NEVER_S

@@ -77,7 +77,7 @@ class Coordination:
         board = Board(tasks, remembered or {}, now + timing.lease_s)
         self.board, self.peers = board, Peers(timing.absent_s, board.recurs)
         self.knowledge = me = Knowledge(role, timing, rng, board, self.peers, Floor(timing, rng, len(role.roster)))
-        me.missed.heard_work = bool(remembered)
+        me.missed.any_work = me.missed.heard_work = bool(remembered)
         me.body.home = home
         right_of_way.take_places(me, places, now)
         for number, due_s in (dues or {}).items():

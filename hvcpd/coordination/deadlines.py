@@ -163,8 +163,7 @@ def _is_left_out(me: Knowledge, now: float) -> bool:
 
 
 def _is_for_others(me: Knowledge, e: Entry) -> bool:
-    lacks = e.definition.number in me.role.unable or me.role.name in e.failed_by
-    return lacks or not me.board.can_begin(e)
+    return me.lacks(e) or not me.board.can_begin(e)
 
 
 def _may_claim(me: Knowledge, now: float) -> bool:

@@ -287,7 +287,8 @@ def leave_to_others(me: Knowledge, now: float) -> None:
     for number in me.my_tasks():
         entry = me.board[number]
         entry.times_denied += 1
-        me.missed.heard_work = me.missed.heard_work or entry.times_denied >= DENIED_OFTEN
+        if entry.times_denied >= DENIED_OFTEN:
+            me.missed.any_work = me.missed.heard_work = True
         me.board.claim(number, None, now + me.timing.denied_s)
     rest(me, now)
 

@@ -44,6 +44,8 @@ class Entry:
     is_due: bool = False
     """It became due, or was added, while this robot was listening. A robot whose time has not come, or that does not
     know the task, leaves it out of its list of remaining tasks without meaning that it is done."""
+    was_open: bool = False
+    """It was open when this robot was last switched off: perhaps it had been added to this robot alone."""
     known_to: frozenset[str] = frozenset()
     """The robots that have spoken of it since it became due: if they leave it out of their lists, it is done."""
     change: int = 0

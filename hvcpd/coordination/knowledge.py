@@ -25,6 +25,7 @@ from hvcpd.coordination.conversation import (
     Repair,
     Waiting,
 )
+from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import RANK_MAX, Floor
 from hvcpd.coordination.peers import Peers, name_hash
 from hvcpd.coordination.place_state import PlaceState
@@ -246,6 +247,10 @@ class Knowledge:
     def expected(self, now: float) -> frozenset[str]:
         """The robots that may answer now: those present, and those that may be and have not spoken yet."""
         return self.acquaintance.unheard.union(self.peers.present(now))
+
+    def lacks(self, entry: Entry) -> bool:
+        """Whether this robot has no means for a task, or has given it up."""
+        return entry.definition.number in self.role.unable or self.role.name in entry.failed_by
 
     def lease_end_s(self, now: float) -> float:
         """When a lease that is renewed now ends: in a crowd each robot's turn comes more rarely."""

@@ -74,8 +74,9 @@ def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work
 
 def _note_answer(me: Knowledge, other: str) -> None:
     """A robot has answered: this robot waits longer only if the answer is new. Otherwise two robots that hear each
-    other repeatedly would wait for ever for a third that has mistaken another robot for the third."""
-    if other not in me.current.agreed:
+    other repeatedly would wait for ever for a third that has mistaken another robot for the third, or for the person
+    who ordered the task."""
+    if other not in me.current.agreed and me.state not in (State.READING_BACK, State.READ_BACK):
         me.current.repeats = 0
 
 

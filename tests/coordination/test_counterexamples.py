@@ -107,6 +107,7 @@ def test_who_asks_again_what_is_left_is_told_by_another_robot() -> None:
     mission.air.run_until(60.0)
     for name in ("Bot", "Max", "Zoe"):
         mission.robots[name].board.complete(1, "Bot")
+    mission.robots["Rob"].knowledge.missed.any_work = True
     for at_s in (61.0, 81.0, 101.0):
         mission.hear(at_s, "Hi all, I am Rob, what is left")
     mission.air.run_until(120.0)
@@ -124,6 +125,7 @@ def test_two_that_know_it_make_it_certain_and_two_that_have_it_from_hearsay_do_n
     rob, bot, max_ = (mission.robots[name] for name in ("Rob", "Bot", "Max"))
     for robot in (bot, max_):
         robot.board.complete(1, "Rob", hearsay=hearsay)
+    rob.knowledge.missed.any_work = True
     rob.heard(composing.left(bot.knowledge, "Rob"), 100.0)
     rob.heard(composing.left(max_.knowledge, "Rob"), 110.0)
     assert rob.board[1].known_done is not hearsay

@@ -4,6 +4,7 @@ from collections import Counter
 
 import pytest
 
+from hil_fakes.word_mission import Outage
 from hvcpd.coordination.actions import Talk
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.language import messages as m
@@ -36,6 +37,23 @@ def test_tasks_of_which_a_listener_does_not_know_some_are_claimed_and_reported_s
     mission.run()
     assert mission.exactly_once
     assert max(Counter(mission.written()).values()) <= most
+
+
+@pytest.mark.parametrize("seed", range(1, 4))
+def test_a_task_that_was_added_to_one_robot_is_done_although_it_was_restarted(seed: int) -> None:
+    """The others, which do not know the task, tell it that nothing is left."""
+    tasks, names = plants(4), ("Rob", "Bot", "Max")
+    mission = Mission(names, tasks, seed=seed)
+    for name in names:
+        mission.robots[name].retask(tasks[:3], 0.0)
+
+    def add_and_restart() -> None:
+        mission.robots["Rob"].retask(tasks, mission.air.now)
+        mission.fail(Outage("Rob", 0.0, 30.0))
+
+    mission.at(300.0, add_and_restart)
+    mission.air.run_until(500.0)
+    assert mission.exactly_once
 
 
 @pytest.mark.parametrize("claim", [None, m.TaskByNumber(4)])

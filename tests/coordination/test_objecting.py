@@ -317,9 +317,27 @@ def test_one_list_is_believed_if_its_words_are_sealed(sealed: bool) -> None:
     """Sealed words cannot be misheard; a follower that had missed a report asked four times."""
     role = Role("Bot", "plant", roster=("Bot", "Kim", "Zoe"), speech=Speech(sealed=sealed))
     bot = Coordination(role, plants(1), random.Random(1))
+    bot.knowledge.missed.any_work = True
     hear(bot, "Zoe", "Bot", m.Left())
     assert bot.board[1].hearsay is not sealed
     assert bot.board[1].known_done is sealed
+
+
+@pytest.mark.parametrize(
+    ("said", "missed", "unable", "open_now"),
+    [(None, False, False, True), (1, False, False, False), (None, True, False, False), (None, False, True, False)],
+)
+def test_what_nobody_has_spoken_of_is_not_done_because_others_leave_it_out(
+    said: int | None, missed: bool, unable: bool, open_now: bool
+) -> None:
+    """They may not know it: seed 17 of a robot that alone knew task two, believed it done and denied it for ever."""
+    role = Role("Bot", "plant", roster=("Bot", "Kim", "Zoe"), unable=frozenset({1} if unable else ()))
+    bot = Coordination(role, plants(1), random.Random(1))
+    bot.knowledge.missed.any_work = missed
+    if said is not None:
+        hear(bot, "Zoe", "Kim", m.Left(m.TaskByNumber(said)))
+    hear(bot, "Zoe", "Bot", m.Left())
+    assert (bot.board[1].state == OPEN) is open_now
 
 
 def test_who_gives_way_to_a_claim_does_not_defend_it_before_it_is_confirmed() -> None:

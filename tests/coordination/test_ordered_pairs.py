@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -14,7 +15,7 @@ from hvcpd.coordination.actions import Role, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
-from tests.coordination.mission import Watched, plants
+from tests.coordination.mission import Mission, Watched, plants
 
 NAMES = ("Rob", "Bot", "Max")
 
@@ -33,6 +34,16 @@ def test_who_gives_orders_sends_two_to_one_task_until_all_are_done(seed: int, lo
     result = mission.run()
     assert (result.lost, result.duplicates, result.agreed) == (0, 0, True)
     mission.check_each_begins_with_others()
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_a_read_back_that_the_person_never_confirms_ends_although_a_robot_joins(seed: int) -> None:
+    """Each of the other robot's confirmations began the count of repetitions again: they repeated both for ever."""
+    mission = Mission(("Rob", "Bot"), pairs(2, 1), ("Anna",), seed=seed)
+    mission.hear(4.0 + seed, "Hi Bot, I am Anna, complete task two")
+    result = mission.run()
+    assert (result.lost, result.duplicates, result.agreed) == (0, 0, True)
+    assert Counter(mission.written())["Hi Anna, I am Bot, I will complete task two"] <= 4
 
 
 def ordered(state: State, *team: str) -> Coordination:
