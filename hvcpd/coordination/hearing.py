@@ -108,7 +108,8 @@ def _introduce(me: Knowledge, name: str | None, now: float, asked: bool = False)
         after_s += max(me.acquaintance.all_heard_s - now, 0.0)
     trigger = Trigger.GREETED if begins else None
     answer = partial(composing.answer_to_greeting, me, name, now)
-    me.floor.want(Intent(Urgency.TURN, f"greet {name}", answer, trigger, not_before_s=now + after_s), now)
+    topic = f"{'here' if asked else 'greet'} {name}"
+    me.floor.want(Intent(Urgency.TURN, topic, answer, trigger, not_before_s=now + after_s), now)
 
 
 def _who_here(me: Knowledge, heard: Heard, _: m.WhoHere) -> None:

@@ -103,5 +103,7 @@ def _note_own_words(me: Knowledge, utterance: m.Utterance, now: float) -> None:
         note_passed_on(me.relays, utterance.addressee.name, statement, now)
     if isinstance(statement, m.Spelled):
         me.acquaintance.spelled_s = now
-    if not isinstance(own.addressee, m.ToRobot) and me.role.listed:
-        me.floor.withdraw_all("greet ")  # all have heard its name
+    if me.role.listed:  # all have heard its name
+        me.floor.withdraw_all("greet ")
+        if not isinstance(own.addressee, m.ToRobot):
+            me.floor.withdraw_all("here ")

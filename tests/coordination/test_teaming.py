@@ -17,7 +17,7 @@ from hvcpd.config.tasks import Place, TaskDefinition, Wait
 from hvcpd.coordination import choosing, composing, effects, teaming
 from hvcpd.coordination.actions import Role
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.floor import OWN_TURN
+from hvcpd.coordination.floor import OWN_TURN, Intent, Urgency
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, Watched, plants
@@ -155,6 +155,23 @@ def test_what_recurs_is_done_by_two_each_time(seed: int) -> None:
     plan = WordPlan(NAMES, tasks, seed, Conditions(0.1), clocks={"Rob": 0.0, "Bot": 20.0}, limit_s=5 * 3600.0)
     result = WordMission(plan).run()
     assert (result.missed, result.repeated) == (0, 0)
+
+
+def test_an_introduction_that_comes_late_does_not_look_like_a_restart() -> None:
+    """Ada told Max her name in other words, and in the middle of the work once more: Rob took her for switched on
+    again, and left her alone (seed 5124)."""
+    ada = Coordination(Role("Ada", "plant", roster=("Ada", "Max", "Rob")), shared(1), random.Random(1))
+    ada.knowledge.state = State.READY
+    ada.heard(m.Utterance("Max", m.ToAll(), None, None), 60.0)
+    ada.heard(m.Utterance("Anna", m.ToAll(), None, m.WhoHere()), 60.0)
+    floor = ada.knowledge.floor
+    assert floor.wants("greet Max")
+    answer = composing.to_asker(ada.knowledge, "Rob", m.Confirmed(m.TaskByNumber(1)))
+    floor.want(Intent(Urgency.ALARM, "test", lambda: answer), 60.0)
+    while floor.wants("test"):
+        ada.tick(ada.next_deadline())
+    assert not floor.wants("greet Max")
+    assert floor.wants("here Anna"), "a question is answered"
 
 
 @settings(max_examples=25)
