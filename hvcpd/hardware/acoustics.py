@@ -17,7 +17,7 @@ FOUND_SHARPNESS = 6.0
 """Least ratio of the correlation's peak to its RMS at which the own sound is in the recording; the largest of some
 50,000 values of mere noise seldom passes 4.5 (normal distribution)."""
 NEEDED_SNR_DB = 0.0
-"""At which all sentences are understood in steady noise (docs/hearing-figures.md, "Noise": white, pink, fan at 0 dB)."""
+"""All sentences are understood in steady noise of this SNR (docs/hearing-figures.md: white, pink, fan at 0 dB)."""
 
 RESPONSE_FRAME = 2048
 """Samples, 128 ms: bins of 8 Hz, so that a sixth of an octave at 100 Hz has one or two."""
