@@ -32,7 +32,7 @@ class Body:
             timeout_s=TIMEOUT_S,
             clock=lambda: self._now_s,
         )
-        self._truth = TruePose(start, self._true_angles, TrueWheels())
+        self._truth = TruePose(start, self.motors, TrueWheels())
 
     def __enter__(self) -> Body:
         self.wheels.open()
@@ -56,6 +56,3 @@ class Body:
         self._now_s += dt_s
         self._bus.advance(dt_s)
         self._truth.follow()
-
-    def _true_angles(self) -> tuple[float, float]:
-        return self.motors[0].true_angle_rad, self.motors[1].true_angle_rad

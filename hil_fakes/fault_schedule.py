@@ -53,13 +53,13 @@ class Event:
     replies: tuple[ReplyFault, ...] = ()
 
 
-def schedule(seed: int, start_s: float = 0.5, gap_s: tuple[float, float] = (0.4, 4.0), count: int = 4) -> list[Event]:
-    """One to `count` faults, far enough apart that each can be judged by itself; in order of time."""
+def schedule(seed: int) -> list[Event]:
+    """One to four faults, far enough apart that each can be judged by itself; in order of time."""
     rng = random.Random(f"wheel faults {seed}")
     events: list[Event] = []
-    at_s = start_s
-    for _ in range(rng.randint(1, count)):
-        at_s += rng.uniform(*gap_s)
+    at_s = 0.5
+    for _ in range(rng.randint(1, 4)):
+        at_s += rng.uniform(0.4, 4.0)
         fault = rng.choice(list(Fault))
         lasting = fault in (Fault.UNPLUG, Fault.DEAD_MOTOR, Fault.OBSTACLE) and rng.random() < LASTING_SHARE
         until_s = float("inf") if lasting else at_s + rng.uniform(0.6, 3.0)

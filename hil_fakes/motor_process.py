@@ -75,7 +75,7 @@ class _Trail:
         self._bus = bus
         self._motors = motors
         self._file = file
-        self._truth = TruePose(start, lambda: (motors[0].true_angle_rad, motors[1].true_angle_rad), TrueWheels())
+        self._truth = TruePose(start, motors, TrueWheels())
         self._due_s = 0.0
 
     def advance(self, dt_s: float) -> None:

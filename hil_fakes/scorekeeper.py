@@ -70,7 +70,7 @@ class Scorekeeper:
                 case PerformedRecord():
                     self._performed(robot, record.task, pose, now)
         while self._pending and now >= self._sentences[self._pending[0]].said.end_s:
-            self._announce(self._pending.pop(0))
+            self.emit(self._sentences[self._pending.pop(0)].said)
 
     def _said(self, robot: str, on_s: float, record: SaidRecord) -> None:
         start_s = on_s + record.at_s
@@ -83,9 +83,6 @@ class Scorekeeper:
         to = record.utterance.addressee
         self._sentences.append(_Sentence(said, to.name if isinstance(to, ToRobot) else None, {}))
         self._pending.append(said.utterance)
-
-    def _announce(self, index: int) -> None:
-        self.emit(self._sentences[index].said)
 
     def _heard(self, robot: str, on_s: float, record: HeardRecord) -> None:
         start_s, end_s = on_s + record.start_s, on_s + record.end_s
@@ -129,7 +126,7 @@ class Scorekeeper:
     def summary(self, virtual_s: float, wall_s: float, seed: int, mode: str) -> Summary:
         """The mission's result; to be asked for once, at its end."""
         for index in self._pending:
-            self._announce(index)
+            self.emit(self._sentences[index].said)
         self._pending.clear()
         counts = {task.number: self._done.get(task.number, []) for task in self._tasks.tasks}
         wanted = [task for task in self._tasks.tasks if not task.on_demand]

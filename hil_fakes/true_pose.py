@@ -6,9 +6,9 @@ The figures of the wheels are written down again here, so that a wrong one in hv
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
+from hil_fakes.dynamixel.motor import FakeMotor
 from hvcpd.ports import Pose
 
 
@@ -22,13 +22,13 @@ class TrueWheels:
 
 
 class TruePose:
-    """Adds up the wheels' true angles (left, right, rad, forward positive); the heading counts whole turns."""
+    """Adds up the true angles that the motors (left, right) turn the wheels by; the heading counts whole turns."""
 
-    def __init__(self, start: Pose, angles: Callable[[], tuple[float, float]], wheels: TrueWheels) -> None:
+    def __init__(self, start: Pose, motors: tuple[FakeMotor, FakeMotor], wheels: TrueWheels) -> None:
         self.pose = start
-        self._angles = angles
+        self._motors = motors
         self._wheels = wheels
-        self._last = angles()
+        self._last = self._angles()
 
     def follow(self) -> None:
         """Add the turns of the wheels since the last call."""
@@ -44,3 +44,7 @@ class TruePose:
             self.pose.y_m + way_m * math.sin(course_rad),
             self.pose.heading_rad + turn_rad,
         )
+
+    def _angles(self) -> tuple[float, float]:
+        left, right = self._motors
+        return left.true_angle_rad, right.true_angle_rad

@@ -25,6 +25,8 @@ from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
 Kind = Literal["dynamixel", "opencr"]
 PERIOD_S = 0.05
 """Interval of exchanges with a moving robot's wheels: that of ROBOTIS's own node."""
+LIMIT_S = 300.0
+"""Time for a journey."""
 
 
 class VirtualRobot:
@@ -41,14 +43,11 @@ class VirtualRobot:
         self.line = Line([self.controller] if self.controller is not None else self.motors, seed)
         self.time = VirtualTime()
         self.port: VirtualPort
-        self.wheels: BusWheels = (
-            OpenCRWheels("virtual", clock=self.time, make_port=self._make_port)
-            if kind == "opencr"
-            else DynamixelWheels("virtual", clock=self.time, make_port=self._make_port)
-        )
+        driver = OpenCRWheels if kind == "opencr" else DynamixelWheels
+        self.wheels: BusWheels = driver("virtual", clock=self.time, make_port=self._make_port)
         self.odometry = Odometry(Pose(0.0, 0.0), drive)
         self.navigator = Navigator(drive)
-        self._body = TruePose(Pose(0.0, 0.0), self._angles, truth or TrueWheels())
+        self._body = TruePose(Pose(0.0, 0.0), self.motors, truth or TrueWheels())
         self.time.follow(lambda _dt_s: self._body.follow())
 
     @property
@@ -79,21 +78,16 @@ class VirtualRobot:
             reading = self.cycle(command)
         return reading
 
-    def carry_out(
-        self, journey: Journey, each: Callable[[], None] = lambda: None, limit_s: float = 300.0
-    ) -> MotionState:
+    def carry_out(self, journey: Journey, each: Callable[[], None] = lambda: None) -> MotionState:
         """Let the navigator drive until it has done with the journey; `each` is called after every cycle."""
         self.navigator.start(journey, self.odometry.pose)
         reading = self.cycle(STANDSTILL)
-        end_s = self.time.now_s + limit_s
+        end_s = self.time.now_s + LIMIT_S
         while self.navigator.state is MotionState.MOVING and self.time.now_s < end_s:
             reading = self.cycle(self.navigator.step(self.odometry.pose, self.time.now_s, reading))
             each()
         self.run(STANDSTILL, 0.3)
         return self.navigator.state
-
-    def _angles(self) -> tuple[float, float]:
-        return self.motors[0].true_angle_rad, self.motors[1].true_angle_rad
 
     def _make_port(self, _path: str, baud_rate: int, timeout_s: float) -> VirtualPort:
         self.port = VirtualPort(self.line, self.time, baud_rate, timeout_s)

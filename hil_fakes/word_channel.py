@@ -93,11 +93,11 @@ class WordChannel:
     conditions: Conditions = field(default_factory=Conditions)
     seed: int = 0
     touched: Callable[[str], None] = lambda _name: None
-    earshot: Callable[[str, str], bool] | None = None
+    earshot: Callable[[str, str], bool] = lambda _speaker, _listener: True
     fading: Callable[[str, str], float] | None = None
     mishear: Callable[[Utterance, random.Random], Utterance] = lambda utterance, _rng: utterance
     misses: Callable[[str, Utterance], bool] = lambda _listener, _utterance: False
-    follows: Callable[[str, Utterance], bool] | None = None
+    follows: Callable[[str, Utterance], bool] = lambda _listener, _utterance: True
     judge: Callable[[str, Utterance], tuple[Utterance, Trust]] = lambda _listener, utterance: (utterance, Trust.OPEN)
     now: float = 0.0
     sent: int = 0
@@ -151,10 +151,8 @@ class WordChannel:
         self.at(sound.start_s + ONSET_S, lambda: self._onset(sound))
         self.at(sound.end_s, lambda: self._ended(sound))
         self.at(sound.end_s + RELEASE_S, lambda: self._released(sound))
-        if self.conditions.delay_s == 0.0:
-            self.at(sound.end_s + RECOGNITION_S, lambda: self._deliver_all(sound))
-        else:
-            self.at(sound.end_s + RECOGNITION_S, lambda: self._deliver_late(sound))
+        deliver = self._deliver_late if self.conditions.delay_s else self._deliver_all
+        self.at(sound.end_s + RECOGNITION_S, lambda: deliver(sound))
         return sound
 
     @property
@@ -177,13 +175,10 @@ class WordChannel:
                 self.talkers[name].spoken(self.now)
 
     def _listeners(self, sound: Sound) -> list[str]:
-        names = [name for name in self.talkers if name != sound.speaker]
-        if self.earshot is None:
-            return names
-        return [name for name in names if self.earshot(sound.speaker, name)]
+        return [name for name in self.talkers if name != sound.speaker and self.earshot(sound.speaker, name)]
 
     def _audible(self, sound: Sound, listener: str) -> bool:
-        return self.earshot is None or sound.speaker == listener or self.earshot(sound.speaker, listener)
+        return sound.speaker == listener or self.earshot(sound.speaker, listener)
 
     def _overlapping(self, sound: Sound) -> list[Sound]:
         return [s for s in reversed(self._sounds) if s is not sound and s.overlaps(sound)]
@@ -243,8 +238,7 @@ class WordChannel:
         talker, rng = self.talkers[listener], self._rng
         if self.misses(listener, sound.utterance):
             return
-        if self.earshot is not None:
-            overlap = [s for s in overlap if self._audible(s, listener)]
+        overlap = [s for s in overlap if self._audible(s, listener)]
         if overlap or sound.cut:
             own = [s for s in overlap if s.speaker == listener]
             if isinstance(sound.utterance.statement, Stop) and not sound.cut:
@@ -259,7 +253,7 @@ class WordChannel:
         if self.fading is not None and rng.random() < self.fading(sound.speaker, listener):
             return
         utterance = sound.utterance
-        if self.follows is not None and not self.follows(listener, utterance):
+        if not self.follows(listener, utterance):
             talker.garbled(False, self.now)
             return
         if self.conditions.mishearing and rng.random() < self.conditions.mishearing:

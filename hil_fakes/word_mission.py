@@ -77,10 +77,10 @@ class WordMission:
             plan.conditions,
             self._rng.getrandbits(32),
             touched=self._collect,
-            earshot=None if plan.earshot_m is None else self._in_earshot,
+            earshot=self._in_earshot,
             fading=None if plan.clear_m is None else self._fading,
             mishear=partial(misheard, plan.names, [task.number for task in plan.tasks]),
-            follows=self._follows if plan.strangers else None,
+            follows=self._follows,
         )
         if plan.seals is not None:
             seals = plan.seals
@@ -286,8 +286,10 @@ class WordMission:
         self.air.refresh((name,))
 
     def _in_earshot(self, speaker: str, listener: str) -> bool:
-        carried = 10.0 ** (self._level_db[speaker] / 20.0)
-        return self.plan.earshot_m is None or self._apart_m(speaker, listener) <= carried * self.plan.earshot_m
+        if self.plan.earshot_m is None:
+            return True
+        carried: float = 10.0 ** (self._level_db[speaker] / 20.0)
+        return self._apart_m(speaker, listener) <= carried * self.plan.earshot_m
 
     def _fading(self, speaker: str, listener: str) -> float:
         """The loss by distance alone: none up to `clear_m`, all at `earshot_m`, and evenly more between."""
@@ -302,6 +304,8 @@ class WordMission:
 
     def _follows(self, listener: str, u: m.Utterance) -> bool:
         """Whether the sentence has only names that the listener knows; it learns one that is spelled."""
+        if not self.plan.strangers:
+            return True
         known = self.known[listener]
         if isinstance(u.statement, m.Spelled) and u.speaker is not None:
             known.add(u.speaker)

@@ -16,14 +16,12 @@ from hvcpd.security.seal import SEAL_BITS
 from hvcpd.security.trust import Trust
 
 
-def keyed_book(names: Iterable[str], tasks: Iterable[TaskDefinition], teams: Iterable[str] = ("plant",)) -> Phrasebook:
+def keyed_book(names: Iterable[str], tasks: Iterable[TaskDefinition]) -> Phrasebook:
     """The phrasebook of a team with a key."""
     given = tuple(tasks)
     numbers = tuple(task.number for task in given)
-    vocabulary = Vocabulary(
-        tuple(names), tuple(teams), tuple(task.name for task in given), numbers, kinds=frozenset(Kind)
-    )
-    return Phrasebook(vocabulary)
+    task_names = tuple(task.name for task in given)
+    return Phrasebook(Vocabulary(tuple(names), ("plant",), task_names, numbers, kinds=frozenset(Kind)))
 
 
 class WordSeals:

@@ -22,11 +22,9 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from hil_fakes.dynamixel.faults import ReplyFaults
 from hil_fakes.dynamixel.line import Line
 from hil_fakes.dynamixel.motor import FakeMotor
 from hil_fakes.dynamixel.opencr import FakeOpenCR
-from hil_fakes.dynamixel.protocol import PacketReader
 
 READ_SIZE = 4096
 """Bytes taken from the pseudo-terminal at once: the size of its buffer on Linux."""
@@ -44,6 +42,8 @@ class FakeBus:
 
     def __init__(self, devices: Sequence[FakeMotor | FakeOpenCR], seed: int = 0, path: Path | None = None) -> None:
         self.line = Line(devices, seed)
+        self.faults, self.reader = self.line.faults, self.line.reader
+        """The faults of the next replies; the packets that the devices decoded, with counters."""
         self._lock = threading.Condition()
         self._directory = tempfile.TemporaryDirectory(prefix="fake-dynamixel-")
         self.path = str(path or Path(self._directory.name) / "tty")
@@ -64,16 +64,6 @@ class FakeBus:
     def motors(self) -> Mapping[int, FakeMotor]:
         """The motors by identifier, powered or not."""
         return self.line.motors
-
-    @property
-    def faults(self) -> ReplyFaults:
-        """The faults of the next replies."""
-        return self.line.faults
-
-    @property
-    def reader(self) -> PacketReader:
-        """The packets that the devices decoded, with counters."""
-        return self.line.reader
 
     @property
     def plugged(self) -> bool:

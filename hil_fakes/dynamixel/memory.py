@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from hil_fakes.dynamixel import control_table as ct
@@ -16,25 +17,32 @@ class Change:
     value: int
 
 
-class ControlMemory:
-    """The bytes behind the table. Checks a write as a whole before any of it takes effect."""
+class ItemTable:
+    """The bytes of a device's control table, first all zero, and the values of its items in them."""
 
-    def __init__(self) -> None:
-        self._bytes = bytearray(ct.TABLE_END)
-        for item in ct.ITEMS:
-            self.set(item.name, item.initial)
+    def __init__(self, items: Mapping[str, ct.Item], size: int) -> None:
+        self._items = items
+        self._bytes = bytearray(size)
 
     def get(self, name: str) -> int:
-        """The value of a item."""
-        item = ct.BY_NAME[name]
+        """The value of an item."""
+        item = self._items[name]
         return int.from_bytes(self._bytes[item.address : item.address + item.size], "little", signed=item.signed)
 
     def set(self, name: str, value: int) -> None:
-        """Set a item from inside the motor, whatever its access."""
-        item = ct.BY_NAME[name]
-        size = item.size
-        wrapped = value & ((1 << (8 * size)) - 1)
-        self._bytes[item.address : item.address + size] = wrapped.to_bytes(size, "little")
+        """Set an item from inside the device, whatever its access."""
+        item = self._items[name]
+        wrapped = value & ((1 << (8 * item.size)) - 1)
+        self._bytes[item.address : item.address + item.size] = wrapped.to_bytes(item.size, "little")
+
+
+class ControlMemory(ItemTable):
+    """A motor's table. Checks a write as a whole before any of it takes effect."""
+
+    def __init__(self) -> None:
+        super().__init__(ct.BY_NAME, ct.TABLE_END)
+        for item in ct.ITEMS:
+            self.set(item.name, item.initial)
 
     def reset_ram(self) -> None:
         """Lose power: RAM items take their initial values."""

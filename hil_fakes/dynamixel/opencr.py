@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Sequence
 
 from hil_fakes.dynamixel.control_table import Item
+from hil_fakes.dynamixel.memory import ItemTable
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
 from hil_fakes.dynamixel.protocol import Instruction, Packet, StatusError, encode_status
 
@@ -42,7 +43,6 @@ MAX_ANGULAR_RAD_S = MAX_LINEAR_M_S / 0.080
 UNITS_PER_M_S = 60.0 / (2.0 * math.pi * WHEEL_RADIUS_M * 0.229)
 """Goal velocity of a motor for a speed of the rim."""
 STATUS_RUNNING, STATUS_NOT_CONNECTED_MOTORS = 1, -1
-
 
 _SENSORS = "angular_velocity_x angular_velocity_y angular_velocity_z acceleration_x acceleration_y acceleration_z"
 _SENSORS += " magnetic_x magnetic_y magnetic_z orientation_w orientation_x orientation_y orientation_z"
@@ -86,15 +86,15 @@ BY_NAME = {item.name: item for item in ITEMS}
 TABLE_SIZE = 182
 
 
-class FakeOpenCR:
+class FakeOpenCR(ItemTable):
     """The controller of a TurtleBot3 Burger. `wheels` are its left and its right motor, with their faults."""
 
     def __init__(self, wheels: Sequence[FakeMotor] | None = None, *, debug_mode: bool = False) -> None:
+        super().__init__(BY_NAME, TABLE_SIZE)
         self.left, self.right = wheels or turtlebot3_pair()
         self.powered = True
         """False: it is silent, and its motors are without power."""
         self._debug_at_boot = debug_mode
-        self._table = bytearray(TABLE_SIZE)
         self._phase_s = self._clock_s = self._low_s = 0.0
         self._waiting: deque[Packet] = deque()
         self._replies: list[bytes] = []
@@ -110,17 +110,6 @@ class FakeOpenCR:
     def baud_rate_hz(self) -> int:
         """0: a USB device takes any speed."""
         return 0
-
-    def get(self, name: str) -> int:
-        """The value of an item."""
-        item = BY_NAME[name]
-        return int.from_bytes(self._table[item.address : item.address + item.size], "little", signed=item.signed)
-
-    def set(self, name: str, value: int) -> None:
-        """Set an item from inside."""
-        item = BY_NAME[name]
-        wrapped = value & ((1 << (8 * item.size)) - 1)
-        self._table[item.address : item.address + item.size] = wrapped.to_bytes(item.size, "little")
 
     def seed(self, seed: int) -> None:
         """Restart the motors' random generators (encoder noise)."""
@@ -159,7 +148,7 @@ class FakeOpenCR:
         address, size = (int.from_bytes(packet.parameters[at : at + 2], "little") for at in (0, 2))
         match packet.instruction:
             case Instruction.PING:
-                return [encode_status(self.motor_id, 0, bytes(self._table[0:2] + self._table[6:7]))]
+                return [encode_status(self.motor_id, 0, bytes(self._bytes[0:2] + self._bytes[6:7]))]
             case Instruction.READ if len(packet.parameters) == 4 and size + 11 <= BUFFER_SIZE:
                 return [encode_status(self.motor_id, 0, self._read(address, size))]
             case Instruction.WRITE if len(packet.parameters) > 2:
@@ -183,7 +172,7 @@ class FakeOpenCR:
                 self._phase_s = 0.0
 
     def _boot(self) -> None:
-        self._table[:] = bytes(TABLE_SIZE)
+        self._bytes[:] = bytes(TABLE_SIZE)
         for name, value in (("model_number", MODEL_NUMBER), ("model_information", 1), ("id", DEVICE_ID)):
             self.set(name, value)
         self.set("firmware_version", FIRMWARE_VERSION)
@@ -210,7 +199,7 @@ class FakeOpenCR:
         window = bytearray(size)
         for item in ITEMS:
             if address <= item.address and item.address + item.size <= address + size:
-                data = self._table[item.address : item.address + item.size]
+                data = self._bytes[item.address : item.address + item.size]
                 window[item.address - address : item.address - address + item.size] = data
         return bytes(window)
 
@@ -225,7 +214,7 @@ class FakeOpenCR:
                 error = StatusError.ACCESS
                 continue
             at = item.address - address
-            self._table[item.address : item.address + item.size] = data[at : at + item.size]
+            self._bytes[item.address : item.address + item.size] = data[at : at + item.size]
             self._act_on(item.name)
         return int(error)
 
