@@ -59,13 +59,14 @@ def coloured(colour: str, count: int, random: np.random.Generator) -> NDArray[np
 
 
 def heard(
-    sound: Samples, sounds: VoiceSounds, index: int, condition: Condition, random: np.random.Generator
+    sound: Samples, sounds: VoiceSounds, scale: float, index: int, condition: Condition, random: np.random.Generator
 ) -> Features:
-    """Features of the take in that noise, at the level of the voice's templates, shape (frames, N_FEATURES)."""
+    """Features of the take in that noise, at the level of the voice's templates, shape (frames, N_FEATURES). `scale`:
+    the factor from a recording's energies to the templates'."""
     pad = 4 * 160
     clean = np.pad(sound, (pad, pad)).astype(np.float64)
     energies = energies_of(clean.astype(np.float32))
-    scale = float(sounds.scale)
+
     if condition.snr_db is not None:
         noise = coloured(condition.colour, len(clean), random)
         have = float((energies_of(noise.astype(np.float32)) @ power_weights()).mean())
@@ -81,7 +82,10 @@ def heard(
 def measure(voice: Voice, words: list[str], seeds: int) -> tuple[NDArray[np.float64], ...]:
     """Distances (conditions, words, words), confusions of the same shape, and trials a pair."""
     units = make_sound(None, user_cache_folder())
-    sounds = VoiceSounds(templates_of(words, voice, units))
+    templates = templates_of(words, voice, units)
+    energies = np.concatenate([trimmed_energies(take) for takes in templates.values() for take in takes])
+    scale = 1.0 / float(energies.sum(axis=1).mean())  # as `TemplateBank` scales a voice: its mean total becomes 1
+    sounds = VoiceSounds(templates)
     phrases = [(word,) for word in words]
     distances = np.stack([sounds.distances(phrase, phrases) for phrase in phrases], axis=1)
     all_words = [References([sounds.takes(p) for p in phrases], condition=i) for i in range(len(CONDITIONS))]
@@ -94,7 +98,7 @@ def measure(voice: Voice, words: list[str], seeds: int) -> tuple[NDArray[np.floa
             for _ in range(seeds):
                 trials += 1
                 for i, condition in enumerate(CONDITIONS):
-                    features = heard(take, sounds, i, condition, random)
+                    features = heard(take, sounds, scale, i, condition, random)
                     cost = all_words[i].costs(features[None])[0]
                     confused[i, w] += (cost < cost[w]) + 0.5 * (cost == cost[w])
     return distances.astype(float), confused, np.full(distances.shape, float(trials))

@@ -186,7 +186,7 @@ def make_robot(plan: RobotPlan, sound: Sound) -> Robot:
         changes=plan.memory.changes,
         places=plan.tasks.places,
     )
-    phrasebook, recogniser = _phrasebook_and_recogniser(plan, names, sound, plan.team.strangers)
+    phrasebook, recogniser = make_phrasebook_and_recogniser(plan, names, sound, plan.team.strangers)
     rate = SLOW if speech.slowly else 1.0
     return Robot(
         coordination,
@@ -237,14 +237,9 @@ def phrasebook_of(plan: RobotPlan, names: Sequence[str]) -> Phrasebook:
 
 
 def make_phrasebook_and_recogniser(
-    plan: RobotPlan, names: Sequence[str], sound: Sound
+    plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool = False
 ) -> tuple[Phrasebook, SpeechRecogniser]:
-    """Return a robot's phrasebook and recogniser once it knows these names. Raises PhraseError when words clash."""
-    return _phrasebook_and_recogniser(plan, names, sound, False)
-
-
-def _phrasebook_and_recogniser(
-    plan: RobotPlan, names: Sequence[str], sound: Sound, strangers: bool
-) -> tuple[Phrasebook, SpeechRecogniser]:
+    """Return a robot's phrasebook and recogniser once it knows these names; with `strangers` it also recognises others'
+    names, spelled. Raises PhraseError when words clash."""
     book = phrasebook_of(plan, names)
     return book, make_speech_recogniser(book, plan.peers(names), sound, plan.hearing, strangers, name=plan.role.name)

@@ -28,7 +28,7 @@ from hvcpd.recognition.frontend import (
     power_weights,
 )
 from hvcpd.recognition.network import PADDING
-from hvcpd.recognition.templates import MASK_DB, Noise, TemplateBank, trimmed_energies
+from hvcpd.recognition.templates import MASK_DB, Noise, TemplateBank
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,7 @@ class VoiceSounds:
         """Energy that the scorer adds to every band, so that faint sounds do not count."""
         self.noises = np.stack([_noise_of(condition, power) + np.float32(self.mask) for condition in self.conditions])
         """Shape (n_conditions, N_BANDS), relative to the bank's energies, with the mask."""
-        self.scale = _scale_of(words)
-        """Factor from a recording's energies to the bank's."""
+
         rows = np.arange(self.bank.n_frames)
         features = np.stack([self.bank.compose(rows, noise, 1.0) for noise in self.noises])
         self._words: dict[str, list[Features]] = {}
@@ -110,11 +109,6 @@ class VoiceSounds:
         """DTW cost of `phrase` against each of `others`, shape (n_conditions, n_others): the least over its takes."""
         references = References([self.takes(other) for other in others])
         return np.asarray(np.min([references.costs(take) for take in self.takes(phrase)], axis=0), np.float32)
-
-
-def _scale_of(words: Mapping[str, Sequence[Samples]]) -> float:
-    """The factor by which `TemplateBank` scales a voice: its mean total becomes 1."""
-    return 1.0 / float(np.concatenate([trimmed_energies(t) for takes in words.values() for t in takes]).sum(1).mean())
 
 
 def _noise_of(condition: Condition, speech_power: float) -> Noise:

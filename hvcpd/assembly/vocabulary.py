@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
 
+import cattrs
 import numpy as np
 from numpy.typing import NDArray
 
@@ -318,18 +319,13 @@ def as_dict(confusion: Confusion) -> dict[str, object]:
     return {k: round(v, 4) if isinstance(v, float) else v for k, v in vars(confusion).items()}
 
 
-_LISTS = ("sentences", "proposals")
-"""Fields that JSON has as lists."""
-
-
 def _read(path: Path | None) -> tuple[Confusion, ...] | None:
     """The cached result; None if there is none, or not in this form."""
     if path is None:
         return None
     try:
-        rows: list[Mapping[str, object]] = json.loads(path.read_text(encoding="utf-8"))
-        return tuple(Confusion(**{**row, **{key: tuple(row[key]) for key in _LISTS}}) for row in rows)  # type: ignore[arg-type]
-    except (OSError, ValueError, TypeError, KeyError):
+        return cattrs.structure(json.loads(path.read_text(encoding="utf-8")), tuple[Confusion, ...])
+    except (OSError, ValueError, TypeError, cattrs.BaseValidationError):
         return None
 
 
