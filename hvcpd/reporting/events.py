@@ -301,4 +301,3 @@ class MissionRecord:
     trails: tuple[Trail, ...]
     sound: Samples
     title: str = "A mission"
-    extra: dict[str, str] = field(default_factory=dict)

@@ -16,7 +16,7 @@ from hvcpd.reporting.conversation import draw_conversation, utterance_options
 from hvcpd.reporting.events import MissionRecord, Trail
 from hvcpd.reporting.icons import badge
 from hvcpd.reporting.map_svg import draw_map
-from hvcpd.reporting.markup import escaped, joined, security_policy, tag
+from hvcpd.reporting.markup import escaped, figure_list, joined, security_policy, table, tag
 from hvcpd.reporting.palette import own_file, robot_slot, style_sheet
 from hvcpd.reporting.simplify import length_m, simplified
 from hvcpd.reporting.spectrogram import choose, figure
@@ -57,7 +57,7 @@ def page(record: MissionRecord) -> str:
         style=style,
         script=script,
         verdict=_verdict(story),
-        setting=_setting(story, record),
+        setting=_setting(story),
         figures=_figures(story, trails),
         map=draw_map(story, trails),
         legend=_legend(story),
@@ -79,14 +79,13 @@ def _verdict(story: Story) -> Markup:
     return tag("p", outcome(summary), class_="verdict good" if all_went_well(summary) else "verdict bad")
 
 
-def _setting(story: Story, record: MissionRecord) -> Markup:
+def _setting(story: Story) -> Markup:
     started = story.started
     mode = {"volunteer": "every robot picks its own tasks", "coordinate": "one robot gives the orders"}
     parts = [listed(story.robots), mode.get(started.mode, started.mode)]
     if math.isfinite(started.noise_db_spl):
         parts.append(f"ambient noise {number(started.noise_db_spl, 0)} dB SPL")
     parts.append(f"seed {started.seed}")
-    parts += [f"{key}: {value}" for key, value in record.extra.items()]
     return tag("p", " · ".join(parts), class_="setting")
 
 
@@ -109,7 +108,7 @@ def _figures(story: Story, trails: list[Trail]) -> Markup:
         figures.append((f"{sum(map(length_m, trails)):.1f} m", f"driven by {len(trails)} robots"))
     if summary is not None:
         figures.append((f"{summary.realtime_factor:.1f} ×", "as fast as real time"))
-    return tag("dl", *(tag("div", tag("dt", what), tag("dd", value)) for value, what in figures), class_="figures")
+    return figure_list(figures)
 
 
 def _legend(story: Story) -> Markup:
@@ -138,9 +137,7 @@ def _task_table(story: Story) -> Markup:
     heads = ["No.", "Task", "Place (m)", "Done by", "Claimed", "Done", _DISTANCE]
     heads += ["Poured (l)"] * any(span.litres is not None for span in story.skills)
     heads += ["Skills"] * bool(story.skills)
-    head = tag("thead", tag("tr", *(tag("th", h, scope="col") for h in heads)))
-    body = tag("tbody", *(_task_row(task, story) for task in story.tasks))
-    return tag("table", head, body)
+    return table(heads, (_task_row(task, story) for task in story.tasks))
 
 
 def _task_row(task: TaskStory, story: Story) -> Markup:

@@ -143,7 +143,7 @@ class LiveView:
             beside.add_column(width=plan.columns, no_wrap=True)
             beside.add_row(board, Group(*draw_map(self._artist, self._watch, plan, self._visited)))
             board = beside
-        lines = under_way(self._artist, self._watch, at_most=2)
+        lines = under_way(self._artist, self._watch)
         for line in lines:
             line.no_wrap = True
         return Group(*lines, self._rule(), board, self._rule(), self._progress(width))

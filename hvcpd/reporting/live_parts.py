@@ -151,9 +151,9 @@ def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
     )
 
 
-def under_way(artist: Artist, watch: Watch, at_most: int) -> list[Text]:
-    """The last utterances that not everybody has accounted for yet."""
-    pending = (watch.line(said) for said in watch.pending[-at_most:])
+def under_way(artist: Artist, watch: Watch) -> list[Text]:
+    """The last two utterances that not everybody has accounted for yet."""
+    pending = (watch.line(said) for said in watch.pending[-2:])
     return [text for line in pending for text in artist.utterance(line, final=False)]
 
 
@@ -173,7 +173,8 @@ def task_board(artist: Artist, watch: Watch, rows: int) -> Table:
     table.add_column(no_wrap=True, ratio=3)
     table.add_column(no_wrap=True, width=7)
     table.add_column(no_wrap=True, ratio=2)
-    names = dict(zip((r.task for r in watch.board()), _short(watch), strict=True))
+    shorts = without_common_start([clean(row.name) for row in watch.board()])
+    names = dict(zip((row.task for row in watch.board()), shorts, strict=True))
     for row in board:
         state = artist.text((row.state, _STATES.get(row.state, "")))
         task = artist.text((names[row.task], task_style(row.name)))
@@ -181,10 +182,6 @@ def task_board(artist: Artist, watch: Watch, rows: int) -> Table:
     if hidden:
         table.add_row("", artist.text((f"… and {hidden} more", "dim")), "", "")
     return table
-
-
-def _short(watch: Watch) -> list[str]:
-    return without_common_start([clean(row.name) for row in watch.board()])
 
 
 def _who(artist: Artist, row: BoardRow) -> Text:
@@ -234,15 +231,13 @@ def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
 
 def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[int, int], str]) -> list[Text]:
     """Trails as dots, tasks as their number (their mark when done), robots by their initial."""
-    cells: dict[tuple[int, int], tuple[str, str]] = {
-        cell: ("·", artist.style(robot)) for cell, robot in visited.items()
-    }
+    cells = {cell: ("·", artist.style(robot)) for cell, robot in visited.items()}
     for plant in watch.started.plants:
         cell = plan.cell(plant.x_m, plant.y_m)
         if cell:
-            mark = (
-                artist.mark(watch.icons.get(plant.task, "")) if plant.task in watch.performed else str(plant.task)[-1:]
-            )
+            mark = str(plant.task)[-1:]
+            if plant.task in watch.performed:
+                mark = artist.mark(watch.icons.get(plant.task, ""))
             cells[cell] = (mark, f"bold {task_style(plant.name)}")
     for robot, pose in zip(watch.started.robots, watch.poses, strict=False):
         cell = plan.cell(pose.x_m, pose.y_m)

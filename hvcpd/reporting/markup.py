@@ -43,6 +43,17 @@ def tag(name: str, *children: Child, **attributes: str | float | bool | None) ->
     return Markup(f"{opening}{''.join(content)}</{name}>")
 
 
+def table(heads: Iterable[str], rows: Iterable[Markup]) -> Markup:
+    """A table with these heads over its columns."""
+    head = tag("thead", tag("tr", *(tag("th", each, scope="col") for each in heads)))
+    return tag("table", head, tag("tbody", *rows))
+
+
+def figure_list(figures: Iterable[tuple[str, str]]) -> Markup:
+    """The main figures of a report: each a value and what it is."""
+    return tag("dl", *(tag("div", tag("dt", what), tag("dd", value)) for value, what in figures), class_="figures")
+
+
 def document(title: str, style: Markup, *body: Child, policy: str | None = None) -> str:
     """A whole HTML page that needs nothing else, with its content security policy, if it has one."""
     head = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
 from datetime import datetime
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from markupsafe import Markup
 from hvcpd.config.files import write_whole
 from hvcpd.language import messages as m
 from hvcpd.reporting.icons import badge
-from hvcpd.reporting.markup import document, escaped, joined, tag
+from hvcpd.reporting.markup import document, escaped, figure_list, joined, table, tag
 from hvcpd.reporting.occurrences import Occurrence
 from hvcpd.reporting.palette import robot_slot, style_sheet
 from hvcpd.reporting.shift import Member, Shift
@@ -110,8 +109,7 @@ def as_json(shift: Shift) -> dict[str, object]:
 def page(shift: Shift) -> str:
     """The page; a content security policy forbids it to load anything, and it has no script."""
     policy = "default-src 'none'; style-src 'unsafe-inline'"
-    pairs = (tag("div", tag("dt", what), tag("dd", value)) for value, what in _figures(shift))
-    figures = tag("dl", *pairs, class_="figures")
+    figures = figure_list(_figures(shift))
     header = tag("header", tag("h1", "The shift"), tag("p", title(shift), class_="setting"), figures)
     sections = [("Who did what when", _timeline(shift)), ("How they understood each other", _talk(shift))]
     sections += [("What was due", _due(shift))] if shift.due else []
@@ -163,11 +161,6 @@ def _talk(shift: Shift) -> Markup:
     return joined([tag("div", chart, role="img", aria_label=words), tag("p", *legend, class_="legend")])
 
 
-def _table(heads: Sequence[str], rows: Iterable[Markup]) -> Markup:
-    head = tag("thead", tag("tr", *(tag("th", each, scope="col") for each in heads)))
-    return tag("table", head, tag("tbody", *rows))
-
-
 def _member_cells(member: Member) -> tuple[str, str, str, str, str]:
     sure = percent(member.confidence) if member.confidence is not None else "–"
     return member.name, member.team or "–", str(member.sentences), sure, _report(member) or "–"
@@ -181,7 +174,7 @@ def _members(shift: Shift) -> Markup:
         head = tag("th", tag("b", name, class_=f"r{robot_slot(k)}"), scope="row")
         data = [tag("td", cell, data_head=heads[n]) for n, cell in enumerate(cells, 1)]
         rows.append(tag("tr", head, *data, tag("td", _deeds(shift, member), data_head=heads[-1], class_="deeds")))
-    return _table(heads, rows)
+    return table(heads, rows)
 
 
 def _deeds(shift: Shift, member: Member) -> Markup:
@@ -204,7 +197,7 @@ def _tasks(shift: Shift) -> Markup:
         half = "half done: " if acts and not done_often[task.number] else ""
         done = tag("td", half + (", ".join(acts) or "not done"), data_head="Done")
         rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))
-    return _table(heads, rows)
+    return table(heads, rows)
 
 
 def _due_cells(shift: Shift, each: Occurrence) -> tuple[str, str, str, str]:
@@ -223,7 +216,7 @@ def _due(shift: Shift) -> Markup:
         at, *cells = _due_cells(shift, each)
         data = (tag("td", cell, data_head=head) for cell, head in zip(cells, DUE_HEADS[1:], strict=True))
         rows.append(tag("tr", tag("th", at, scope="row"), *data))
-    return joined([tag("p", _due_sum(shift)), _table(DUE_HEADS, rows)])
+    return joined([tag("p", _due_sum(shift)), table(DUE_HEADS, rows)])
 
 
 def _troubles(shift: Shift) -> Markup:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -21,6 +21,8 @@ _MAX_WIDTH = 12_000.0
 LANE = 62.0
 """Height of a robot's lane, SVG units and CSS pixels: its speech above, its task below."""
 _SPEECH_Y, _SPEECH_HEIGHT, _TASK_Y, _TASK_HEIGHT, _DRIVE_HEIGHT = 8.0, 16.0, 28.0, 24.0, 4.0
+_LOW_Y = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT
+"""Of the bars along a task's lower edge."""
 _AXIS = 26.0
 _PAD = 20.0
 _CHARACTER = 7.4
@@ -64,13 +66,11 @@ def draw_timeline(
     width = min(max(_MIN_WIDTH, story.end_s * units_per_s), _MAX_WIDTH)
     scale = width / story.end_s
     height = LANE * len(story.robots) + _AXIS
-    shorts = dict(
-        zip((t.number for t in story.tasks), without_common_start([t.name for t in story.tasks]), strict=True)
-    )
+    lanes = _Lanes(story, scale, as_time)
     parts = [_axis(story.end_s, scale, height - _AXIS, as_time, clock_s)]
     for k, robot in enumerate(story.robots):
         moving = next((driving(trail) for trail in trails if trail.robot == robot), [])
-        parts.append(_lane(story, k, robot, moving, shorts, scale, as_time))
+        parts.append(lanes.draw(k, robot, moving))
     parts.append(
         tag("line", class_="cursor", id="cursor", x1=0, x2=0, y1=0, y2=height - _AXIS, data_scale=f"{scale:.6f}")
     )
@@ -119,80 +119,69 @@ def _axis(end_s: float, scale: float, height: float, as_time: Callable[[float], 
     return joined(parts)
 
 
-def _lane(
-    story: Story,
-    k: int,
-    robot: str,
-    moving: list[tuple[float, float]],
-    shorts: dict[int, str],
-    scale: float,
-    as_time: Callable[[float], str],
-) -> Markup:
-    spans = [_span(span, story, shorts, scale, as_time) for span in story.spans if span.robot == robot]
-    drives = [_drive(from_s, to_s, scale, as_time) for from_s, to_s in moving]
-    used = [_skill(span, scale, as_time) for span in story.skills if span.last.robot == robot]
-    speech = [_speech(line, robot_slot(k), scale, as_time) for line in story.lines if line.said.speaker == robot]
-    ticks = [_tick(act, scale, as_time) for act in story.performed if act.robot == robot]
-    used += [_on(span, scale, as_time) for span in story.switched if span.on.robot == robot]
-    base = tag("line", class_="grid", x1=0, x2=story.end_s * scale, y1=LANE, y2=LANE)
-    return tag("g", base, *spans, *drives, *used, *speech, *ticks, transform=f"translate(0 {k * LANE:g})")
+class _Lanes:
+    """Draws the robots' lanes; `scale`: SVG units a second."""
 
+    def __init__(self, story: Story, scale: float, as_time: Callable[[float], str]) -> None:
+        self._story, self._scale, self._as_time = story, scale, as_time
+        shorts = without_common_start([task.name for task in story.tasks])
+        self._shorts = {task.number: short for task, short in zip(story.tasks, shorts, strict=True)}
 
-def _tick(act: Performed, scale: float, as_time: Callable[[float], str]) -> Markup:
-    """A check mark where a task was carried out."""
-    at = f"translate({act.at_s * scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
-    title = tag("title", f"{act.robot} finished task {act.task} at {as_time(act.at_s)}")
-    hook = tag("path", d="M-3 0-1 2.5 3-2.5")
-    return tag("g", title, tag("circle", r=_TICK), hook, class_="carried-out", transform=at)
+    def draw(self, k: int, robot: str, moving: Iterable[tuple[float, float]]) -> Markup:
+        """The lane number `k`, of that robot, which drove at these times (from_s, to_s)."""
+        story = self._story
+        base = tag("line", class_="grid", x1=0, x2=story.end_s * self._scale, y1=LANE, y2=LANE)
+        parts = [self._span(span) for span in story.spans if span.robot == robot]
+        parts += [self._bar("drive", f"driving, {self._during(*way)}", way, _LOW_Y, least=1.0) for way in moving]
+        parts += [self._skill(span) for span in story.skills if span.last.robot == robot]
+        parts += [self._on(span) for span in story.switched if span.on.robot == robot]
+        parts += [self._speech(line, robot_slot(k)) for line in story.lines if line.said.speaker == robot]
+        parts += [self._tick(act) for act in story.performed if act.robot == robot]
+        return tag("g", base, *parts, transform=f"translate(0 {k * LANE:g})")
 
+    def _during(self, from_s: float, to_s: float) -> str:
+        return f"{self._as_time(from_s)} to {self._as_time(to_s)}"
 
-def _span(span: Span, story: Story, shorts: dict[int, str], scale: float, as_time: Callable[[float], str]) -> Markup:
-    task = next((t for t in story.tasks if t.number == span.task), None)
-    name = task.name if task else f"task {span.task}"
-    x, wide = span.from_s * scale, max((span.to_s - span.from_s) * scale, 2.0)
-    title = f"{span.robot}, task {span.task}: {name}, {as_time(span.from_s)} to {as_time(span.to_s)}, {span.ended}"
-    fit = int((wide - 2 * _TICK - 6) / _CHARACTER)
-    words = next((w for w in (f"{span.task} {shorts.get(span.task, '')}", f"{span.task}") if len(w) <= fit), "")
-    bar = tag("rect", x=x, y=_TASK_Y, width=wide, height=_TASK_HEIGHT, rx=3, fill=task_colour(name))
-    text = tag("text", words, x=x + _TICK + 3, y=_TASK_Y + 15) if words else None
-    return tag("g", tag("title", title), bar, text, class_="span" if span.ended == "done" else "span broken")
+    def _bar(
+        self, kind: str, title: str, when: tuple[float, float], y: float, least: float = 2.0, **more: float
+    ) -> Markup:
+        """A bar from one time to another, `least` units wide at least."""
+        x, wide = when[0] * self._scale, max((when[1] - when[0]) * self._scale, least)
+        box = {"x": x, "y": y, "width": wide, "height": _DRIVE_HEIGHT} | more
+        return tag("rect", tag("title", title), class_=kind, **box)
 
+    def _span(self, span: Span) -> Markup:
+        task = next((t for t in self._story.tasks if t.number == span.task), None)
+        name = task.name if task else f"task {span.task}"
+        x, wide = span.from_s * self._scale, max((span.to_s - span.from_s) * self._scale, 2.0)
+        title = f"{span.robot}, task {span.task}: {name}, {self._during(span.from_s, span.to_s)}, {span.ended}"
+        fit = int((wide - 2 * _TICK - 6) / _CHARACTER)
+        labels = (f"{span.task} {self._shorts.get(span.task, '')}", f"{span.task}")
+        words = next((w for w in labels if len(w) <= fit), "")
+        bar = tag("rect", x=x, y=_TASK_Y, width=wide, height=_TASK_HEIGHT, rx=3, fill=task_colour(name))
+        text = tag("text", words, x=x + _TICK + 3, y=_TASK_Y + 15) if words else None
+        return tag("g", tag("title", title), bar, text, class_="span" if span.ended == "done" else "span broken")
 
-def _drive(from_s: float, to_s: float, scale: float, as_time: Callable[[float], str]) -> Markup:
-    y = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT
-    title = tag("title", f"driving, {as_time(from_s)} to {as_time(to_s)}")
-    wide = max((to_s - from_s) * scale, 1.0)
-    return tag("rect", title, class_="drive", x=from_s * scale, y=y, width=wide, height=_DRIVE_HEIGHT)
+    def _skill(self, span: SkillSpan) -> Markup:
+        """When a skill was in use; its words tell what it was told and what came of it."""
+        title = f"{span.words}, {self._during(span.from_s, span.last.at_s)}"
+        return self._bar("skill" if span.is_done else "skill failed", title, (span.from_s, span.last.at_s), _LOW_Y)
 
+    def _on(self, span: OnSpan) -> Markup:
+        """When a pump, or whatever else is switched, was truly on."""
+        title = f"{span.on.skill} on {self._as_time(span.on.at_s)}, off {self._as_time(span.off_s)}"
+        return self._bar("switched", title, (span.on.at_s, span.off_s), _TASK_Y)
 
-def _skill(span: SkillSpan, scale: float, as_time: Callable[[float], str]) -> Markup:
-    """When a skill was in use; its words tell what it was told and what came of it."""
-    title = tag("title", f"{span.words}, {as_time(span.from_s)} to {as_time(span.last.at_s)}")
-    x, wide = span.from_s * scale, max((span.last.at_s - span.from_s) * scale, 2.0)
-    y, kind = _TASK_Y + _TASK_HEIGHT - _DRIVE_HEIGHT, "skill" if span.is_done else "skill failed"
-    return tag("rect", title, class_=kind, x=x, y=y, width=wide, height=_DRIVE_HEIGHT)
+    def _speech(self, line: Line, slot: int) -> Markup:
+        said = line.said
+        kind = " collided" if said.collided else "" if any(h.text == said.text for h in line.heard) else " unheard"
+        title = f"{self._as_time(said.at_s)} {said.speaker}: {said.text}"
+        more = {"height": _SPEECH_HEIGHT, "rx": 2, "data_utterance": said.utterance}
+        return self._bar(f"speech r{slot}{kind}", title, (said.at_s, said.end_s), _SPEECH_Y, **more)
 
-
-def _on(span: OnSpan, scale: float, as_time: Callable[[float], str]) -> Markup:
-    """When a pump, or whatever else is switched, was truly on."""
-    title = tag("title", f"{span.on.skill} on {as_time(span.on.at_s)}, off {as_time(span.off_s)}")
-    x, wide = span.on.at_s * scale, max((span.off_s - span.on.at_s) * scale, 2.0)
-    return tag("rect", title, class_="switched", x=x, y=_TASK_Y, width=wide, height=_DRIVE_HEIGHT)
-
-
-def _speech(line: Line, slot: int, scale: float, as_time: Callable[[float], str]) -> Markup:
-    said = line.said
-    kind = " collided" if said.collided else "" if any(h.text == said.text for h in line.heard) else " unheard"
-    title = tag("title", f"{as_time(said.at_s)} {said.speaker}: {said.text}")
-    wide = max((said.end_s - said.at_s) * scale, 2.0)
-    return tag(
-        "rect",
-        title,
-        class_=f"speech r{slot}{kind}",
-        x=said.at_s * scale,
-        y=_SPEECH_Y,
-        width=wide,
-        height=_SPEECH_HEIGHT,
-        rx=2,
-        data_utterance=said.utterance,
-    )
+    def _tick(self, act: Performed) -> Markup:
+        """A check mark where a task was carried out."""
+        at = f"translate({act.at_s * self._scale:.1f} {_TASK_Y + _TASK_HEIGHT / 2:g})"
+        title = tag("title", f"{act.robot} finished task {act.task} at {self._as_time(act.at_s)}")
+        hook = tag("path", d="M-3 0-1 2.5 3-2.5")
+        return tag("g", title, tag("circle", r=_TICK), hook, class_="carried-out", transform=at)
