@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_fakes.room import MAX_DISTANCE_M, DelayLine, FreeField
+from hil_fakes.room import DelayLine, FreeField
 from hvcpd.ports import SAMPLE_RATE_HZ
 
 
@@ -77,10 +77,10 @@ STEP = 80
 class FurnishedRoom(FreeField):
     """`Ways` with the echoes of a furnished room."""
 
-    def __init__(self, furniture: Furniture | None = None, sound_speed_m_s: float = 343.0) -> None:
-        super().__init__(sound_speed_m_s, MAX_DISTANCE_M)
-        self._walls = (furniture or Furniture()).walls
-        self._tail = (furniture or Furniture()).tail()
+    def __init__(self, furniture: Furniture | None = None) -> None:
+        super().__init__()
+        furniture = furniture or Furniture()
+        self._walls, self._tail = furniture.walls, furniture.tail()
         self._spectra: dict[tuple[int, int], NDArray[np.complex128]] = {}
         self.reach = max(math.ceil(self._longest(self.max_distance_m)), self.reach) + len(self._tail)
 

@@ -170,14 +170,10 @@ class SharedRoom:
     """
 
     def __init__(
-        self,
-        bodies: list[Body],
-        watch: Callable[[float], None] = lambda _: None,
-        seed: int = 0,
-        medium: Medium | None = None,
+        self, bodies: list[Body], watch: Callable[[float], None] = lambda _: None, medium: Medium | None = None
     ) -> None:
         self.bodies = bodies
-        self.medium = medium or SimulatedAir(Room(len(bodies), Air(), seed))
+        self.medium = medium or SimulatedAir(Room(len(bodies), Air(), 0))
         self.streams = [VirtualStream(self) for _ in bodies]
         self.present = set(range(len(bodies)))
         self.now_s = 0.0

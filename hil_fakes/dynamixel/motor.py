@@ -322,22 +322,11 @@ class FakeMotor:
         return self._direction * round(max(-1000.0, min(1000.0, effort)))
 
 
-def turtlebot3_pair(
-    left_id: int = 1,
-    right_id: int = 2,
-    *,
-    voltage_v: float = 12.0,
-    shaft: ShaftSettings | None = None,
-    baud_rate_hz: int = 1_000_000,
-) -> tuple[FakeMotor, FakeMotor]:
+def turtlebot3_pair(left_id: int = 1, right_id: int = 2, baud_rate_hz: int = 1_000_000) -> tuple[FakeMotor, FakeMotor]:
     """The wheel motors of a TurtleBot3: the right one is mounted the other way round and counts in reverse.
 
     So a positive goal velocity drives either wheel forward, as ROBOTIS's own firmware (OpenCR,
     `turtlebot3_motor_driver.cpp`: one sign for both wheels) expects of motors from its kit.
     """
-    return (
-        FakeMotor(left_id, voltage_v=voltage_v, shaft=shaft, baud_rate_hz=baud_rate_hz),
-        FakeMotor(
-            right_id, voltage_v=voltage_v, shaft=shaft, drive_mode=REVERSE, mounting=-1, baud_rate_hz=baud_rate_hz
-        ),
-    )
+    left = FakeMotor(left_id, baud_rate_hz=baud_rate_hz)
+    return left, FakeMotor(right_id, drive_mode=REVERSE, mounting=-1, baud_rate_hz=baud_rate_hz)

@@ -80,7 +80,7 @@ class Shaft:
         tau_s = self.settings.stop_time_constant_s
         held_rad_s = self.settings.friction_rad_s2 * tau_s  # the speed that friction takes away in one time constant
         start_rad_s = abs(self.speed_rad_s)
-        until_s = min(dt_s, tau_s * math.log1p(start_rad_s / held_rad_s)) if held_rad_s > 0.0 else dt_s
+        until_s = min(dt_s, tau_s * math.log1p(start_rad_s / held_rad_s))
         decay = math.exp(-until_s / tau_s)
         way_rad = (start_rad_s + held_rad_s) * tau_s * (1.0 - decay) - held_rad_s * until_s
         self.angle_rad += math.copysign(way_rad, self.speed_rad_s)

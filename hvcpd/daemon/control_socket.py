@@ -63,10 +63,10 @@ def socket_path(settings: Settings, environment: Mapping[str, str] = os.environ)
     return next(usable, settings.state_dir) / socket_name(settings.name)
 
 
-def runtime_file(settings: Settings, suffix: str, environment: Mapping[str, str] = os.environ) -> Path:
+def runtime_file(settings: Settings, suffix: str) -> Path:
     """A file of this robot alone beside its socket: "rob.pose" beside "rob.sock". Only SUFFIX is replaced, since the
     sockets of two robots may be called "team.rob" and "team.bot"."""
-    path = socket_path(settings, environment)
+    path = socket_path(settings)
     return path.with_suffix(suffix) if path.suffix == SUFFIX else path.with_name(path.name + suffix)
 
 
