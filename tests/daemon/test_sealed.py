@@ -91,36 +91,29 @@ def test_a_clock_that_was_never_set_is_none(key: Path, tmp_path: Path) -> None:
     assert wiring.ring() is not None
 
 
+async def life(wiring: Wiring, *counters: SaveCounter) -> dict[str, int]:
+    """A daemon that saves these counters; returns those that it found at its start."""
+    journal = JournalService(wiring)
+    found = dict((await journal.open()).counters)
+    journal.write(counters, 1.0)
+    await journal.close()
+    return found
+
+
 def test_counters_outlive_the_memory_of_tasks(key: Path, tmp_path: Path) -> None:
     wiring = outfit_with(key, tmp_path)
-
-    async def scene(*counters: SaveCounter) -> dict[str, int]:
-        journal = JournalService(wiring)
-        found = dict((await journal.open()).counters)
-        journal.write(counters, 1.0)
-        await journal.close()
-        return found
-
-    asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter("k/zoe", 3), SaveCounter("k/bot", 5)))
+    asyncio.run(life(wiring, SaveCounter("k/bot", 7), SaveCounter("k/zoe", 3), SaveCounter("k/bot", 5)))
     wiring.settings.memory_path.unlink()
-    assert asyncio.run(scene()) == {"k/bot": 7, "k/zoe": 3}
+    assert asyncio.run(life(wiring)) == {"k/bot": 7, "k/zoe": 3}
 
 
 def counters_after(harm: Callable[[Wiring], None], wiring: Wiring) -> tuple[dict[str, int], list[str]]:
     """What a robot that has heard seals knows of them once this has happened, and what its log says."""
-
-    async def scene(*counters: SaveCounter) -> dict[str, int]:
-        journal = JournalService(wiring)
-        found = dict((await journal.open()).counters)
-        journal.write(counters, 1.0)
-        await journal.close()
-        return found
-
     own = f"{wiring.ring().spoken.fingerprint}/rob"  # type: ignore[union-attr]
-    asyncio.run(scene(SaveCounter("k/bot", 7), SaveCounter(own, 40)))
+    asyncio.run(life(wiring, SaveCounter("k/bot", 7), SaveCounter(own, 40)))
     harm(wiring)
     with capture_logs() as logs:
-        counters = asyncio.run(scene())
+        counters = asyncio.run(life(wiring))
     return {name.replace(own, "own"): value for name, value in counters.items()}, [line["event"] for line in logs]
 
 

@@ -45,12 +45,6 @@ def spectrum_db(sound: Samples, size: int = 4096) -> NDArray[np.float64]:
     return np.asarray(20.0 * np.log10(np.abs(np.fft.rfft(frame)) + 1e-9))
 
 
-def centroid_hz(sound: Samples) -> float:
-    """The centre of gravity of the spectrum's power, Hz."""
-    power = np.abs(np.fft.rfft(sound.astype(float))) ** 2
-    return float(np.sum(power * np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ)) / np.sum(power))
-
-
 def rms_db(sound: Samples) -> float:
     """Level, dB re full scale."""
     return float(10.0 * np.log10(np.mean(sound.astype(float) ** 2) + 1e-20))

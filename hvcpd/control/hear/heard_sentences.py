@@ -97,22 +97,14 @@ class Teller:
             self._write(as_json(sentence) if self._options.json else as_text(sentence))
         elif type(event) in HALTS and not (self._held and isinstance(event, Held)):
             self._held = isinstance(event, Held)
-            self._write(halt_as_json(event) if self._options.json else halt_as_text(event))
+            start_s, end_s = _seconds(event)
+            kind, shown = HALTS[type(event)]
+            as_object = {"start_s": round(start_s, 3), "end_s": round(end_s, 3), "event": kind}
+            self._write(json.dumps(as_object) if self._options.json else line_at(start_s, end_s, f"[{shown}]"))
 
     def _write(self, line: str) -> None:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()
-
-
-def halt_as_json(event: Event) -> str:
-    """One of the events of HALTS as a JSON object, with the place of the word."""
-    start_s, end_s = _seconds(event)
-    return json.dumps({"start_s": round(start_s, 3), "end_s": round(end_s, 3), "event": HALTS[type(event)][0]})
-
-
-def halt_as_text(event: Event) -> str:
-    """The same as a line."""
-    return line_at(*_seconds(event), f"[{HALTS[type(event)][1]}]")
 
 
 def _seconds(event: Event) -> tuple[float, float]:
