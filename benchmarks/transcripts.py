@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks.judging import PAD_S, talkers
 from benchmarks.voice import VOCABULARY
 from hvcpd.control.say.sounding import sayable_phrases
-from hvcpd.evaluation.sphinx import heard, make_open_decoder
+from hvcpd.evaluation.sphinx import heard
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.words import spoken_words
@@ -70,6 +70,13 @@ def on_air(sound: Samples, seed: int, noise: Samples | None = None, snr_db: floa
         level = LEVEL_RMS * 10.0 ** (-snr_db / 20.0) / float(np.sqrt(np.mean(np.square(noise, dtype=np.float64))))
         out += level * np.roll(noise, -int(rng.integers(len(noise))))[: len(padded)]
     return np.asarray(out, np.float32)
+
+
+def sphinx() -> Callable[[Samples], str]:
+    """PocketSphinx with its own model of English, as a function from sound to text. Raises ImportError."""
+    from pocketsphinx import Decoder
+
+    return partial(heard, Decoder(loglevel="FATAL"))
 
 
 def whisper(folder: Path) -> Callable[[Samples], str]:
@@ -122,7 +129,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="names of talkers, separated by commas")
     parser.add_argument("--wrong", action="store_true", help="print what was misheard")
     options = parser.parse_args()
-    written = whisper(options.model) if options.model else partial(heard, make_open_decoder())
+    written = whisper(options.model) if options.model else sphinx()
     noises = {"quiet": None, **({options.noise.stem: read_wav(options.noise)} if options.noise else {})}
     if options.text:
         lines = options.text.read_text(encoding="utf-8").splitlines()

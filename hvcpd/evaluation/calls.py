@@ -10,6 +10,7 @@ import numpy as np
 
 from hvcpd.evaluation import listeners, plots
 from hvcpd.evaluation.scene import Bench, heard_at, stream
+from hvcpd.evaluation.sphinx import sphinx_installed
 from hvcpd.evaluation.statistics import Step, pivot
 from hvcpd.evaluation.trials import Row, Trial
 from hvcpd.language.phrasebook import Phrasebook
@@ -68,7 +69,7 @@ LISTENERS = {listeners.OURS: listeners.ours, listeners.PEER: listeners.peer}
 
 def who() -> list[str]:
     """The listeners available on this machine."""
-    return [listeners.OURS, *([listeners.PEER] if listeners.peer_available() else [])]
+    return [listeners.OURS, *([listeners.PEER] if sphinx_installed() else [])]
 
 
 def summed(rows: Sequence[Row], by: Sequence[str]) -> dict[tuple[Any, ...], dict[str, Any]]:

@@ -13,6 +13,7 @@ from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.evaluation import listeners, porcupine
 from hvcpd.evaluation.listeners import CALLER, OURS, PEER, Said
 from hvcpd.evaluation.porcupine import NAMES, PORCUPINE
+from hvcpd.evaluation.sphinx import sphinx_installed
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
 
@@ -28,7 +29,7 @@ def book() -> Phrasebook:
 
 def everybody() -> list[str]:
     """The listeners available on this machine."""
-    installed = {OURS: True, PEER: listeners.peer_available(), PORCUPINE: porcupine.available()}
+    installed = {OURS: True, PEER: sphinx_installed(), PORCUPINE: porcupine.available()}
     return [name for name, there in installed.items() if there]
 
 

@@ -14,7 +14,7 @@ from hvcpd.assembly.sound import Sound, make_phrasebook, make_sound, user_cache_
 from hvcpd.config.settings import DEFAULT_TEAMS
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import TaskRepository, default_tasks_path
-from hvcpd.evaluation.sphinx import WIDE_BEAMS, make_decoder, sphinx_installed
+from hvcpd.evaluation.sphinx import WIDE_BEAMS, make_decoder
 from hvcpd.evaluation.sphinx import heard as heard_by_sphinx
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -39,9 +39,6 @@ class Said:
     words: tuple[str, ...]
     start: int
     end: int
-
-
-peer_available = sphinx_installed
 
 
 @cache

@@ -56,13 +56,6 @@ def make_decoder(graph: WordGraph, folder: Path, lexicon: Lexicon, **settings: A
     return decoder
 
 
-def make_open_decoder() -> Any:
-    """A PocketSphinx decoder with its own model of English, without our words. Raises ImportError."""
-    from pocketsphinx import Decoder
-
-    return Decoder(loglevel="FATAL")
-
-
 def _grammar(graph: WordGraph) -> str:
     lines = ["FSG_BEGIN phrasebook", f"NUM_STATES {graph.n_nodes + 1}", f"START_STATE {graph.start}"]
     lines.append(f"FINAL_STATE {graph.n_nodes}")

@@ -12,6 +12,7 @@ from hvcpd.evaluation.listeners import CALLER, OURS, PEER
 from hvcpd.evaluation.missions import LIMIT_S, ONE, OTHER, Plot, doers, knows, repository, run
 from hvcpd.evaluation.modes import SAID_ONCE, WHOLE, calls_each, mission_distances, missions, series_of, table_of
 from hvcpd.evaluation.scene import FITTED_ROBOT_NOISE_DB_SPL, Bench
+from hvcpd.evaluation.sphinx import sphinx_installed
 from hvcpd.evaluation.trials import Comparison, Experiment, Findings, Row, Scale, Trial
 from hvcpd.evaluation.wake import reached
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -39,7 +40,7 @@ def _trials(scale: Scale) -> Sequence[Trial]:
     found: list[Trial] = []
     for drives in (True, False):
         how = DRIVING if drives else STANDING
-        if listeners.peer_available():
+        if sphinx_installed():
             said_m = QUICK_SAID_M if scale.quick else SAID_M
             more = {"variant": f"{SAID_ONCE}, {how}", "drives": drives, "listeners": [PEER]}
             found += blocks("volunteer", scale.seed, calls_each(scale), said_m, robot_noise_db_spl=noise, **more)
