@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from hvcpd.reporting.events import (
@@ -203,11 +203,10 @@ def _end_s(events: Sequence[Event], record: MissionRecord, summary: Summary | No
     return max((end for end in ends if math.isfinite(end)), default=1.0) or 1.0
 
 
-def _lines(events: Iterable[Event], robots: Sequence[str]) -> tuple[tuple[Line, ...], tuple[Garbled | Heard, ...]]:
-    events = tuple(events)
+def _lines(events: Sequence[Event], robots: Sequence[str]) -> tuple[tuple[Line, ...], tuple[Garbled | Heard, ...]]:
     spoken = sorted((e for e in events if isinstance(e, Said)), key=lambda e: (e.at_s, e.utterance))
     heard: dict[int, dict[str, Heard]] = {said.utterance: {} for said in spoken}
-    garbled: dict[int, dict[str, None]] = {said.utterance: {} for said in spoken}
+    garbled: dict[int, list[str]] = {said.utterance: [] for said in spoken}
     unplaced: list[Garbled | Heard] = []
     for event in events:
         if isinstance(event, Heard):
@@ -220,14 +219,16 @@ def _lines(events: Iterable[Event], robots: Sequence[str]) -> tuple[tuple[Line, 
             if said is None:
                 unplaced.append(event)
             else:
-                garbled[said.utterance].setdefault(event.listener)
-    lines = []
-    for said in spoken:
-        right = tuple(heard[said.utterance].values())
-        wrong = tuple(name for name in garbled[said.utterance] if name not in heard[said.utterance])
-        known = {said.speaker, *heard[said.utterance], *wrong}
-        lines.append(Line(said, right, wrong, tuple(name for name in robots if name not in known)))
+                garbled[said.utterance].append(event.listener)
+    lines = (line_of(said, heard[said.utterance], garbled[said.utterance], robots) for said in spoken)
     return tuple(lines), tuple(unplaced)
+
+
+def line_of(said: Said, heard: Mapping[str, Heard], garbled: Iterable[str], robots: Iterable[str]) -> Line:
+    """An utterance with those of the robots that heard it, by name, and those to which it was garbled."""
+    wrong = tuple(name for name in dict.fromkeys(garbled) if name not in heard)
+    known = {said.speaker, *heard, *wrong}
+    return Line(said, tuple(heard.values()), wrong, tuple(name for name in robots if name not in known))
 
 
 def meant_by(garbled: Garbled, spoken: Iterable[Said]) -> Said | None:

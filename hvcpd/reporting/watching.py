@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from operator import itemgetter
 
 from hvcpd.reporting.events import Event, Garbled, Heard, Moved, Performed, Said, Skill, Started, Summary, TaskChanged
-from hvcpd.reporting.story import Line, meant_by, task_names
+from hvcpd.reporting.story import Line, line_of, meant_by, task_names
 
 PATIENCE_S = 2.0
 """After this nobody will report an utterance any more: recognition ends 0.25 s after the last word, plus a margin."""
@@ -155,12 +155,8 @@ class Watch:
 
     def line(self, said: Said) -> Line:
         """An utterance with what is known of its listeners by now."""
-        heard = self._heard.get(said.utterance, {})
-        mine = [g.listener for g in self._garbled if meant_by(g, self.pending) == said]
-        garbled = tuple(dict.fromkeys(name for name in mine if name not in heard))
-        known = {said.speaker, *heard, *garbled}
-        missed = tuple(name for name in self.started.robots if name not in known)
-        return Line(said, tuple(heard.values()), garbled, missed)
+        garbled = [g.listener for g in self._garbled if meant_by(g, self.pending) == said]
+        return line_of(said, self._heard.get(said.utterance, {}), garbled, self.started.robots)
 
     def board(self) -> list[BoardRow]:
         """All tasks by number."""
