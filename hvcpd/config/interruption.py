@@ -1,4 +1,4 @@
-"""Ctrl-C while a program is still being imported.
+"""Handlers of signals for a while: Ctrl-C while a program is still being imported, or while it must end in order.
 
 Imports nothing that takes time, since an interrupt of its own import is a traceback.
 """
@@ -20,6 +20,17 @@ def unwrapped() -> Iterator[None]:
         if isinstance(error.__cause__, KeyboardInterrupt | SystemExit):
             raise error.__cause__ from None
         raise
+
+
+@contextmanager
+def handled(handler: signal._HANDLER, *numbers: signal.Signals) -> Iterator[None]:
+    """A context in which these signals have another handler, which processes started in it inherit if it is SIG_IGN."""
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, usual in before.items():
+            signal.signal(number, usual)
 
 
 class InterruptEnds:

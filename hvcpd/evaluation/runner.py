@@ -6,11 +6,12 @@ import json
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from hvcpd.config.files import write_whole
+from hvcpd.config.interruption import handled
 from hvcpd.errors import ConfigError, how_to_install
 from hvcpd.evaluation.trials import Row, Trial
 
@@ -100,23 +101,13 @@ def _client(jobs: int, scheduler: str | None) -> Any:
     except ImportError:
         raise ConfigError(WITHOUT_DASK) from None
     if scheduler is None:
-        with _deaf_to_interrupts():
+        # A terminal sends Ctrl-C to all processes: the others are ended by this one, and print no traceback each.
+        with handled(signal.SIG_IGN, signal.SIGINT):
             return Client(n_workers=jobs, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
     try:
         return Client(scheduler, timeout="10s")
     except (OSError, ValueError) as error:
         raise ConfigError(f"--scheduler {scheduler}: no dask scheduler answers there ({error})") from None
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes started inside this block ignore Ctrl-C, which a terminal sends to all of them: their parent ends them,
-    and they print no traceback each."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def sweep(

@@ -7,10 +7,9 @@ import math
 import signal
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TextIO
 
+from hvcpd.config.interruption import handled
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.drive.drive_show import DriveShow
@@ -87,7 +86,9 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
             show.stopped([f"wheels of the driver {settings.wheels.driver}"])
         return EX_OK
     wheels, session = _session(options, settings, make_port)
-    with _interruptible(), show:
+    # SIGTERM ends the command like Ctrl-C: through every `finally`, so that the wheels stand. SIGINT too: whoever
+    # starts commands in the background may have it ignored, and wheels must still obey it.
+    with handled(signal.default_int_handler, signal.SIGTERM, signal.SIGINT), show:
         try:
             wheels.open()
             if options.action == "calibrate":
@@ -190,15 +191,3 @@ def _calibrate(options: argparse.Namespace, settings: Settings, session: DriveSe
     if not options.dry_run:
         show.calibrated(drive, result)
     return EX_OK
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """SIGTERM ends the command like Ctrl-C: through every `finally`, so that the wheels stand."""
-    # SIGINT too: whoever starts commands in the background may have it ignored, and wheels must still obey it.
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGTERM, signal.SIGINT)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

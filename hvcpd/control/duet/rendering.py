@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from hvcpd.assembly.make import make_robot
+from hvcpd.config.interruption import handled
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.cache_warm_up import CacheWarmUp, Preparation
 from hvcpd.daemon.wiring import Wiring, wire_up
@@ -76,12 +77,9 @@ class Rendering:
             context.Process(target=_render, args=(wiring.settings, can_talk, niceness), daemon=True)
             for wiring, can_talk in zip(wirings, self._can_talk, strict=True)
         ]
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for this process; the others inherit that
-        try:
+        with handled(signal.SIG_IGN, signal.SIGINT):  # Ctrl-C is for this process alone
             for process in self._processes:
                 process.start()
-        finally:
-            signal.signal(signal.SIGINT, before)
 
     def wait(self) -> None:
         """Wait until the robots can hear each other and speak. Raises DeviceError if a process fails."""

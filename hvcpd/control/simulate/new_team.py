@@ -16,15 +16,15 @@ from typing import TypeVar
 
 import yaml
 
-from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.files import write_whole
 from hvcpd.config.names import repeated_names, valid_robot_name, valid_task_name
 from hvcpd.config.shared_places import MAX_DISTANCE_M
 from hvcpd.config.skills import valid_key
 from hvcpd.config.task_file import MAX_TASKS
 from hvcpd.config.tasks import TENDING
-from hvcpd.control.simulate.team import load_team, refuse_same_sound, vocabulary_cache
+from hvcpd.control.simulate.team import load_team, refuse_confusable, refuse_same_sound
 from hvcpd.errors import EX_OK, ConfigError, writing
+from hvcpd.reporting.text import number
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_fault
 
@@ -218,11 +218,6 @@ def _number(text: str) -> float:
     return value
 
 
-def _written(value: float) -> str:
-    """A number without an exponent, which YAML would take for text."""
-    return f"{value:.6f}".rstrip("0").rstrip(".")
-
-
 def settings_of(robots: tuple[str, ...], skills: list[SkillAnswer]) -> str:
     """The settings of the first robot, as a file."""
     lines = [
@@ -246,13 +241,14 @@ def tasks_of(folder: Path, skills: list[SkillAnswer], tasks: list[TaskAnswer]) -
     for each in skills:
         lines.append(f"  {each.name}: {{parameters: {{{f'{each.parameter}: {{}}' if each.parameter else ''}}}}}")
     lines.append("tasks:")
-    for number, task in enumerate(tasks, 1):
-        lines += [f"  - number: {number}", f"    name: {task.name}"]
+    for k, task in enumerate(tasks, 1):
+        lines += [f"  - number: {k}", f"    name: {task.name}"]
         way = []
         if task.place is not None:
-            lines.append(f"    place: {{x_m: {_written(task.place[0])}, y_m: {_written(task.place[1])}}}")
+            x_m, y_m = (number(each, 6) for each in task.place)  # no exponent, which YAML would take for text
+            lines.append(f"    place: {{x_m: {x_m}, y_m: {y_m}}}")
             way = ["go to place"]
-        deed = task.deed if task.amount is None else f"{{{task.deed}: {_written(task.amount)}}}"
+        deed = task.deed if task.amount is None else f"{{{task.deed}: {number(task.amount, 6)}}}"
         lines.append(f"    actions: [{', '.join([*way, deed])}]")
     return "\n".join(lines) + "\n"
 
@@ -265,8 +261,6 @@ def _check(robots: tuple[str, ...], skills: list[SkillAnswer], tasks: list[TaskA
         (folder / "tasks.yaml").write_text(tasks_of(folder, skills, tasks))
         try:
             team = load_team(argparse.Namespace(config=folder / "hvcpd.yaml", tasks=None), robots)
-            found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
-            if why := refusal(found, team.settings.tasks, allowable=False):
-                raise ConfigError(why)
+            refuse_confusable(team, allowable=False)
         except ConfigError as error:
             raise ConfigError(str(error).replace(f"{folder}/", "")) from None

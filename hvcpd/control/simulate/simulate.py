@@ -23,14 +23,13 @@ from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air, FreeField
 from hil_fakes.skills import FakeDevice, FakePump, usual_devices
 from hvcpd.assembly.plan import speech_of
-from hvcpd.assembly.vocabulary import check, refusal
 from hvcpd.config.files import make_writable
 from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.tasks import Tend, Use
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
-from hvcpd.control.simulate.team import Team, lacked_skills, load_team, robots_of, taking_part, vocabulary_cache
+from hvcpd.control.simulate.team import Team, lacked_skills, load_team, refuse_confusable, robots_of, taking_part
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, writing
 from hvcpd.hardware.soundfile import write_wav
@@ -87,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
         loudspeaker=USUAL if options.room == "furnished" else IDEAL,
     )
     if not options.allow_confusable:
-        _refuse_confusable(team)
+        refuse_confusable(team)
     if options.report is not None:
         _make_directory(options.report)  # before a long mission, not after it
     for text in doubts(team.tasks, len(robots) - 1 if plan.coordinator is not None else None):
@@ -138,12 +137,6 @@ def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
     """From the options, or else from the settings."""
     usual = speech_of(settings)
     return replace(usual, slowly=options.slow or usual.slowly, times=options.repeat or usual.times)
-
-
-def _refuse_confusable(team: Team) -> None:
-    found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
-    if why := refusal(found, team.settings.tasks):
-        raise ConfigError(why)
 
 
 def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | None:

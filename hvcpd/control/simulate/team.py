@@ -138,6 +138,15 @@ def _enrolled(settings: Settings) -> dict[str, Person]:
     return people
 
 
+def refuse_confusable(team: Team, allowable: bool = True) -> None:
+    """Raises ConfigError if words that the team chose are confused with others. `allowable`: as for `refusal`."""
+    from hvcpd.assembly.vocabulary import check, refusal  # loads the recogniser
+
+    found = check(team.phrasebook, team.names, team.sound, vocabulary_cache(), chosen_only=True)
+    if why := refusal(found, team.settings.tasks, allowable):
+        raise ConfigError(why)
+
+
 def refuse_same_sound(names: Sequence[str], lexicon: Lexicon) -> None:
     """Raises ConfigError if names are pronounced alike, with all such pairs."""
     said = {name: set(lexicon.sounds(name)) for name in names}
