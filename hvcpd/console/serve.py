@@ -95,7 +95,7 @@ def _is_ours(record: logging.LogRecord) -> bool:
 class PageServer(uvicorn.Server):
     """Serves a page; `ready` is called once it is served, and `ending` before the server waits for open connections."""
 
-    def __init__(self, app: ASGIApp, ready: Callable[[], None], ending: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, app: ASGIApp, ready: Callable[[], object], ending: Callable[[], None] = lambda: None) -> None:
         super().__init__(
             uvicorn.Config(
                 app,

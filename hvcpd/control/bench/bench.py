@@ -101,7 +101,6 @@ def run(options: argparse.Namespace) -> int:
     with tempfile.TemporaryDirectory(prefix="hvcpd-bench-") as folder:
         for figure in table(seconds, Path(folder)):
             sys.stdout.write(as_json(figure) if options.json else as_text(figure))
-            sys.stdout.flush()
             busiest = max(busiest, figure.busiest or 0.0)
     keeps = busiest <= MOST_LOAD
     if options.json:

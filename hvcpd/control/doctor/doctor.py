@@ -97,5 +97,4 @@ def _shown(diagnoses: Iterator[Diagnosis] | list[Diagnosis], as_json: bool) -> I
             sys.stdout.write(json.dumps({**fields, "text": diagnosis.text, **diagnosis.figures}) + "\n")
         else:
             sys.stdout.write(f"{_SIGNS[diagnosis.grade]} {diagnosis.subject}: {diagnosis.text}\n")
-        sys.stdout.flush()
         yield diagnosis

@@ -157,7 +157,6 @@ def _printed(calls: Iterator[Call], as_json: bool) -> Iterator[Call]:
             sys.stdout.write(
                 f"{call.how:12}  {over:14}  {halted:12}  {'yes' if call.stopped_s is not None else 'no'}\n"
             )
-        sys.stdout.flush()
         yield call
 
 

@@ -108,7 +108,6 @@ class DriveShow:
         """Print one or the other: the fields for programs, the lines for people."""
         if self._json:
             sys.stdout.write(json.dumps(fields) + "\n")
-            sys.stdout.flush()
         else:
             sys.stdout.writelines(f"{line}\n" for line in lines)
 

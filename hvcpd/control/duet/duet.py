@@ -78,11 +78,9 @@ def run(options: argparse.Namespace) -> int:
         socket = socket_path(wirings[0].settings)
         address = "" if options.no_console else stack.enter_context(page(socket, options.port))
         sys.stdout.write(welcome_text(robots, where, address, socket))
-        sys.stdout.flush()
         rendered = at_once
         if not all(map(is_rendered, wirings)):
             sys.stdout.write(_FIRST_START)
-            sys.stdout.flush()
             rendering = Rendering(wirings)
             stack.callback(rendering.end)
             rendering.wait()

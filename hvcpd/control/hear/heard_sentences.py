@@ -104,7 +104,6 @@ class Teller:
 
     def _write(self, line: str) -> None:
         sys.stdout.write(line + "\n")
-        sys.stdout.flush()
 
 
 def _seconds(event: Event) -> tuple[float, float]:

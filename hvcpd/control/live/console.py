@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from secrets import token_urlsafe
@@ -36,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
                 f"{shlex.quote(f'8765:{options.unix.absolute()}')} "
                 "THIS-COMPUTER\nand then open http://localhost:8765/ there. Ctrl-C ends it.\n"
             )
-            PageServer(app, _announce(text), end).serve_on(listener)
+            PageServer(app, partial(sys.stdout.write, text), end).serve_on(listener)
         return EX_OK
     if not is_loopback(options.listen) and not options.expose:
         raise ConfigError(
@@ -53,7 +54,8 @@ def run(options: argparse.Namespace) -> int:
                 "all that is said, and stop and resume the robot\n"
             )
         app, end = _app(options, PageAccess(frozenset({address}), key))
-        PageServer(app, _announce(f"Open  http://{address}/?key={key}\nCtrl-C ends it.\n"), end).serve_on(listener)
+        text = f"Open  http://{address}/?key={key}\nCtrl-C ends it.\n"
+        PageServer(app, partial(sys.stdout.write, text), end).serve_on(listener)
     return EX_OK
 
 
@@ -86,11 +88,3 @@ def live_page(socket: Path, access: PageAccess) -> tuple[ASGIApp, Callable[[], N
     scene = Scene(Viewers())
     link = Link(socket, scene)
     return live_app(scene, link.ask, link.run, access), scene.viewers.end
-
-
-def _announce(text: str) -> Callable[[], None]:
-    def tell() -> None:
-        sys.stdout.write(text)
-        sys.stdout.flush()
-
-    return tell

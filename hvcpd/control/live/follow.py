@@ -74,7 +74,6 @@ class JsonShow:
 
     def event(self, event: dict[str, Any], wall_s: float) -> None:
         sys.stdout.write(json.dumps({**event, "wall_s": round(wall_s, 3)}) + "\n")
-        sys.stdout.flush()
 
     def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
         """Prints nothing; `hvcpctl status --watch --json` does."""

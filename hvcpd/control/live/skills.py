@@ -43,7 +43,6 @@ def run(options: argparse.Namespace) -> int:
     with closing(find_daemon(options)) as daemon:
         path = daemon.path
         sys.stdout.write(f"Carrying out {', '.join(names)} for {daemon.name}; Ctrl-C ends it.\n")
-        sys.stdout.flush()
     with suppress(KeyboardInterrupt):
         asyncio.run(until_ended(serve(path, settings, tasks, loaded.skill_places)))
     return EX_OK

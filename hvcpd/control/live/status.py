@@ -36,7 +36,6 @@ def run(options: argparse.Namespace, wait: Callable[[float], None] = time.sleep)
 def _write_lines(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[float], None]) -> None:
     while True:
         sys.stdout.write(json.dumps(daemon.ask(options.command)) + "\n")
-        sys.stdout.flush()
         if not options.watch:
             return
         wait(EVERY_S)
@@ -49,7 +48,6 @@ def _watch(daemon: DaemonClient, options: argparse.Namespace, wait: Callable[[fl
     while not console.is_terminal:
         console.print(_screen(options, daemon.ask(options.command)))
         sys.stdout.write("\n")
-        sys.stdout.flush()
         wait(EVERY_S)
     with Live(console=console, auto_refresh=False) as live:
         while True:

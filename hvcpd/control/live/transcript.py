@@ -98,7 +98,6 @@ def run(
             for row in reader.rows(last, since_s):
                 last = row.number
                 sys.stdout.write(line_of(row, options.json) + "\n")
-            sys.stdout.flush()
             if not options.follow:
                 return EX_OK
             wait(POLL_S)

@@ -40,7 +40,6 @@ def run(options: argparse.Namespace) -> int:
     rows = [_row(voice, samples, _whose(voice, names, sound)) for voice, samples in zip(chosen, said, strict=True)]
     if options.output != STANDARD_OUTPUT:
         sys.stdout.write("".join(json.dumps(row) + "\n" for row in rows) if options.json else _as_table(rows))
-        sys.stdout.flush()
     if options.output is not None or not options.silent:
         write_or_play(_one_after_the_other(said), options.output, settings.audio.output_device)
     return EX_OK
