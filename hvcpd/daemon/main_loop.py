@@ -208,16 +208,10 @@ class Daemon:
 
     async def settled(self) -> None:
         """Wait until wheels and memory are idle; for simulations that control the time."""
-        if self._wheels is not None:
-            await self._wheels.settled()
-        if self._name_learning is not None:
-            await self._name_learning.settled()
-        if self._adaptation is not None:
-            await self._adaptation.settled()
-        await self._channel.settled()
-        await self._second.settled()
-        await self._journal.settled()
-        await self._pose.settled()
+        begun = (self._wheels, self._name_learning, self._adaptation)
+        for part in (*begun, self._channel, self._second, self._journal, self._pose):
+            if part is not None:
+                await part.settled()
 
     async def _live(self, robot: Robot, sound: SoundService) -> None:
         self.listening = True

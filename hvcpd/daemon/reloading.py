@@ -21,6 +21,7 @@ from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, writing
 from hvcpd.people.enrolled import Person
+from hvcpd.robot.robot import Robot
 
 LIVE = ("mode", "pick", "talk", "quiet", "unable", "clips", "log_level", "log_format")
 """Settings, or groups of them, that take effect at once. All others are built into the recogniser, the voice, the
@@ -92,7 +93,8 @@ class Reloader:
         return self._coming or self._body.wiring.tasks
 
     async def _renew(self, change: Callable[[TaskChanges], TaskChanges] | None) -> dict[str, Any]:
-        if self._body.robot is None:
+        robot = self._body.robot
+        if robot is None:
             raise NotDoneError(f"{self._body.wiring.settings.name} is still starting; try again in a moment")
         if self._rereading is None:
             raise NotDoneError(f"{self._body.wiring.settings.name} was made by a program, and has no settings to read")
@@ -104,7 +106,7 @@ class Reloader:
                 raise
             for fault in wiring.unknown:
                 _log.warning("person not known", reason=fault)
-            result = self._take(loaded, wiring)
+            result = self._take(robot, loaded, wiring)
             self._rereading.set_log(self._body.wiring.settings)
         changed = ", ".join(change["key"] for change in result["changed"])
         _log.info("reloaded", changed=changed or "nothing", needs_restart=", ".join(result["restart"]) or "nothing")
@@ -125,7 +127,7 @@ class Reloader:
                 write_whole(path, changes.text())
         return loaded, wiring
 
-    def _take(self, loaded: Loaded, read: Wiring) -> dict[str, Any]:
+    def _take(self, robot: Robot, loaded: Loaded, read: Wiring) -> dict[str, Any]:
         changed, restart, sources = [], [], []
         for old, new in zip(self.sources, loaded.sources, strict=True):
             live = new.key.split(".")[0] in LIVE
@@ -158,30 +160,27 @@ class Reloader:
                 changed += _task_changes(self._tasks, read.tasks)
                 self._coming = read.tasks
         self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
-        self._tell_robot(self._body.wiring)
+        self._tell(robot)
         if self._coming is read.tasks and self._body.retask is not None:
-            self._body.retask(read.tasks, partial(self._take_tasks, read.tasks))
+            self._body.retask(read.tasks, partial(self._take_tasks, robot, read.tasks))
         if news:
             self._body.join([person.name for key, person in people.items() if key not in wiring.people])
         return {"changed": changed, "restart": restart}
 
-    def _take_tasks(self, tasks: TaskRepository) -> None:
+    def _take_tasks(self, robot: Robot, tasks: TaskRepository) -> None:
         """The robot knows their words now."""
-        robot = self._body.robot
         if self._coming is tasks:
             self._coming = None
         self._body.wiring = replace(self._body.wiring, tasks=tasks)
         self._body.journal.use_tasks(tasks)
-        if robot is not None:
-            robot.coordination.retask(tasks.tasks, robot.now, tasks.places)
-            self._tell_robot(self._body.wiring)
+        robot.coordination.retask(tasks.tasks, robot.now, tasks.places)
+        self._tell(robot)
 
-    def _tell_robot(self, wiring: Wiring) -> None:
-        robot = self._body.robot
-        if robot is not None:
-            c = robot.coordination
-            role = replace(wiring.with_live(c.role), unable=self._body.unable())
-            c.reconfigure(robot.now, role, wiring.tasks.tasks)
+    def _tell(self, robot: Robot) -> None:
+        """Have the robot use what is in force."""
+        c, wiring = robot.coordination, self._body.wiring
+        role = replace(wiring.with_live(c.role), unable=self._body.unable())
+        c.reconfigure(robot.now, role, wiring.tasks.tasks)
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:
