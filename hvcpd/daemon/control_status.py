@@ -126,13 +126,10 @@ def status_of(body: Body) -> dict[str, Any]:
     }
 
 
-def tasks_of(body: Body, now: float) -> list[dict[str, Any]]:
+def tasks_of(robot: Robot) -> list[dict[str, Any]]:
     """The board, as this robot knows it, by number."""
-    robot = body.robot
-    if robot is None:
-        return []
     entries = sorted(robot.coordination.board.entries(), key=lambda entry: entry.definition.number)
-    return [_task(entry, robot, now) for entry in entries]
+    return [_task(entry, robot) for entry in entries]
 
 
 def _conversation(body: Body) -> dict[str, Any]:
@@ -255,7 +252,7 @@ def _is_left_out(entry: Entry) -> bool:
     return entry.state == DONE and entry.skipped
 
 
-def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
+def _task(entry: Entry, robot: Robot) -> dict[str, Any]:
     definition = entry.definition
     place = definition.place
     claimed = entry.state == "claimed"
@@ -267,7 +264,7 @@ def _task(entry: Entry, robot: Robot, now: float) -> dict[str, Any]:
         "owner": entry.owner,
         "hearsay": entry.hearsay,
         "left_out": _is_left_out(entry),
-        "lease_s": round(max(entry.lease_end_s - now, 0.0), 1) if claimed else None,
+        "lease_s": round(max(entry.lease_end_s - robot.now, 0.0), 1) if claimed else None,
         "failed_by": sorted(entry.failed_by),
         "every": definition.every.text if definition.every is not None else None,
         "unable": definition.number in robot.coordination.role.unable,

@@ -45,7 +45,8 @@ class RequestHandler:
     def __init__(self, body: Body, reloader: Reloader) -> None:
         self._body = body
         self._reloader = reloader
-        self.server: ControlServer | None = None
+        self.server: ControlServer
+        """Whose clients they are; known before the first request."""
         self.stop_at_start = False
         """"stop" was asked for before there was a robot to be stopped."""
 
@@ -76,7 +77,7 @@ class RequestHandler:
 
     async def tasks(self, _: Arguments, _client: Client) -> Result:
         robot = self._robot()
-        return {"now_s": round(robot.now, 3), "tasks": tasks_of(self._body, robot.now)}
+        return {"now_s": round(robot.now, 3), "tasks": tasks_of(robot)}
 
     async def say(self, arguments: Arguments, _client: Client) -> Result:
         text = arguments.get("text", "")
@@ -154,8 +155,7 @@ class RequestHandler:
 
     async def offer(self, arguments: Arguments, client: Client) -> Result:
         result = self._body.skills.offer(client, arguments.get("skills", []))
-        if self.server is not None:
-            self.server.follow(client, client.wanted | {PERFORM})
+        self.server.follow(client, client.wanted | {PERFORM})
         return result
 
     async def progress(self, arguments: Arguments, client: Client) -> Result:
@@ -208,8 +208,7 @@ class RequestHandler:
             raise RefusalError(
                 "bad_argument", "its settings do not let others have what it hears; set `control: {sound: true}`"
             )
-        if self.server is not None:
-            self.server.follow(client, frozenset(kinds) | (client.wanted & {PERFORM}))
+        self.server.follow(client, frozenset(kinds) | (client.wanted & {PERFORM}))
         return {"events": sorted(set(kinds))}
 
     def _robot(self) -> Robot:

@@ -15,7 +15,7 @@ from hvcpd.assembly.voice_assignment import assign_voices
 from hvcpd.config.files import STANDARD_OUTPUT, write_whole
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.say.sounding import require_few_words, sayable_phrases
-from hvcpd.errors import AudioFileError, PhraseError, unwritable
+from hvcpd.errors import AudioFileError, PhraseError, writing
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.reporting.text import columns
 from hvcpd.synthesis.articulation import controls_for
@@ -105,7 +105,5 @@ def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], sound
     writer = csv.writer(text)
     writer.writerow(columns)
     writer.writerows([f"{value:.4g}" for value in row] for row in table)
-    try:
+    with writing(options.track, AudioFileError):
         write_whole(options.track, text.getvalue().encode())
-    except (OSError, ValueError) as error:
-        raise AudioFileError(unwritable(options.track, error)) from error
