@@ -9,12 +9,12 @@ from itertools import combinations
 
 import numpy as np
 
+from hvcpd.assembly.separation import References
 from hvcpd.language.graph import graph_of
 from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, level_normalised
 from hvcpd.people.phones import CtcSearch, Pronounce, far_net
 from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.decoder import UNREACHABLE, StepCosts, dtw_column
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
     ENERGY_FLOOR,
@@ -28,7 +28,6 @@ from hvcpd.recognition.frontend import (
     power_ratio,
     smoothed,
 )
-from hvcpd.recognition.network import PADDING
 from hvcpd.recognition.stages import Segment
 from hvcpd.recognition.templates import MASK_DB
 
@@ -196,17 +195,7 @@ def distance(one: Features, other: Features) -> float:
 
 def _cost(heard: Features, template: Features) -> float:
     """DTW cost of one take against the other, per frame of the first."""
-    squares = (heard**2).sum(axis=1)[:, None] + (template**2).sum(axis=1) - 2.0 * heard @ template.T
-    ahead = ((0, 0), (PADDING, 0))
-    distances = np.pad(np.sqrt(np.maximum(squares, 0.0)), ahead, constant_values=UNREACHABLE).astype(np.float32)
-    costs = np.full(distances.shape[1], UNREACHABLE, np.float32)
-    costs[PADDING - 1] = 0.0  # from which the first frame is one step, the second one skip
-    out = np.full_like(costs, UNREACHABLE)
-    for row in distances:
-        dtw_column(costs, row, StepCosts(), out)
-        costs, out = out, costs
-        out[:PADDING] = costs[:PADDING] = UNREACHABLE
-    return float(costs[-1]) / len(heard)
+    return float(References([[template[None]]]).costs(heard[None])[0, 0]) / len(heard)
 
 
 def odd_takes(takes: Sequence[Energies]) -> list[int]:
