@@ -8,7 +8,8 @@ with InterruptEnds():
     import argparse
     import signal
     import sys
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from contextlib import contextmanager
     from functools import partial
     from pathlib import Path
     from typing import TYPE_CHECKING
@@ -65,13 +66,25 @@ def make_parser() -> argparse.ArgumentParser:
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
     try:
-        with unwrapped():
-            return _started(arguments, devices)
+        with unwrapped(), _hangups_noted() as hangups:
+            return _started(arguments, devices, hangups)
     except KeyboardInterrupt:  # before there is a robot that could say that it leaves
         return EX_INTERRUPTED
 
 
-def _started(arguments: Sequence[str] | None, devices: Devices | None) -> int:
+@contextmanager
+def _hangups_noted() -> Iterator[list[int]]:
+    """SIGHUPs that come before the daemon can obey them: by default they would end it, which systemd takes for an
+    orderly end."""
+    noted: list[int] = []
+    before = signal.signal(signal.SIGHUP, lambda number, _: noted.append(number))
+    try:
+        yield noted
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def _started(arguments: Sequence[str] | None, devices: Devices | None, hangups: Sequence[int]) -> int:
     from hvcpd.daemon.allocator import load_libraries, tune_allocator
 
     prepare_streams()
@@ -85,10 +98,10 @@ def _started(arguments: Sequence[str] | None, devices: Devices | None) -> int:
     except OSError as error:  # the help text itself, where nothing is held back
         _output_failed(error)
         return EX_OK
-    return _start(options, devices)
+    return _start(options, devices, hangups)
 
 
-def _start(options: argparse.Namespace, devices: Devices | None) -> int:
+def _start(options: argparse.Namespace, devices: Devices | None, hangups: Sequence[int]) -> int:
     from hvcpd.config.settings_file import load_with_sources
     from hvcpd.daemon.allocator import exempt_modules
     from hvcpd.daemon.devices import Devices
@@ -123,7 +136,7 @@ def _start(options: argparse.Namespace, devices: Devices | None) -> int:
 
     exempt_modules()
     rereading = Rereading(load, loaded.sources, set_log, options.allow_confusable)
-    return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter)
+    return _run(Daemon(preflight.wiring, devices, manager, rereading), limiter, hangups)
 
 
 def _show(preflight: Preflight, ok_too: bool) -> None:
@@ -153,7 +166,7 @@ def _output_failed(error: OSError | UnicodeEncodeError) -> None:
         print_error("hvcpd", output_fault(error))
 
 
-def _run(daemon: Daemon, limiter: RateLimiter) -> int:
+def _run(daemon: Daemon, limiter: RateLimiter, hangups: Sequence[int]) -> int:
     import asyncio
 
     import structlog
@@ -175,7 +188,7 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
             give_back_memory()
 
     try:
-        error = asyncio.run(_serve(daemon, output.drain, clean_up))
+        error = asyncio.run(_serve(daemon, hangups, output.drain, clean_up))
     finally:
         output.end()
     if isinstance(error, HvcpdError):
@@ -190,11 +203,11 @@ def _run(daemon: Daemon, limiter: RateLimiter) -> int:
 
 
 async def _serve(
-    daemon: Daemon, every_second: Callable[[], None], every_minute: Callable[[], None]
+    daemon: Daemon, hangups: Sequence[int], every_second: Callable[[], None], every_minute: Callable[[], None]
 ) -> BaseException | None:
     """Let the daemon run until a signal, or until what is returned ends it; the wheels are stopped then.
 
-    At the first signal the robot says that it leaves; a second one ends it without a word.
+    At the first signal the robot says that it leaves; a second one ends it without a word. `hangups` came before.
     """
     import asyncio
 
@@ -236,6 +249,8 @@ async def _serve(
         task.add_done_callback(reloads.discard)
 
     loop.add_signal_handler(signal.SIGHUP, reload)
+    if hangups:
+        reload()
     for number in (signal.SIGTERM, signal.SIGINT):
         loop.add_signal_handler(number, stop, number)
     try:

@@ -112,6 +112,20 @@ def task_number(text: str) -> int:
     return found
 
 
+def task_numbers(text: str) -> list[int]:
+    """Tasks' numbers, separated by commas."""
+    return [task_number(part.strip()) for part in text.split(",")]
+
+
+def place(text: str) -> tuple[float, ...]:
+    """X,Y: a place in the room, m."""
+    from hvcpd.config.shared_places import MAX_DISTANCE_M
+
+    if text.count(",") != 1:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not x and y in metres; write for example 1.2,0.5")
+    return tuple(map(between(-MAX_DISTANCE_M, MAX_DISTANCE_M, "m"), text.split(",")))
+
+
 def lack(text: str) -> tuple[str, str]:
     """ROBOT=SKILL: a robot and the skill that it lacks."""
     robot, _, skill = text.partition("=")

@@ -50,7 +50,7 @@ class ControlService:
             self._file.remove()
             _log.warning(
                 "no control socket",
-                path=str(path),
+                path=str(error.filename or path),
                 reason=error.strerror or str(error),
                 remedy="make its folder, writable for the daemon's user, or set `control.socket` to another file",
             )

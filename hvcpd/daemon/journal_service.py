@@ -24,7 +24,7 @@ from hvcpd.memory.latch import Latched
 from hvcpd.memory.opening import Memory, MemoryFiles, open_memory
 from hvcpd.memory.recent import OfTask, Recent
 from hvcpd.memory.store import TranscriptReader, TranscriptRow
-from hvcpd.memory.store_file import make_directory
+from hvcpd.memory.store_file import make_directory, set_aside
 from hvcpd.robot.records import Record, SaveCounter
 from hvcpd.security.codes import LOST
 
@@ -101,6 +101,8 @@ class JournalService:
             _log.error("memory lost", reason=self.loss, starts="stopped", remedy=remedy)
         elif self.fault is not None:
             _log.error("memory failed", reason=self.fault, starts="stopped" if self.stopped else "free")
+        elif self.stopped:
+            _log.warning("starts stopped", reason="it was stopped", remedy='say "resume", or: hvcpctl resume')
         ring = self._wiring.ring()
         if ring is not None and f"{LOST}{ring.spoken.fingerprint}" in memory.counters:
             _log.error(
@@ -232,7 +234,8 @@ class JournalService:
         make_directory(files.tasks.parent)
         with suppress(OSError):  # a disk that takes no lock takes no latch either, and the robot starts stopped
             self._lock = locked(files.latch.with_name(f"{files.latch.name}.lock"), files.tasks)
-        memory = self._memory = open_memory(files, self._latch.file, wiring.keys is not None)
+        lost = self._set_changes_aside()
+        memory = self._memory = open_memory(files, self._latch.file, wiring.keys is not None, lost)
         recent = Recent(runtime_file(wiring.settings, ".recent"), memory.latched.memory)
         self._journal = Journal(memory.store, wiring.tasks, wiring.settings.name, memory.seals, recent)
         self.fault = memory.fault or memory.failing
@@ -253,6 +256,17 @@ class JournalService:
         journal = self._journal
         plan = MemoryPlan(journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes)
         return memory.latched, plan
+
+    def _set_changes_aside(self) -> tuple[str, ...]:
+        """Why it is not known which tasks were added or removed by commands; nothing if it is."""
+        damage, path = self._wiring.damage, self._wiring.settings.task_changes_path
+        if damage is None:
+            return ()
+        try:
+            set_aside(path, damage)
+        except StoreError as error:
+            return damage, str(error)
+        return (f"{path} was damaged, and is set aside",)
 
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:

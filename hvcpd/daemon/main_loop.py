@@ -86,6 +86,8 @@ class Daemon:
         self.robot: Robot | None = None
         self.listening = False
         """Whether the robot listens and speaks, so that it can say that it leaves."""
+        self._ready = asyncio.Event()
+        """Set once all is there that a reload changes."""
         self._ending = False
         self._leave_until_s: float | None = None
 
@@ -102,7 +104,8 @@ class Daemon:
             self.robot.coordination.leave(self.robot.now)
 
     async def reload(self) -> None:
-        """Read the settings and tasks again; errors in them are logged, and then nothing changes."""
+        """Read the settings and tasks again, as soon as the robot is ready; errors are logged, and change nothing."""
+        await self._ready.wait()
         with suppress(HvcpdError):
             await self._control.reloader.reload()
 
@@ -148,6 +151,7 @@ class Daemon:
             self._name_learning = NameLearning(robot, registry, self.wiring.sound, warm_up, self._rendered)
             stack.push_async_callback(self._name_learning.close)
             body.join, body.retask = self._name_learning.join, self._name_learning.retask
+            self._ready.set()
             if settings.learn_voices:
                 self._adaptation = Adaptation(
                     settings.name, enrolled, body.update_person, settings.state_dir, self._second

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.assembly.vocabulary import check, refusal
-from hvcpd.config.settings import AudioSettings, Settings, WheelSettings
+from hvcpd.config.settings import AudioSettings, ControlSettings, Settings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.daemon.devices import Devices
@@ -62,7 +62,7 @@ def examine(
     skill_places: Mapping[str, str] | None = None,
 ) -> Preflight:
     """Look for tasks, enrolled people, skills, confusable words (unless `allow_confusable`), memory, a kept stop,
-    microphone, loudspeaker, port, stop button.
+    clips, control socket, microphone, loudspeaker, port, stop button.
 
     They are looked for in this order; no device is opened, and no directory made. `skill_places` has the line of each
     skill, for what is wrong with it.
@@ -77,6 +77,9 @@ def examine(
         followers = len(robots) - 1 if settings.mode != "volunteer" else None
         doubtful = doubts(wiring.tasks, followers)
         findings += [Finding("tasks", f"{settings.tasks}: {text}", doubtful=True) for text in doubtful]
+        if wiring.damage is not None:
+            text = f"{wiring.damage}; or the robot sets the file aside, and starts stopped, without what it says"
+            findings.append(Finding("tasks", text, doubtful=True))
         findings += [Finding("people", text, doubtful=True) for text in wiring.unknown]
         wrong = tuple(faults(settings, wiring.tasks, programs_too=False, skill_places=skill_places))
         findings += [Finding("skills", text, EX_CONFIG) for text in wrong]
@@ -88,6 +91,8 @@ def examine(
     findings.append(find_memory(settings.state_dir))
     if wiring is not None and findings[-1].ok:
         findings += find_stop(stop_latch(wiring), settings.memory_path)
+    findings += find_clips(settings.clips.folder)
+    findings += find_control(settings.control)
     findings.extend(find_sound(settings.audio, devices))
     findings.append(find_port(settings.wheels, device_directory))
     findings += find_stop_button(settings.stop_button, device_directory)
@@ -129,19 +134,46 @@ def nearest_there(directory: Path) -> Path:
     return next(path for path in (directory, *directory.absolute().parents) if os.access(path, os.F_OK))
 
 
-def find_memory(directory: Path, access: Access = os.access) -> Finding:
-    """Whether the robot's memory can be kept in `directory`, or the directory be made."""
-    remedy = "make it, writable for the daemon's user, or set `state_dir` to another"
+def directory_fault(key: str, directory: Path, access: Access = os.access) -> str | None:
+    """Why the daemon cannot write in the directory that the setting `key` names, or make it; None if it can."""
+    other = f"set `{key}` to another"
     nearest = nearest_there(directory)
     if nearest != directory and os.access(directory.parent, os.X_OK) and directory.is_symlink():
-        text = f"state_dir: {directory} is a link to nothing; mount its disk, or set `state_dir` to another"
-        return Finding("memory", text, EX_CANTCREAT)
+        return f"{key}: {directory} is a link to nothing; mount its disk, or {other}"
     if not nearest.is_dir():
-        return Finding("memory", f"state_dir: {nearest} is not a directory; set `state_dir` to another", EX_CANTCREAT)
+        return f"{key}: {nearest} is not a directory; {other}"
     if not access(nearest, os.W_OK | os.X_OK):
         what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
-        return Finding("memory", f"state_dir: {directory} {what}; {remedy}", EX_CANTCREAT)
-    return Finding("memory", f"{directory} {'is writable' if nearest == directory else 'will be made'}")
+        return f"{key}: {directory} {what}; make it, writable for the daemon's user, or {other}"
+    return None
+
+
+def _usable(directory: Path) -> str:
+    return f"{directory} {'is writable' if nearest_there(directory) == directory else 'will be made'}"
+
+
+def find_memory(directory: Path, access: Access = os.access) -> Finding:
+    """Whether the robot's memory can be kept in `directory`, or the directory be made."""
+    fault = directory_fault("state_dir", directory, access)
+    return Finding("memory", _usable(directory)) if fault is None else Finding("memory", fault, EX_CANTCREAT)
+
+
+def find_clips(folder: Path | None, access: Access = os.access) -> Iterator[Finding]:
+    """Whether recordings can be kept, if the settings want them; without them the robot runs, too."""
+    if folder is not None:
+        fault = directory_fault("clips.folder", folder, access)
+        yield Finding("clips", fault or _usable(folder), doubtful=fault is not None)
+
+
+def find_control(settings: ControlSettings, access: Access = os.access) -> Iterator[Finding]:
+    """Whether the control socket can be made where the settings name it; without one the robot runs, too."""
+    path = settings.socket
+    if path is None or not settings.enabled:
+        return
+    fault = directory_fault("control.socket", path.parent, access)
+    if fault is None and path.exists() and not path.is_socket():
+        fault = f"control.socket: {path} is no socket; move it away, or set `control.socket` to another"
+    yield Finding("control", fault or f"{path}, for `hvcpctl`", doubtful=fault is not None)
 
 
 def find_stop(latch: StopLatch, memory: Path) -> Iterator[Finding]:

@@ -116,13 +116,15 @@ class Reloader:
         """Settings and tasks as they are now, with this change of the tasks, which is kept if all is well. In a thread:
         the comparison of new words with all others takes seconds."""
         path = self._body.wiring.settings.task_changes_path
-        changes = change(read_changes(path)) if change is not None else None
+        changes = read_changes(path)
+        if change is not None:
+            changes = change(changes)
         loaded, wiring = rereading.read(changes)
         if not rereading.allow_confusable and _words(wiring.tasks) != _words(self._tasks):
             finding = find_confusable(wiring, allowable=False)
             if not finding.ok:
                 raise ConfigError(finding.text)
-        if changes is not None:
+        if change is not None:
             with writing(path, NotDoneError, otherwise="see who may write there"):
                 write_whole(path, changes.text())
         return loaded, wiring

@@ -107,7 +107,8 @@ class RequestHandler:
         robot = self._robot()
         reason = robot.coordination.change(number, wanted == "skip", robot.now)
         if reason is not None:
-            raise RefusalError("refused", reason)
+            known = self._body.wiring.tasks.by_number(number) is not None
+            raise RefusalError("refused" if known else "bad_argument", reason)
         return {"number": number, "name": robot.coordination.board[number].definition.name, "do": wanted}
 
     async def stop(self, _: Arguments, _client: Client) -> Result:

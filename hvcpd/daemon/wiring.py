@@ -51,7 +51,8 @@ ONE_DAY = timedelta(days=1)
 @dataclass(frozen=True)
 class Wiring:
     """Checked settings with all files that they name. `people`: those enrolled, robots excluded, by lower-case name;
-    `unknown`: what is wrong with the enrolments that cannot be used."""
+    `unknown`: what is wrong with the enrolments that cannot be used; `damage`: why the tasks that commands added or
+    removed cannot be read, None if they can."""
 
     settings: Settings
     tasks: TaskRepository
@@ -59,6 +60,7 @@ class Wiring:
     keys: KeyFile | None = None
     people: Mapping[str, Person] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
+    damage: str | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -209,8 +211,15 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
     four, or else with those of recorded voices.
 
     With `allow_confusable`, task names may sound alike. `changes` of the tasks take the place of those that are kept.
+    Where these cannot be read, the wiring is without them, and says so: a robot far from its user is to start.
     """
     faults: list[str] = []
+    damage = None
+    if changes is None:
+        try:
+            changes = read_changes(settings.task_changes_path)
+        except ConfigError as error:
+            changes, damage = TaskChanges(), "; ".join(str(error).splitlines())
     sound = tasks = keys = None
     try:
         keys = _team_key(settings)
@@ -224,7 +233,6 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
     lexicon = sound.lexicon if sound is not None else Lexicon.load()
     try:
         alike = None if allow_confusable else partial(sounds_alike, lexicon=lexicon)
-        changes = read_changes(settings.task_changes_path) if changes is None else changes
         robots = {name.casefold() for name in (settings.name, *settings.names)} - people.keys()
         tasks = load_tasks(settings.tasks, alike, changes, len(robots))
     except HvcpdError as error:
@@ -233,10 +241,10 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         raise ConfigError("\n".join(faults))
     numbers = [task.number for task in tasks.tasks]
     for number in settings.unable:
-        if number not in numbers:
+        if number not in numbers and damage is None:
             listed = ", ".join(map(str, numbers))
             raise ConfigError(f"unable: {settings.tasks} has no task {number}; its numbers are {listed}")
-    wiring = Wiring(settings, tasks, sound, keys, people, unknown)
+    wiring = Wiring(settings, tasks, sound, keys, people, unknown, damage)
     try:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -61,8 +61,10 @@ class Memory:
         return self.latched.permit is not Permit.FREE
 
 
-def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
+def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool, lost: Sequence[str] = ()) -> Memory:
     """Open the memory and prepare it for this run: mark its state, and set the latch.
+
+    `lost` is what is known to be lost besides these files.
 
     Raises StoreError if its folder cannot be made, and NewerStoreError if a newer version wrote it. Any other fault
     only makes the robot start stopped.
@@ -72,7 +74,7 @@ def open_memory(files: MemoryFiles, latch: StopLatch, has_key: bool) -> Memory:
     before = latch.read()
     store, fault = _opened(files.tasks)
     seals, seals_fault = _opened(files.seals, durable=True) if has_key else (None, None)
-    losses = list(_losses(files, store, before, is_first)) if fault is None else [] if is_first else [fault]
+    losses = [*lost, *(_losses(files, store, before, is_first) if fault is None else [] if is_first else [fault])]
     seals_lost = seals is not None and _are_seals_lost(seals, before, is_first)
     if seals_lost:
         losses.append(seals_fault or f"{files.seals}: the counters of seals are lost")

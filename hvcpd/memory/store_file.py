@@ -136,7 +136,7 @@ def open_store(path: Path, connect: Connect) -> Opened:
             damaged = sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_ERROR
             if (getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF) not in damaged:
                 raise
-            _set_aside(path, str(error))
+            set_aside(path, str(error))
             return replace(_with_room(_checked(connect(path), path), path), damage=str(error))
 
 
@@ -218,8 +218,11 @@ def _damage(text: str) -> sqlite3.DatabaseError:
     return error
 
 
-def _set_aside(path: Path, reason: str) -> None:
-    """Rename a damaged store, with its journals, so that a person can inspect it and the robot can start afresh."""
+def set_aside(path: Path, reason: str) -> None:
+    """Rename a damaged file, with a store's journals, so that a person can inspect it and the robot can start afresh.
+
+    Raises StoreError if that cannot be done.
+    """
     for number in range(1, MAX_SET_ASIDE + 1):
         aside = path.with_name(f"{path.name}.corrupt-{number}")
         if not aside.exists():
@@ -233,4 +236,4 @@ def _set_aside(path: Path, reason: str) -> None:
                 part.rename(aside.with_name(aside.name + suffix))
     except OSError as error:
         raise StoreError(f"{path}: damaged, and cannot be set aside ({error.strerror}); move it away") from error
-    _log.warning("store set aside", path=str(path), aside=str(aside), reason=reason)
+    _log.warning("file set aside", path=str(path), aside=str(aside), reason=reason)

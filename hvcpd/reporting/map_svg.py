@@ -259,8 +259,9 @@ def _ends(frame: Frame, trail: Trail, slot: int, labels: _Labels) -> Markup:
         height=2 * _END,
         rx=4,
     )
-    written = [labels.place(trail.robot, xa, ya, 9.0, f"label r{slot}")]
-    if math.hypot(xb - xa, yb - ya) > _LINE:
+    moved = math.hypot(xb - xa, yb - ya) > _LINE
+    written = [labels.place(trail.robot, xa, ya, 9.0 if moved else 16.0, f"label r{slot}")]
+    if moved:
         written.append(labels.place(trail.robot, xb, yb, 16.0, f"label r{slot}"))
     return joined([begin, end, *written])
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,13 @@ def test_a_take_that_cannot_be_used_is_refused_with_its_reason(sound: Samples, w
     take, fault = check_take(sound)
     assert take is None
     assert why in fault
+
+
+def test_what_is_just_too_loud_a_room_is_not_told_with_the_limit_itself() -> None:
+    """It said "speech is 15 dB above the noise, not 15"."""
+    speech = speech_in(recording("water"))
+    assert speech is not None
+    assert "speech is 14 dB above the noise, not 15" in replace(speech, snr_db=14.96).fault
 
 
 def energies(name: str, pitch_hz: float = 120.0, noise_rms: float = 1e-4) -> np.ndarray:

@@ -77,6 +77,25 @@ def test_a_command_alone_shows_its_help(arguments: list[str], capsys: pytest.Cap
     assert err == ""
 
 
+@pytest.mark.parametrize(
+    ("option", "wrong", "why"),
+    [
+        ("--place", "1.2", "'1.2' is not x and y in metres; write for example 1.2,0.5"),
+        ("--place", "1,2,3", "'1,2,3' is not x and y in metres; write for example 1.2,0.5"),
+        ("--place", "nan,3", "nan is not from -50 to 50 m"),
+        ("--place", "1e9,3", "1e9 is not from -50 to 50 m"),
+        ("--place", "1,b", "'b' is not a number from -50 to 50 m"),
+        ("--after", "3,b", "'b' is not a task number from 1 to 99"),
+    ],
+)
+def test_what_is_wrong_with_a_new_task_is_told_by_its_option(
+    option: str, wrong: str, why: str, refused: Refuse
+) -> None:
+    """The robot told it by the key of its file: "task 6: x_m: expected a number, found the text 'nan'"."""
+    told = refused("task", "add", "water the red tulip", "--number", "6", option, wrong)
+    assert told.startswith(f"hvcpctl task add: argument {option}: {why}; see")
+
+
 def parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
     yield parser
     for action in parser._actions:

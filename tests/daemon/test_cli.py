@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,52 @@ def test_check_warns_of_enrolments_that_cannot_be_used(known: Path, capsys: pyte
     assert capsys.readouterr().err.startswith(text), "at the start, too"
 
 
+@pytest.mark.parametrize(
+    ("key", "reason"),
+    [
+        ("clips: {folder: FILE}", "FILE is not a directory; set `clips.folder` to another"),
+        ("clips: {folder: FILE/clips}", "FILE is not a directory; set `clips.folder` to another"),
+        ("clips: {folder: LINK}", "LINK is a link to nothing; mount its disk, or set `clips.folder` to another"),
+        ("control: {socket: FILE/rob.sock}", "FILE is not a directory; set `control.socket` to another"),
+        ("control: {socket: FILE}", "FILE is no socket; move it away, or set `control.socket` to another"),
+    ],
+)
+def test_check_warns_of_places_that_cannot_be_used(
+    key: str, reason: str, known: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, link = known.parent / "file", known.parent / "link"
+    file.touch()
+    link.symlink_to(known.parent / "nowhere")
+
+    def placed(text: str) -> str:
+        return text.replace("FILE", str(file)).replace("LINK", str(link))
+
+    known.write_text(known.read_text() + placed(key) + "\n")
+    main(["--config", str(known), "--name", "Rob", "--check"], MISSING)
+    assert placed(f": {reason}\n") in capsys.readouterr().err
+
+
+def test_check_tells_places_that_can_be_used(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    clips, sock = known.parent / "clips", known.parent / "run" / "rob.sock"
+    known.write_text(known.read_text() + f"clips: {{folder: {clips}}}\ncontrol: {{socket: {sock}}}\n")
+    main(["--config", str(known), "--name", "Rob", "--check"], MISSING)
+    out = capsys.readouterr().out
+    assert f"ok  clips: {clips} will be made\nok  control: {sock}, for `hvcpctl`\n" in out
+    assert not clips.exists()
+
+
+def test_check_warns_of_changes_of_tasks_that_cannot_be_read(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It ended with 78 then, and so did the daemon."""
+    file = known.parent / "state" / "rob.tasks.yaml"
+    file.write_text("removed: [")
+    assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
+    out, err = capsys.readouterr()
+    assert err.startswith(f"hvcpd: warning: {file}:1: not valid YAML")
+    assert "or the robot sets the file aside, and starts stopped" in err
+    assert "ok  tasks: 5 tasks" in out
+    assert file.exists()
+
+
 def test_check_tells_missing_and_present_apart(known: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--config", str(known), "--name", "Rob", "--check"], MISSING) == EX_UNAVAILABLE
     out, err = capsys.readouterr()
@@ -254,6 +301,35 @@ def test_a_signal_ends_it_in_order_with_0(
     played = np.concatenate(room.streams[0].played)
     assert np.abs(played[-8000:]).max() > 0.01, "the farewell was cut off"
     assert room.now_s < asked[0] + FAREWELL_S
+
+
+@pytest.mark.parametrize("early", ["sound_backend", "make_stream", "make_wheels"])
+def test_a_hangup_while_it_starts_ends_nothing_and_is_obeyed_once_the_robot_is_ready(
+    early: str, ready: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It ended the daemon as if in order, so that systemd did not start it again; or it was lost without a word."""
+    settings = load_settings(ready, {"name": "Rob"})
+
+    def watch(now: float) -> None:
+        if (now >= 1.0 and "event=reloaded" in capsys.readouterr().err) or now > 10.0:
+            reloaded.append(now)
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGTERM)
+
+    def hung_up(*given: Any) -> Any:
+        signal.raise_signal(signal.SIGHUP)
+        return make(*given)
+
+    reloaded: list[float] = []
+    before = signal.signal(signal.SIGHUP, lambda *_: None)  # not to end the tests
+    try:
+        with shared_room([settings], watch) as room:
+            devices = devices_of(room)
+            make = getattr(devices, early)
+            assert main(["--config", str(ready), "--name", "Rob"], replace(devices, **{early: hung_up})) == EX_OK
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert reloaded[0] < 10.0
 
 
 def test_a_second_signal_ends_it_without_a_word(ready: Path, capsys: pytest.CaptureFixture[str]) -> None:

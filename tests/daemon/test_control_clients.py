@@ -114,6 +114,12 @@ def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> No
                 await bench.live(blocks=2)
         (warning,) = [line for line in logs if line["event"] == "no control socket"]
         assert "control.socket" in warning["remedy"]
+        (tmp_path / "rob.sock.lock").mkdir()
+        with capture_logs() as logs:
+            async with control(tmp_path, **{"control.socket": str(tmp_path / "rob.sock")}):
+                pass
+        (warning,) = [line for line in logs if line["event"] == "no control socket"]
+        assert (warning["path"], warning["reason"]) == (str(tmp_path / "rob.sock.lock"), "Is a directory")
         async with control(tmp_path, **{"control.enabled": False}) as bench:
             assert not bench.path.exists()
             await bench.live(blocks=2)

@@ -157,6 +157,10 @@ def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: 
             assert (await talk.ask("task", do="remove", number=1))["result"]["changed"][0]["key"] == "task 1"
             assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [11]
             assert (tmp_path / "tasks.yaml").read_text() == ONE_TASK
+            kept.write_text("removed: [")
+            for asked in (talk.ask("reload"), talk.ask("task", do="remove", number=11)):
+                assert f"{kept}:1: not valid YAML" in (await asked)["error"]["text"], "a start would set it aside"
+            assert [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]] == [11]
             await talk.hang_up()
 
     run(scene())

@@ -8,6 +8,7 @@ import re
 import sqlite3
 import sys
 from collections.abc import Coroutine
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from hvcpd.daemon.journal_service import CHECK_S, JournalService
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import RunningError, StoreError
 from hvcpd.memory.latch import Permit, StopLatch
+from hvcpd.memory.store_file import MAX_SET_ASIDE
 from hvcpd.robot.records import GarbledRecord
 from tests.full_disk import no_new_bytes
 
@@ -194,6 +196,64 @@ def test_a_file_that_cannot_be_used_costs_the_memory_and_the_robot_starts_stoppe
         run(scene())
     (lost,) = [line for line in logs if line["event"] == "memory lost"]
     assert "set `state_dir` to another" in lost["reason"]
+
+
+def test_a_robot_that_was_stopped_says_at_its_start_why_it_does_nothing(wiring: Wiring) -> None:
+    async def scene() -> None:
+        for _ in range(2):
+            journal = JournalService(wiring)
+            await journal.open()
+            journal.stop()
+            await journal.close()
+
+    with capture_logs() as logs:
+        run(scene())
+    (told,) = logs
+    assert (told["log_level"], told["event"]) == ("warning", "starts stopped")
+    assert "hvcpctl resume" in told["remedy"]
+
+
+def test_changes_of_tasks_that_cannot_be_read_are_set_aside_and_the_robot_starts_stopped(wiring: Wiring) -> None:
+    """The daemon did not start at all: where nobody is near, nothing was left but a silent robot."""
+    file = wiring.settings.task_changes_path
+    file.parent.mkdir()
+    file.write_text("removed: [")
+    settings = replace(wiring.settings, unable=(11,))  # which only that file had
+    damaged = wire_up(settings)
+    assert damaged.tasks == wiring.tasks
+
+    async def scene() -> None:
+        journal = JournalService(damaged)
+        await journal.open()
+        assert journal.stopped
+        assert journal.loss == f"{file} was damaged, and is set aside"
+        journal.stop(False)
+        await journal.close()
+        assert file.with_name("rob.tasks.yaml.corrupt-1").read_text() == "removed: ["
+        again = JournalService(wire_up(wiring.settings))
+        await again.open()
+        assert not again.stopped, "it was told to resume"
+        await again.close()
+
+    run(scene())
+
+
+def test_changes_of_tasks_that_cannot_be_set_aside_end_nothing(wiring: Wiring) -> None:
+    file = wiring.settings.task_changes_path
+    file.mkdir(parents=True)
+    for number in range(1, MAX_SET_ASIDE + 1):
+        file.with_name(f"{file.name}.corrupt-{number}").touch()
+    damaged = wire_up(wiring.settings)
+
+    async def scene() -> None:
+        journal = JournalService(damaged)
+        await journal.open()
+        assert "this is a directory" in (journal.loss or "")
+        assert "damaged files lie beside it" in (journal.loss or "")
+        await journal.close()
+        await starts_stopped(damaged)
+
+    run(scene())
 
 
 def test_a_start_on_a_full_disk_tells_that_nothing_can_be_saved_and_not_that_anything_is_lost(wiring: Wiring) -> None:

@@ -103,7 +103,7 @@ def test_a_damaged_file_is_set_aside_whole_and_a_new_one_begun(damage: object, p
     assert aside.read_bytes() == damaged
     assert neighbour.read_bytes() == b"not to be touched"
     (line,) = logs
-    assert (line["log_level"], line["event"], line["aside"]) == ("warning", "store set aside", str(aside))
+    assert (line["log_level"], line["event"], line["aside"]) == ("warning", "file set aside", str(aside))
     assert line["reason"]
 
 

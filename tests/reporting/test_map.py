@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 
 from hvcpd.config.shared_places import LINE_M, MAX_DISTANCE_M, SharedPlace
 from hvcpd.reporting.events import Plant
-from hvcpd.reporting.map_svg import draw_plan
+from hvcpd.reporting.map_svg import draw_map, draw_plan
+from hvcpd.reporting.story import tell
+from tests.reporting.example import example
 
 LETTER = 13.5
 """Width of a letter on a phone, SVG units, where labels are largest: 13.2 in bold DejaVu Sans of 20 px."""
@@ -32,6 +34,21 @@ def test_no_label_is_cut_off_at_the_side(seed: int) -> None:
     for x, anchor, text in labels:
         left = float(x) - len(text) * LETTER * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
         assert 0.0 <= left <= wide - len(text) * LETTER, (text, x, anchor)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_name_of_a_robot_that_stays_where_it_is_is_not_in_its_frame(seed: int) -> None:
+    """Robots start beside each other, and in a team of six four or five have nothing to do."""
+    record = example(names=("Emma", "Noah", "Mia", "Leon", "Lina", "Finn"), n_tasks=1, seed=seed, sound=False)
+    drawn = str(draw_map(tell(record), record.trails))
+    frames = dict(re.findall(r'<rect class="end (r\d)" ((?:\w+="[-0-9.]+" ?)+)', drawn))
+    labels = re.findall(r'<text class="label (r\d)" x="([-0-9.]+)" y="([-0-9.]+)" text-anchor="(\w+)">([^<]+)<', drawn)
+    for slot in ("r1", "r2", "r3", "r4", "r5"):
+        side = {key: float(value) for key, value in re.findall(r'(\w+)="([-0-9.]+)"', frames[slot])}
+        ((_, x, y, anchor, text),) = [label for label in labels if label[0] == slot]
+        left = float(x) - len(text) * LETTER * {"start": 0.0, "middle": 0.5, "end": 1.0}[anchor]
+        beside = left + len(text) * LETTER <= side["x"] or left >= side["x"] + side["width"]
+        assert beside or float(y) <= side["y"] or float(y) - 15.0 >= side["y"] + side["height"], text
 
 
 @given(METRES, METRES, st.floats(0.1, 20.0), st.floats(0.1, 20.0), st.booleans())

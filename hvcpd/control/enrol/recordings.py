@@ -3,6 +3,7 @@ a sentence whose words are known."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -86,7 +87,8 @@ class Speech:
         if self.clipped > MOST_CLIPPED:
             return "it is too loud for the microphone: step back, or turn the gain down (hvcpctl calibrate)"
         if self.snr_db < LEAST_SNR_DB:
-            return f"the room is too loud, or you too far away: speech is {self.snr_db:.0f} dB above the noise, not 15"
+            told = f"speech is {math.floor(self.snr_db)} dB above the noise, not {LEAST_SNR_DB:.0f}"
+            return f"the room is too loud, or you too far away: {told}"
         return ""
 
 

@@ -13,9 +13,11 @@ from hvcpd.control.arguments import (
     add_memory,
     add_tasks,
     file_in,
+    place,
     port,
     robot_name,
     task_number,
+    task_numbers,
     whole,
 )
 
@@ -223,7 +225,7 @@ def _add_task(commands: Commands) -> None:
     )
     add.add_argument("task_name", metavar="NAME", help="two to eight words, as robots say them")
     add.add_argument("--number", type=task_number, required=True, metavar="N", help="a free number, 1 to 99")
-    add.add_argument("--place", metavar="X,Y", help="where, m; the robot goes there first (--place=-3,-4)")
+    add.add_argument("--place", type=place, metavar="X,Y", help="where, m; the robot goes there first (--place=-3,-4)")
     add.add_argument(
         "--action",
         action="append",
@@ -234,7 +236,7 @@ def _add_task(commands: Commands) -> None:
     add.add_argument(
         "--every", metavar="TIME", help="when it is due again: `6 h`, or a rule like `FREQ=DAILY;BYHOUR=8`"
     )
-    add.add_argument("--after", metavar="N,N", help="tasks that must be done before it")
+    add.add_argument("--after", type=task_numbers, metavar="N,N", help="tasks that must be done before it")
     add.add_argument(
         "--priority", type=whole(0, 9), metavar="0-9", help="of tasks that can be done, the highest comes first"
     )

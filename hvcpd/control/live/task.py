@@ -46,17 +46,12 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
     task: dict[str, Any] = {"number": options.number, "name": options.task_name}
     actions = [_action(text) for text in options.action]
     if options.place is not None:
-        parts = [_value(part, "--place") for part in options.place.split(",")]
-        if len(parts) != 2:
-            raise ConfigError(f"--place: {options.place[:40]!r} is not x and y in metres; write for example 1.2,0.5")
-        task["place"] = dict(zip(("x_m", "y_m"), parts, strict=True))
+        task["place"] = dict(zip(("x_m", "y_m"), options.place, strict=True))
         actions = actions if "go to place" in actions else ["go to place", *actions]
     if not actions:
         raise ConfigError("what is to be done? give a place, or an action, for example --action wait=5")
     task["actions"] = actions
-    if options.after is not None:
-        task["after"] = [_value(part, "--after") for part in options.after.split(",")]
-    for key in ("every", "priority", "deadline", "robots"):
+    for key in ("after", "every", "priority", "deadline", "robots"):
         if getattr(options, key) is not None:
             task[key] = getattr(options, key)
     return task
@@ -64,12 +59,9 @@ def task_of(options: argparse.Namespace) -> dict[str, Any]:
 
 def _action(text: str) -> object:
     name, equals, value = text.partition("=")
-    return {name.strip(): _value(value, "--action")} if equals else name.strip()
-
-
-def _value(text: str, option: str) -> object:
-    """Parse a value as YAML does."""
-    document = parse(text.strip().encode("utf-8", "surrogateescape"), option)
+    if not equals:
+        return name.strip()
+    document = parse(value.strip().encode("utf-8", "surrogateescape"), "--action")
     for fault in document.faults():
         raise ConfigError(fault)
-    return document.value
+    return {name.strip(): document.value}
