@@ -174,8 +174,7 @@ def _reached(medium: Medium, rows: Sequence[Row]) -> str:
     for s in series_of(rows):
         there = next((step for step in s.steps if step.at == medium.paper_m), None)
         at_paper = f", {there.right} of {there.n} at the paper's {medium.paper_m:,.0f} m" if there is not None else ""
-        half = s.pivot.text(digits=0) if s.pivot is not None else "?"
-        texts.append(f"{s.condition}: half of the missions succeed at {half}{at_paper}")
+        texts.append(f"{s.condition}: half of the missions succeed at {s.pivot.text(digits=0)}{at_paper}")
     return f"{'; '.join(texts).capitalize()}."
 
 

@@ -128,7 +128,6 @@ def _reached(series: Sequence[plots.Series]) -> list[str]:
         f"{s.listener}, {s.condition}: half of the calls at {s.pivot.text()}, {s.steps[0].right} of {s.steps[0].n} at "
         f"{s.steps[0].at:g} m."
         for s in series
-        if s.pivot is not None
     ]
 
 

@@ -27,7 +27,7 @@ class Series:
     condition: str
     listener: str
     steps: tuple[Step, ...]
-    pivot: Pivot | None = None
+    pivot: Pivot
 
 
 def save(draw: Any, assumptions: Sequence[str], size_in: tuple[float, float], path: Path) -> None:

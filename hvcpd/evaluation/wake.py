@@ -50,7 +50,7 @@ def _summarise(rows: Sequence[Row]) -> Findings:
 
 def reached(series: Sequence[plots.Series]) -> tuple[str, ...]:
     """The lines' pivotal distances, in the report's form."""
-    return tuple(f"{s.listener}, {s.condition}: {s.pivot.text()}" for s in series if s.pivot is not None)
+    return tuple(f"{s.listener}, {s.condition}: {s.pivot.text()}" for s in series)
 
 
 def _paragraphs(series: Sequence[plots.Series]) -> tuple[str, ...]:
