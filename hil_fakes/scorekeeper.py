@@ -42,9 +42,9 @@ class Scorekeeper:
         self._pending: list[int] = []
         self._done: dict[int, list[str]] = {}
         self._stood: dict[str, list[Pose]] = {name: [] for name in names}
-        """Where each robot truly stood since it last finished a task;"""
+        """Where each robot truly stood since it last finished a task."""
         self._rests: dict[str, tuple[Pose, float]] = {}
-        """where it was when it last moved, and when."""
+        """Where each robot was when it last moved, and when."""
 
     def emit(self, event: Event) -> None:
         self.events.append(event)

@@ -82,6 +82,6 @@ class WordResult:
     airtime_s: float
     misheard: int
     missed: int = 0
-    """Occurrences of recurring tasks that nobody has carried out before the next one;"""
+    """Occurrences of recurring tasks that nobody has carried out before the next one."""
     repeated: int = 0
-    """and how often one was carried out more than once."""
+    """How often an occurrence was carried out again."""

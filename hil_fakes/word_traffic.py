@@ -47,9 +47,9 @@ class Traffic:
 
     passages: int = 0
     collisions: int = 0
-    """Robots that came into a place in which another one was, both switched on;"""
+    """Robots that came into a place in which another one was, both switched on."""
     wrecks: int = 0
-    """and those that came upon one that was switched off in there."""
+    """Robots that came upon one that was switched off in there."""
     waits_s: list[float] = field(default_factory=list)
     """Of each robot that had to stop before a place: how long it stood there, if nobody stood in it switched off."""
     blocked_s: list[float] = field(default_factory=list)

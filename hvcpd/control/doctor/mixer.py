@@ -28,7 +28,7 @@ def card_of(device_name: str) -> str | None:
 
 
 class Mixer:
-    """`run` starts a command, as `command.run_command`."""
+    """`run` starts a command, as `diagnosis.run_command`."""
 
     def __init__(self, run: RunCommand) -> None:
         self._run = run
