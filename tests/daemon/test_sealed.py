@@ -128,7 +128,7 @@ def test_counters_that_are_lost_are_told_and_doubted(key: Path, tmp_path: Path) 
     assert counters == {f"doubted/{fingerprint}": 1, f"lost/{fingerprint}": 1}
     assert events == ["memory lost", "counters of seals lost"]
     _, events = counters_after(lambda _: None, wiring)
-    assert events == ["counters of seals lost"], "until there is another key"
+    assert events == ["starts stopped", "counters of seals lost"], "until there is another key"
 
 
 def test_counters_that_may_lag_behind_are_doubted(key: Path, tmp_path: Path) -> None:
