@@ -104,9 +104,8 @@ class LiveView:
             for line in lines:
                 self._console.print(line, soft_wrap=True, highlight=False)
             return
-        self._console.print(
-            Group(*self._wrapped(lines)), highlight=False
-        )  # at once: each print draws the picture again
+        # all lines at once: each print draws the picture again
+        self._console.print(Group(*self._wrapped(lines)), highlight=False)
 
     def _wrapped(self, lines: Iterable[Text]) -> list[Text]:
         """Broken at the terminal's width, with the rest indented."""

@@ -169,9 +169,7 @@ class _Reader:
         """Count a row, and note what it tells of tasks."""
         record, wall_s = row.record, row.wall_s or 0.0
         at_s = wall_s - self._begin_s
-        if (
-            record.kind == "garbled" and record.text
-        ):  # a note of the robot's: what it did not believe, or stood still for
+        if record.kind == "garbled" and record.text:  # a note: what the robot did not believe, or stood still for
             self.troubles.append(Trouble(wall_s, record.text))
             return
         if record.kind == "garbled":

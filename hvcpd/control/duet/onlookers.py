@@ -154,10 +154,8 @@ class Onlooker:
                 self._said[robot, event["text"]] = event["at_s"]
                 who = "you" if event["speaker"] == SOMEBODY else event["speaker"]
                 self._write_at(event["at_s"], f"{robot} heard {who}: {event['text']}")
-            case "statechanged" if (
-                event["state"] == State.STOPPED.name.lower()
-            ):  # it may obey a call without its sentence
-                self._has_reached(robot)
+            case "statechanged" if event["state"] == State.STOPPED.name.lower():
+                self._has_reached(robot)  # it may obey a call without its sentence
             case "held":
                 self._has_reached(robot)
                 self._write_at(event["at_s"], f"{robot} stood still for what sounded like “stop”")

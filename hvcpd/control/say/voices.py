@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     sound = assign_voices(make_sound(settings.lexicon, user_cache_folder(), settings.accent), settings, tuple)
     if options.natural:
         sound = sound.made_natural()
-    names = options.names or tuple(dict.fromkeys(name for name in (settings.name, *settings.names) if name))
+    names = options.names or tuple(dict.fromkeys((settings.name, *settings.names)))
     chosen = [sound.said_by(voice_named(name)) for name in options.voices] or _all_voices(sound, names)
     phrases = sayable_phrases(options.text)
     require_few_words(phrases)
