@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import asynccontextmanager
 from http import HTTPStatus
@@ -18,6 +17,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Route
 
+from hvcpd.config.json_objects import json_object
 from hvcpd.config.tasks import TENDING
 from hvcpd.console.guard import MAX_BODY_BYTES, Guard, PageAccess
 from hvcpd.console.scene import Scene
@@ -205,11 +205,7 @@ async def _body(request: Request) -> dict[str, Any] | None:
         raw += chunk
         if len(raw) > MAX_BODY_BYTES:
             return None
-    try:
-        value = json.loads(raw)
-    except (ValueError, RecursionError):
-        return None
-    return value if isinstance(value, dict) else None
+    return json_object(raw)
 
 
 def _number(text: str | None) -> int | None:

@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from hvcpd.config.json_objects import json_object
 from hvcpd.console.scene import Scene
 from hvcpd.daemon.control_protocol import LEARN_S, PROTOCOL
 from hvcpd.daemon.control_socket import short_address
@@ -125,12 +126,12 @@ class Link:
 
     async def _line(self, reader: asyncio.StreamReader) -> Reply:
         try:
-            value = json.loads(await reader.readuntil(b"\n"))
+            value = json_object(await reader.readuntil(b"\n"))
         except asyncio.IncompleteReadError:
             raise NotRunningError("The robot's daemon has ended") from None
-        except (ValueError, RecursionError, asyncio.LimitOverrunError):
+        except asyncio.LimitOverrunError:
             value = None
-        if not isinstance(value, dict):
+        if value is None:
             raise NotDoneError(f"The program that answers at {self._path} is not hvcpd")
         return value
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
+from hvcpd.config.json_objects import json_object
 from hvcpd.errors import did_you_mean
 from hvcpd.reporting.jsonlines import as_strict_json
 
@@ -71,11 +72,7 @@ def parse_request(line: bytes) -> Request:
 
 def id_of(line: bytes) -> Id:
     """The `id` of a line that cannot be served, if it can be read, so that the client knows which request failed."""
-    try:
-        value = json.loads(line)
-    except (ValueError, RecursionError):
-        return None
-    mark = value.get("id") if isinstance(value, dict) else None
+    mark = (json_object(line) or {}).get("id")
     return mark if _is_id(mark) else None
 
 

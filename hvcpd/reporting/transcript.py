@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,6 +11,7 @@ import cattrs
 import numpy as np
 
 from hvcpd.config.files import write_whole
+from hvcpd.config.json_objects import json_object
 from hvcpd.errors import ConfigError, unreadable
 from hvcpd.reporting.events import Event, Moved, Summary, Trail
 from hvcpd.reporting.jsonlines import as_strict_json, line
@@ -89,11 +89,8 @@ def objects(path: Path, *, growing: bool = False) -> Iterable[tuple[int, dict[st
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: this is no text; {what}") from None
     for number, text in enumerate(lines, 1):
-        try:
-            value = json.loads(text)
-        except (ValueError, RecursionError):
-            value = None
-        if not isinstance(value, dict):
+        value = json_object(text)
+        if value is None:
             if growing and not text.endswith("\n"):
                 return
             raise ConfigError(f"{path}, line {number}: no JSON object; {what}")

@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hvcpd.config.json_objects import json_object
 from hvcpd.ports import WARN_BATTERY_V
 from hvcpd.reporting.text import shown_away
 from hvcpd.ros.messages import (
@@ -178,8 +179,5 @@ def task_arguments(wanted: str, rest: str) -> dict[str, Any] | None:
     """The arguments of the command `task` for a text of the topic `task`; None if it is malformed."""
     if wanted != "add":
         return {"number": int(rest)} if rest.isascii() and rest.isdigit() and len(rest) <= MAX_DIGITS else None
-    try:
-        task = json.loads(rest) if len(rest) <= MAX_TASK_LENGTH else None
-    except (ValueError, RecursionError):
-        return None
-    return {"task": task} if isinstance(task, dict) else None
+    task = json_object(rest) if len(rest) <= MAX_TASK_LENGTH else None
+    return {"task": task} if task is not None else None

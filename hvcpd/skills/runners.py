@@ -21,6 +21,7 @@ from typing import Any, Protocol
 
 import structlog
 
+from hvcpd.config.json_objects import json_object
 from hvcpd.config.skills import Value
 from hvcpd.skills.guard import GuardLine
 from hvcpd.skills.life import MAX_RESULTS, Call
@@ -238,11 +239,8 @@ async def next_report(process: asyncio.subprocess.Process, said: Reported, tell:
 
 def take_line(line: bytes, said: Reported, tell: Tell) -> dict[str, Any]:
     """The report in a line of JSON; any other line is ordinary output."""
-    try:
-        value = json.loads(line)
-    except (ValueError, RecursionError):
-        value = None
-    if not isinstance(value, dict):
+    value = json_object(line)
+    if value is None:
         return {}
     results, share = value.get("results"), value.get("progress")
     if isinstance(results, dict):

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from hvcpd.config.document import parse, read_bytes
+from hvcpd.config.json_objects import json_object
 from hvcpd.config.settings import STATE_DIR, ControlSettings, Settings
 from hvcpd.config.settings_file import STAND_IN_NAME, SYSTEM_SETTINGS_PATH, load_with_sources
 from hvcpd.config.sources import FILE_VARIABLE
@@ -165,11 +166,8 @@ class DaemonClient:
         return bytes(line)
 
     def _object(self, line: bytes) -> dict[str, Any]:
-        try:
-            value = json.loads(line)
-        except (ValueError, RecursionError):
-            value = None
-        if not isinstance(value, dict):
+        value = json_object(line)
+        if value is None:
             raise NotDoneError(
                 f"the program that answers at {self.path} is not hvcpd; name its socket with --socket FILE"
             )
