@@ -139,6 +139,17 @@ def checked(*checks: Check) -> dict[str, Check]:
     return {_CHECK: lambda value: next((text for check in checks if (text := check(value)) is not None), None)}
 
 
+def of_each(check: Callable[[str, Any], str | None]) -> Check:
+    """A check of a group of keys: of each key with its value; the first fault is told at its key."""
+
+    def check_group(group: Mapping[str, Any]) -> None:
+        for key, value in group.items():
+            if (wrong := check(key, value)) is not None:
+                raise FaultError(wrong, key)
+
+    return check_group
+
+
 def at_most(most: int, what: str) -> Check:
     """A check of the maximum number of elements; `what` is, for example, "names can be given"."""
     return lambda given: None if len(given) <= most else f"at most {most} {what}, found {len(given)}; remove some"

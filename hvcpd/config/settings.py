@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from hvcpd.config.loading import at_most, between, checked
+from hvcpd.config.loading import at_most, between, checked, of_each
 from hvcpd.config.names import Accent, VoiceName, every_fault, valid_robot_name, valid_robot_names, valid_team_name
 from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.shared_places import WITHIN_ROOM
-from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, valid_skills
+from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, way_fault
+from hvcpd.config.skills import valid_keys
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.config.unknown_keys import synonyms
 from hvcpd.ports import Pose
@@ -199,7 +200,7 @@ class Settings:
     voices: Literal["robots", "enrolled", "any"] = "any"
     learn_voices: bool = True
     security: SecuritySettings = SecuritySettings()
-    skills: Mapping[str, SkillSettings] = field(default_factory=dict, metadata=checked(valid_skills))
+    skills: Mapping[str, SkillSettings] = field(default_factory=dict, metadata=checked(valid_keys, of_each(way_fault)))
     seed: int | None = field(default=None, metadata=between(0, 2**32 - 1))
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     log_format: Literal["auto", "console", "keyvalue", "json"] = "auto"

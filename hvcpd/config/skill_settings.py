@@ -12,8 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from hvcpd.config.loading import FaultError, between, checked
-from hvcpd.config.skills import check_keys
+from hvcpd.config.loading import between, checked
 
 HIGHEST_PIN = 27
 """Of a Raspberry Pi's header, in Broadcom's numbers, as gpiozero counts them."""
@@ -111,16 +110,8 @@ class StopButtonSettings:
     normally_closed: bool = True
 
 
-def valid_skills(skills: Mapping[str, SkillSettings]) -> str | None:
-    """Return None. Raises FaultError, at its place, for a wrong name or a wrong way to carry a skill out."""
-    check_keys(skills)
-    for name, skill in skills.items():
-        if (wrong := _way_fault(skill)) is not None:
-            raise FaultError(wrong, name)
-    return None
-
-
-def _way_fault(skill: SkillSettings) -> str | None:
+def way_fault(_name: str, skill: SkillSettings) -> str | None:
+    """What is wrong with the way to carry a skill out, or None."""
     ways = [bool(skill.run), *(way is not None for way in (skill.gpio, skill.joint, skill.ros))]
     if ways.count(True) != 1:
         ros = "`ros: {action: name, type: package/Name}`"

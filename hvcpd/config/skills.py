@@ -6,11 +6,11 @@ How one robot does it (a program, a pin) stands in that robot's own settings, `h
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from hvcpd.config.loading import FaultError, as_number, at_most, between, checked, describe
+from hvcpd.config.loading import FaultError, as_number, at_most, between, checked, describe, of_each
 from hvcpd.config.names import valid_task_name
 from hvcpd.errors import did_you_mean
 
@@ -41,11 +41,8 @@ def valid_key(name: str) -> str | None:
     return f"{name[:40]!r} is not a lower-case letter followed by up to 23 of a-z, 0-9 and _; {hint}"
 
 
-def check_keys(names: Iterable[str]) -> None:
-    """Raise FaultError, at its place, for the first that is no such name."""
-    for name in names:
-        if (wrong := valid_key(name)) is not None:
-            raise FaultError(wrong, name)
+valid_keys = of_each(lambda name, _: valid_key(name))
+"""The check of a group by such names."""
 
 
 @dataclass(frozen=True)
@@ -78,15 +75,7 @@ class Parameter:
         return float(value)
 
 
-def _valid_parameters(parameters: Mapping[str, Parameter]) -> str | None:
-    check_keys(parameters)
-    for name, parameter in parameters.items():
-        if (wrong := _parameter_fault(parameter)) is not None:
-            raise FaultError(wrong, name)
-    return None
-
-
-def _parameter_fault(parameter: Parameter) -> str | None:
+def _parameter_fault(_name: str, parameter: Parameter) -> str | None:
     if parameter.choices and parameter.type != "text":
         return "choices are of texts; add `type: text`, or give `least` and `most`"
     if parameter.type == "text" and (parameter.least, parameter.most) != (None, None):
@@ -111,7 +100,8 @@ class SkillEntry:
     """A skill as the task file declares it. It fails at `limit_s`; `failures` are the reasons that can be spoken."""
 
     parameters: Mapping[str, Parameter] = field(
-        default_factory=dict, metadata=checked(at_most(MAX_PARAMETERS, "parameters"), _valid_parameters)
+        default_factory=dict,
+        metadata=checked(at_most(MAX_PARAMETERS, "parameters"), valid_keys, of_each(_parameter_fault)),
     )
     limit_s: float = field(default=USUAL_LIMIT_S, metadata=between(0.1, MAX_LIMIT_S))
     failures: tuple[str, ...] = field(default=(), metadata=checked(at_most(MAX_FAILURES, "reasons"), _valid_failures))

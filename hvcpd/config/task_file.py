@@ -23,12 +23,13 @@ from hvcpd.config.loading import (
     checked,
     describe,
     number_between,
+    of_each,
     structure,
 )
 from hvcpd.config.names import valid_task_name
 from hvcpd.config.recurrence import Recurrence, interval_s, valid_recurrence
 from hvcpd.config.shared_places import MAX_DISTANCE_M, MAX_PLACES, PlaceEntry, PointEntry, check_places
-from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, check_keys
+from hvcpd.config.skills import MAX_SKILLS, Skill, SkillEntry, valid_keys
 from hvcpd.config.task_changes import TaskChanges
 from hvcpd.config.task_checks import SoundsAlike, check_after, check_alternatives, check_names
 from hvcpd.config.tasks import (
@@ -140,19 +141,16 @@ def _read_alternatives(value: Any, _: Converter) -> _Alternatives:
     return _Alternatives(tuple((word, p) for word, phrases in lists.items() for p in phrases if isinstance(p, str)))
 
 
-def _valid_skills(skills: Mapping[str, Any]) -> str | None:
-    for name in skills:
-        if name in _BUILT_IN:
-            raise FaultError("every robot can do this; choose another name", name)
-    check_keys(skills)
-    return None
+def _not_built_in(name: str, _: object) -> str | None:
+    return "every robot can do this; choose another name" if name in _BUILT_IN else None
 
 
 @dataclass(frozen=True)
 class _TaskFile:
     tasks: tuple[_TaskEntry, ...] = field(metadata=checked(_valid_count))
     skills: Mapping[str, SkillEntry] = field(
-        default_factory=dict, metadata=checked(at_most(MAX_SKILLS, "skills may be declared"), _valid_skills)
+        default_factory=dict,
+        metadata=checked(at_most(MAX_SKILLS, "skills may be declared"), of_each(_not_built_in), valid_keys),
     )
     places: tuple[PlaceEntry, ...] = field(default=(), metadata=checked(at_most(MAX_PLACES, "places may be listed")))
     other_tasks: tuple[str, ...] = field(default=(), metadata=checked(at_most(MAX_TASKS, "other tasks may be named")))
