@@ -131,8 +131,9 @@ class Daemon:
         if self._wheels is not None:
             self._wheels.serve(progress.wheels, self._now)
         self.service.take(self.performer.take_orders(), self._now)
-        for call, report in self.performer.take_news():
-            self.service.note(SkillRecord(self._now, call, report))
+        for record in self.performer.take_records(self._now):
+            if isinstance(record, SkillRecord):
+                self.service.note(record)
         self.held_up_s = max(self.held_up_s, time.thread_time() - began_s)
 
     async def _serve(self, request: Request, client: Client) -> Mapping[str, Any]:

@@ -42,6 +42,7 @@ from hvcpd.robot.records import (
     Record,
     SaidRecord,
     SkillRecord,
+    StuckRecord,
     VoiceRecord,
 )
 from hvcpd.robot.robot import Robot
@@ -205,6 +206,7 @@ _MAKERS: dict[type, Callable[[str, Any, Robot], LiveEvent]] = {
     HoldRecord: lambda name, record, _: Held(record.at_s, record.until_s, name),
     DoubtRecord: lambda name, record, _: Noted(record.at_s, name, record.speaker, record.note),
     RangeRecord: lambda name, record, _: Noted(record.at_s, name, record.peer, record.note),
+    StuckRecord: lambda name, record, _: Noted(record.at_s, name, None, record.note),
     VoiceRecord: lambda name, record, _: Noted(record.at_s, name, record.speaker, record.note),
     SaveTask: lambda name, record, robot: TaskChanged(robot.now, name, record.number, record.state, record.owner),
     PerformedRecord: _performed,

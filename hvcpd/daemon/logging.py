@@ -32,6 +32,8 @@ from hvcpd.robot.records import (
     RangeRecord,
     Record,
     SaidRecord,
+    SkillRecord,
+    StuckRecord,
     VoiceRecord,
 )
 
@@ -264,6 +266,12 @@ def tell(record: Record, tasks: TaskRepository) -> None:
                 expected=record.expected,
                 at_s=_s(record.at_s),
             )
+        case SkillRecord(at_s, call, report) if record.note is not None:
+            _log.warning(
+                "skill failed", skill=call.skill, task=call.task, reason=report.text or "not given", at_s=_s(at_s)
+            )
+        case StuckRecord(at_s, task, reason):
+            _log.warning("driving failed", task=task, name=_name(task, tasks), reason=reason, at_s=_s(at_s))
         case PerformedRecord():
             _log.info("performed", task=record.task, name=_name(record.task, tasks), at_s=_s(record.at_s))
         case SaveTask():

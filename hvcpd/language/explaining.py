@@ -24,14 +24,20 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
         return f"the sentence breaks off {where}; it could go on with: {choices}"
     close = alike(words[known], expected)
     hint = f"did you mean '{close}'?" if close else f"possible there: {choices or 'nothing, it ends there'}"
-    known_names = [name.lower() for name in names]
-    may_be_name = words[known] not in graph.words and valid_robot_name(words[known]) is None
-    if not close and known and expected.issuperset(known_names) and may_be_name:
+    if not close and len(words) > 1 and _may_be_name(words, known, graph, names):
         all_names = ",".join((*names, wrong.capitalize()))
         hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
     if opening := _missing_opening(words, known, graph, names):
         hint = f"the speaker comes first: '{' '.join(opening)} …'"
     return f"'{wrong}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
+
+
+def _may_be_name(words: Words, known: int, graph: WordGraph, names: Sequence[str]) -> bool:
+    """Whether the sentence goes on, or ends, with a known name instead of the word after the `known` ones."""
+    if words[known] in graph.words or valid_robot_name(words[known]) is not None:
+        return False
+    named = ((*words[:known], name.lower(), *words[known + 1 : known + 2]) for name in names)
+    return any(expected_after(graph, told)[0] == len(told) for told in named)
 
 
 def _missing_opening(words: Words, known: int, graph: WordGraph, names: Sequence[str]) -> Words:

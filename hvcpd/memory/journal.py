@@ -20,6 +20,7 @@ from hvcpd.robot.records import (
     SaidRecord,
     SaveCounter,
     SkillRecord,
+    StuckRecord,
     VoiceRecord,
 )
 from hvcpd.robot.sealing import seal_shown
@@ -191,7 +192,7 @@ class Journal:
                 return TranscriptRecord(record.start_s, "garbled", None, "")
             case DoubtRecord() | VoiceRecord():
                 return TranscriptRecord(record.at_s, "garbled", record.speaker, record.note)
-            case SkillRecord() if record.note is not None:
+            case SkillRecord() | StuckRecord() if record.note is not None:
                 return TranscriptRecord(record.at_s, "garbled", None, record.note)
             case HoldRecord(at_s, until_s):
                 stood = f"stop? no: stood still for {until_s - at_s:.1f} s"

@@ -97,7 +97,7 @@ class Held:
 @dataclass(frozen=True)
 class Noted:
     """A robot's note about a speaker: it does not believe the sentence, the voice does not belong to the name, or how
-    far away the speaker is."""
+    far away the speaker is; or about itself (speaker null): why driving failed."""
 
     at_s: float
     robot: str

@@ -144,7 +144,9 @@ def _timeline(shift: Shift) -> Markup:
 
 def _talk(shift: Shift) -> Markup:
     """A bar for each part of the shift: what was understood, and on top of it what was not."""
-    most = max((b.heard + b.garbled for b in shift.bins), default=0) or 1
+    most = max((b.heard + b.garbled for b in shift.bins), default=0)
+    if not most:
+        return tag("p", "Nobody was heard.")
     bars, times = [], []
     for k, part in enumerate(shift.bins):
         text = f"from {wall_clock(part.from_s, shift)}: {part.heard} understood, {part.garbled} not"

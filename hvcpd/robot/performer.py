@@ -11,6 +11,7 @@ from hvcpd.hardware import motion, navigator
 from hvcpd.hardware.motion import MotionState
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import STANDSTILL, Pose, WheelCommand, WheelReading
+from hvcpd.robot.records import SkillRecord, StuckRecord
 from hvcpd.skills.life import (
     CANCELLED,
     NOBODY,
@@ -71,6 +72,8 @@ class Performer:
         self._task = 0
         self._orders: list[Order] = []
         self._news: list[tuple[Call, Report]] = []
+        self._stuck: list[str] = []
+        """Why the robot did not get where it was going."""
 
     @property
     def busy(self) -> bool:
@@ -122,10 +125,12 @@ class Performer:
         orders, self._orders = tuple(self._orders), []
         return orders
 
-    def take_news(self) -> tuple[tuple[Call, Report], ...]:
-        """The changes of calls since the last call of this method."""
-        news, self._news = tuple(self._news), []
-        return news
+    def take_records(self, now: float) -> list[SkillRecord | StuckRecord]:
+        """The changes of calls, and the ways that failed, since the last call of this method."""
+        records: list[SkillRecord | StuckRecord] = [SkillRecord(now, *news) for news in self._news]
+        records += [StuckRecord(now, self._task, reason) for reason in self._stuck]
+        self._news, self._stuck = [], []
+        return records
 
     def rest(self, now: float) -> None:
         """Instead of `step`, while the wheels must stand: the plan stays, and none of its times count this block."""
@@ -228,6 +233,7 @@ class Performer:
             case MotionState.ARRIVED:
                 return Outcome.DONE, STANDSTILL
             case MotionState.FAILED:
+                self._stuck.append(self._motion.reason)
                 return Outcome.FAILED, STANDSTILL
             case _:
                 return Outcome.GOING_ON, wheels

@@ -135,6 +135,20 @@ class PerformedRecord:
 
 
 @dataclass(frozen=True)
+class StuckRecord:
+    """The robot did not get where an action of `task` leads (0: a person's order to move): the reason."""
+
+    at_s: float
+    task: int
+    reason: str
+
+    @property
+    def note(self) -> str:
+        """As in the transcript."""
+        return f"driving failed: {self.reason or 'no reason given'}"
+
+
+@dataclass(frozen=True)
 class SkillRecord:
     """A skill that the robot uses has changed its state, or reports its progress."""
 
@@ -181,6 +195,7 @@ Record = (
     | DoubtRecord
     | VoiceRecord
     | PerformedRecord
+    | StuckRecord
     | SkillRecord
     | LearnName
     | SaveCounter

@@ -38,7 +38,6 @@ from hvcpd.robot.records import (
     Record,
     RobotOutput,
     SaidRecord,
-    SkillRecord,
     VoiceRecord,
 )
 from hvcpd.robot.sealing import Sealing, judged_by, written
@@ -167,7 +166,7 @@ class Robot:
         return self._output(len(heard), STANDSTILL if halted else wheels)
 
     def _output(self, n: int, wheels: WheelCommand) -> RobotOutput:
-        self._note_skills()
+        self._records += self.performer.take_records(self.now)
         records, self._records = tuple(self._records), []
         self._barge_in.play(sound := self._voice.take(n))
         return RobotOutput(sound, wheels, records, self.performer.take_orders())
@@ -289,7 +288,7 @@ class Robot:
             self.performer.rest(now)
             return STANDSTILL
         progress = self.performer.step(self.odometry.pose, now, reading)
-        self._note_skills()
+        self._records += self.performer.take_records(now)
         if progress.remark is not None:
             self.coordination.remark(progress.remark, now)
         if progress.outcome is Outcome.DONE:
@@ -297,9 +296,6 @@ class Robot:
         elif progress.outcome is Outcome.FAILED:
             self.coordination.perform_failed(now, spoken_as(progress.reason, self.phrasebook.vocabulary.failures))
         return progress.wheels
-
-    def _note_skills(self) -> None:
-        self._records += [SkillRecord(self.now, *news) for news in self.performer.take_news()]
 
     def _done(self, now: float) -> None:
         if self.coordination.at_place:

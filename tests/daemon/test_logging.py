@@ -15,7 +15,8 @@ from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
 from hvcpd.daemon.logging import set_up_logging, tell
 from hvcpd.language.messages import Stop, ToAll, Utterance
-from hvcpd.robot.records import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord
+from hvcpd.robot.records import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord, SkillRecord
+from hvcpd.skills.life import Call, Report, SkillState
 
 TASKS = TaskRepository((TaskDefinition(1, "water the rose", None, ()),))
 GREETING = Utterance("Bot", ToAll(), None, None)
@@ -62,6 +63,17 @@ def test_what_a_word_heard_by_itself_lacks_is_left_out() -> None:
     stop = Utterance(None, statement=Stop())
     tell(HeardRecord(5.0, stop, "stop", 3.0, 4.9, math.nan, math.nan, ""), TASKS)
     assert out.getvalue().endswith("level=info event=heard text=stop at_s=3.0\n")
+
+
+def test_why_a_skill_failed_is_told() -> None:
+    """The log had only that the task was open again."""
+    out = io.StringIO()
+    set_up_logging("info", out, {})
+    call = Call(7, 2, "wave", (), 3.0)
+    for report in (Report(7, SkillState.RUNNING), Report(7, SkillState.FAILED, text="it took too long")):
+        tell(SkillRecord(5.0, call, report), TASKS)
+    (line,) = out.getvalue().splitlines()
+    assert line.endswith('level=warning event="skill failed" skill=wave task=2 reason="it took too long" at_s=5.0')
 
 
 def test_under_systemd_the_journal_keeps_the_time_and_learns_the_priority(tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ from hvcpd.ports import STANDSTILL, Pose
 from hvcpd.reporting.events import Said, Skill, Summary, Switched
 from hvcpd.reporting.html import page
 from hvcpd.robot.performer import Outcome, Performer
+from hvcpd.robot.records import SkillRecord
 from hvcpd.ros.action_rclpy import RclpyAction, Server
 from hvcpd.ros.bridge import Ask, Bridge
 from hvcpd.ros.command import base_of
@@ -142,7 +143,8 @@ def test_all_its_tasks_can_be_done_on_the_fakes(example: Path) -> None:
             host.take(performer.take_orders(), robot.time.now_s)
             outcome, wheels = progress.outcome, progress.wheels
         assert outcome is Outcome.DONE, task.name
-    calls = {call.number: (call, report) for call, report in performer.take_news()}
+    records = [record for record in performer.take_records(0.0) if isinstance(record, SkillRecord)]
+    calls = {record.call.number: (record.call, record.report) for record in records}
     assert len(calls) == sum(isinstance(action, Use) for task in tasks.tasks for action in task.actions)
     if example.name == "library":
         assert [dict(report.results) for _, report in calls.values()] == [

@@ -78,9 +78,17 @@ def test_every_sentence_is_read_as_it_is_written_with_and_without_contractions(r
     assert BOOK.parse_text(variant) == utterance
 
 
-def test_an_unknown_name_is_told_with_the_option_that_makes_it_known() -> None:
+@pytest.mark.parametrize("text", ["Hi Rob, I am Anna, what are you doing", "Hi Anna", "Anna, stop"])
+def test_an_unknown_name_is_told_with_the_option_that_makes_it_known(text: str) -> None:
     with pytest.raises(PhraseError, match=r"known names are Rob, Bot, Zoe; .* --names Rob,Bot,Zoe,Anna"):
-        BOOK.parse_text("Hi Rob, I am Anna, what are you doing")
+        BOOK.parse_text(text)
+
+
+@pytest.mark.parametrize("text", ["Hi Rob, I am Bot, sweep the kitchen", "bonjour"])
+def test_a_word_where_a_name_would_lead_nowhere_is_not_taken_for_one(text: str) -> None:
+    """Whoever had forgotten --tasks was advised to give "sweep" as a robot's name."""
+    with pytest.raises(PhraseError, match="possible there:"):
+        BOOK.parse_text(text)
 
 
 @pytest.mark.parametrize(

@@ -147,6 +147,7 @@ def test_the_page_is_well_formed_and_what_was_heard_is_never_markup() -> None:
 def test_an_empty_shift_can_be_told_too() -> None:
     found = shift(talk=())
     assert "Nobody said anything." in page(found)
+    assert "Nobody was heard." in page(found), "a chart without a bar, whose highest bar was 1"
     assert "0  tasks done" in as_text(found)
 
 

@@ -9,13 +9,14 @@ from hvcpd.hardware.kinematics import wrap_angle
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.ports import STANDSTILL, PlaceGoal, Pose, WheelReading
 from hvcpd.robot.performer import Outcome, Performer
+from hvcpd.robot.records import StuckRecord
 
 
-def perform(robot: VirtualRobot, *actions: Action) -> tuple[Outcome, list[str]]:
-    """Carry out the actions; the outcome, and what was to be said meanwhile."""
-    performer, remarks = Performer(Navigator(), Pose(0.0, 0.0)), []
+def perform(robot: VirtualRobot, *actions: Action, performer: Performer | None = None) -> tuple[Outcome, list[str]]:
+    """Carry out the actions, of task 3; the outcome, and what was to be said meanwhile."""
+    performer, remarks = performer or Performer(Navigator(), Pose(0.0, 0.0)), []
     robot.wheels.open()
-    performer.begin(actions)
+    performer.begin(actions, 3)
     reading = robot.cycle(STANDSTILL)
     while performer.busy and robot.time.now_s < 60.0:
         progress = performer.step(robot.odometry.pose, robot.time.now_s, reading)
@@ -41,10 +42,16 @@ def test_docking_leads_back_to_the_start_and_its_heading() -> None:
     assert wrap_angle(robot.pose.heading_rad - start.heading_rad) == pytest.approx(0.0, abs=0.1)
 
 
-def test_a_blocked_wheel_fails_the_task() -> None:
-    robot = VirtualRobot(seed=1)
+def test_a_blocked_wheel_fails_the_task_and_the_reason_is_kept() -> None:
+    """It was known, and nobody learned of it: "task three failed" was all that log and transcript had."""
+    robot, performer = VirtualRobot(seed=1), Performer(Navigator(), Pose(0.0, 0.0))
     robot.motors[0].blocked = True
-    assert perform(robot, Forward(1.0), SayAction("hello")) == (Outcome.FAILED, [])
+    assert perform(robot, Forward(1.0), SayAction("hello"), performer=performer) == (Outcome.FAILED, [])
+    (record,) = performer.take_records(9.0)
+    assert isinstance(record, StuckRecord)
+    assert (record.at_s, record.task) == (9.0, 3)
+    assert record.note.startswith("driving failed: a wheel is blocked")
+    assert performer.take_records(10.0) == []
 
 
 @pytest.mark.parametrize("rest_s", [0.05, 2.0, 30.0])
