@@ -18,7 +18,9 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TextIO
+
+from cattrs import structure
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import FakeMotor, turtlebot3_pair
@@ -51,7 +53,7 @@ class TrailPoint:
 
 def read_trail(path: Path) -> tuple[TrailPoint, ...]:
     """The trail until now; a line that is still being written is left out."""
-    return tuple(_point(json.loads(line)) for line in path.read_text().split("\n")[:-1])
+    return tuple(structure(json.loads(line), TrailPoint) for line in path.read_text().split("\n")[:-1])
 
 
 def last_point(path: Path) -> TrailPoint:
@@ -61,11 +63,7 @@ def last_point(path: Path) -> TrailPoint:
         lines = file.read().split(b"\n")[:-1]
     if not lines:
         raise ValueError(f"{path}: the motors have not moved yet")
-    return _point(json.loads(lines[-1]))
-
-
-def _point(fields: dict[str, Any]) -> TrailPoint:
-    return TrailPoint(**{**fields, "speeds_rad_s": tuple(fields["speeds_rad_s"]), "torque": tuple(fields["torque"])})
+    return structure(json.loads(lines[-1]), TrailPoint)
 
 
 class _Trail:

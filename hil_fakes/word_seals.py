@@ -12,7 +12,6 @@ from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KeyRing
-from hvcpd.security.seal import SEAL_BITS
 from hvcpd.security.trust import Trust
 
 
@@ -27,19 +26,18 @@ def keyed_book(names: Iterable[str], tasks: Iterable[TaskDefinition]) -> Phraseb
 class WordSeals:
     """One object for a whole team; each robot has its own guard, which is lost when it is switched off."""
 
-    def __init__(self, book: Phrasebook, keys: KeyRing, bits: int = SEAL_BITS, encrypts: bool = False) -> None:
+    def __init__(self, book: Phrasebook, keys: KeyRing, encrypts: bool = False) -> None:
         self.book = book
         self.keys = keys
         self.encrypts = encrypts
         self.verdicts: Counter[Trust] = Counter()
-        self._bits = bits
         self._on: dict[str, Sealing] = {}
         self.counters: dict[str, dict[str, int]] = {}
         """The saved state of each robot."""
 
     def switch_on(self, name: str, roster: Iterable[str] = ()) -> None:
         """A robot begins with its saved counters; the robots of the `roster` have the key."""
-        guard = Guard(name, self.keys, self.counters.setdefault(name, {}), bits=self._bits)
+        guard = Guard(name, self.keys, self.counters.setdefault(name, {}))
         self._on[name] = Sealing(guard, self.encrypts, roster)
 
     def marked(self, name: str, utterance: m.Utterance, now: float) -> m.Utterance:

@@ -132,7 +132,7 @@ class DaemonClient:
         self._greeted()
         self._socket.settimeout(timeout_s)
         try:
-            return self._object(self._line())
+            return self._next_object()
         except TimeoutError:
             return None
 
@@ -142,14 +142,14 @@ class DaemonClient:
 
     def _read(self) -> dict[str, Any]:
         try:
-            return self._object(self._line())
+            return self._next_object()
         except TimeoutError:
             raise NotDoneError(
                 f"the daemon at {self.path} does not answer; is it frozen? See `systemctl status hvcpd`"
             ) from None
 
-    def _line(self) -> bytes:
-        """One line; a part received before a TimeoutError is kept for the next call."""
+    def _next_object(self) -> dict[str, Any]:
+        """The next line's object; a part received before a TimeoutError is kept for the next call."""
         while b"\n" not in self._unread:
             try:
                 more = self._socket.recv(CHUNK_BYTES)
@@ -163,10 +163,7 @@ class DaemonClient:
                 )
             self._unread += more
         line, _, self._unread = self._unread.partition(b"\n")
-        return bytes(line)
-
-    def _object(self, line: bytes) -> dict[str, Any]:
-        value = json_object(line)
+        value = json_object(bytes(line))
         if value is None:
             raise NotDoneError(
                 f"the program that answers at {self.path} is not hvcpd; name its socket with --socket FILE"
