@@ -12,8 +12,9 @@ from hvcpd.language import messages as m
 
 
 def release(me: Knowledge, now: float) -> None:
-    """Resume does not restart an old motion: the robot is free."""
-    me.floor.withdraw("released how")
+    """Resume does not restart an old motion: the robot is free, and no longer says that it has stopped."""
+    for topic in ("stopped", "released how"):
+        me.floor.withdraw(topic)
     me.latch(False)
     effects.rest(me, now)
 

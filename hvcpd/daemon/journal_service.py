@@ -266,7 +266,7 @@ class JournalService:
             set_aside(path, damage)
         except StoreError as error:
             return damage, str(error)
-        return (f"{path} was damaged, and is set aside",)
+        return (f"{path} cannot be read, and is set aside",)
 
     def _transcript(self, after: int, since_wall_s: float, limit: int) -> tuple[TranscriptRow, ...]:
         with closing(TranscriptReader(self._wiring.settings.memory_path)) as reader:

@@ -158,6 +158,16 @@ def test_who_is_released_meanwhile_does_not_say_it_any_more() -> None:
     assert standing(mission) == set()
 
 
+@pytest.mark.parametrize("resume_s", [11.0, 12.0])
+def test_who_is_released_before_its_turn_no_longer_says_that_it_has_stopped(resume_s: float) -> None:
+    """It said so after "resume", and the others took it for stopped: they let go of what it had claimed since."""
+    mission = Mission(("Rob", "Bot"), plants(4), seed=1)
+    mission.hear(10.0, "Bot stop", speaker="Anna")
+    mission.hear(resume_s, "Bot resume", speaker="Anna")
+    mission.air.run_until(60.0)
+    assert not any(isinstance(u.statement, m.Stopped) for _, _, u in mission.said)
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("apart_m", [1.0, 80.0])
 def test_twelve_robots_that_miss_much_are_silent_again_soon(apart_m: float, seed: int) -> None:

@@ -226,7 +226,7 @@ def test_changes_of_tasks_that_cannot_be_read_are_set_aside_and_the_robot_starts
         journal = JournalService(damaged)
         await journal.open()
         assert journal.stopped
-        assert journal.loss == f"{file} was damaged, and is set aside"
+        assert journal.loss == f"{file} cannot be read, and is set aside"
         journal.stop(False)
         await journal.close()
         assert file.with_name("rob.tasks.yaml.corrupt-1").read_text() == "removed: ["
