@@ -42,7 +42,7 @@ class LiveView:
     def __init__(self, console: Console, started: Started, monotonic_s: Callable[[], float] = time.monotonic) -> None:
         self._console = console
         self._watch = Watch(started)
-        self._artist = Artist(console, started)
+        self._artist = Artist(console, self._watch)
         self._monotonic_s = monotonic_s
         self._began_s = monotonic_s()
         self._drawn_s = -FRAME_S
@@ -59,7 +59,7 @@ class LiveView:
         self._print(self._artist.text((who, "dim")))
         if self._live is not None:
             self._live.start()
-            self._draw()
+            self._live.update(self.picture(), refresh=True)
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -70,7 +70,7 @@ class LiveView:
         summary = self._watch.summary
         if summary is not None:
             self._print(Text(""))
-            for line in conclusion(self._artist, self._watch, summary):
+            for line in conclusion(self._artist, summary):
                 self._print(line)
 
     def handle(self, event: Event) -> None:
@@ -80,11 +80,11 @@ class LiveView:
         now_s = self._monotonic_s()
         if self._live is not None and now_s - self._drawn_s >= FRAME_S:
             self._drawn_s = now_s
-            self._draw()
+            self._live.update(self.picture(), refresh=True)
 
     def lines(self, event: Event) -> list[Text]:
         """Take one event in; the lines that it adds to the conversation, for whoever shows them elsewhere."""
-        return self._wrapped(line for note in self._take(event) for line in note_lines(self._artist, self._watch, note))
+        return self._wrapped(line for note in self._take(event) for line in note_lines(self._artist, note))
 
     def _take(self, event: Event) -> list[Note]:
         if isinstance(event, Moved):
@@ -92,7 +92,7 @@ class LiveView:
         return self._watch.handle(event)
 
     def _tell(self, note: Note) -> None:
-        lines = note_lines(self._artist, self._watch, note)
+        lines = note_lines(self._artist, note)
         if self._live is None and isinstance(note, Line):  # one line an event, so that grep finds all of it
             first, second = lines
             lines = [Text.assemble(first, "  [", second.plain.strip(), "]")]
@@ -126,23 +126,19 @@ class LiveView:
             if cell is not None:
                 self._visited[cell] = robot
 
-    def _draw(self) -> None:
-        if self._live is not None:
-            self._live.update(self.picture(), refresh=True)
-
     def picture(self) -> RenderableType:
         """What stands below the conversation: who speaks, the board, the map and the progress."""
         width, height = self._console.width, self._console.height
         rows = max(min(len(self._watch.names), height - OTHER_ROWS), 1)
-        board: RenderableType = task_board(self._artist, self._watch, rows)
+        board: RenderableType = task_board(self._artist, rows)
         plan = self._plan
         if plan is not None and width >= MAP_MIN_WIDTH and height >= max(MAP_MIN_HEIGHT, plan.rows + OTHER_ROWS):
             beside = Table.grid(padding=(0, 2), expand=True)
             beside.add_column(ratio=1)
             beside.add_column(width=plan.columns, no_wrap=True)
-            beside.add_row(board, Group(*draw_map(self._artist, self._watch, plan, self._visited)))
+            beside.add_row(board, Group(*draw_map(self._artist, plan, self._visited)))
             board = beside
-        lines = under_way(self._artist, self._watch)
+        lines = under_way(self._artist)
         for line in lines:
             line.no_wrap = True
         return Group(*lines, self._rule(), board, self._rule(), self._progress(width))

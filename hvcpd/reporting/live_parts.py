@@ -36,12 +36,13 @@ MAP_COLUMNS_PER_ROW = 2
 
 
 class Artist:
-    """Turns what happened into text for one console: its colours, and its characters if it knows only ASCII."""
+    """Turns what is watched into text for one console: its colours, and its characters if it knows only ASCII."""
 
-    def __init__(self, console: Console, started: Started) -> None:
+    def __init__(self, console: Console, watch: Watch) -> None:
         self._ascii = console.options.ascii_only
-        self._started = started
-        self._styles = {name: ROBOT_TERMINAL[k % len(ROBOT_TERMINAL)] for k, name in enumerate(started.robots)}
+        self.watch = watch
+        self._robots = watch.started.robots
+        self._styles = {name: ROBOT_TERMINAL[k % len(ROBOT_TERMINAL)] for k, name in enumerate(self._robots)}
 
     def plain(self, text: str) -> str:
         """Any text from outside, fit for this console."""
@@ -71,11 +72,12 @@ class Artist:
         """What was said, with the time when it was over, and below it its hearers."""
         who = (line.said.speaker, f"bold {self.style(line.said.speaker)}")
         first = self.text((f"{clock(line.said.end_s):>5}  ", "dim"), who, ": ", line.said.text)
-        return [first, self.text("       ", *_joined(self.hearers(line, final)))]
+        hearers = self.text(" · ").join(map(self.text, self.hearers(line, final)))
+        return [first, self.text("       ").append_text(hearers)]
 
-    def task(self, watch: Watch, number: int) -> str:
+    def task(self, number: int) -> str:
         """A task in words: its name and number."""
-        return task_words(number, watch.names.get(number))
+        return task_words(number, self.watch.names.get(number))
 
     def hearers(self, line: Line, final: bool) -> list[tuple[str, str]]:
         """The robots that heard an utterance, with their confidence, and those that did not."""
@@ -86,7 +88,7 @@ class Artist:
         if right:
             named = listed(h.listener + if_known(h.confidence, " {}") for h in right)
             if len(right) > SHOWN_LISTENERS:
-                named = f"{len(right)} of {len(self._started.robots) - 1}"
+                named = f"{len(right)} of {len(self._robots) - 1}"
                 named += at_least((h.confidence for h in right), ", {}")
             parts.append((f"heard by {named}", "green"))
         if right and right[0].seal and right[0].seal != "not trusted":
@@ -99,7 +101,7 @@ class Artist:
             parts.append((f"garbled at {_named(line.garbled)}", "red"))
         if line.missed and final:
             parts.append((f"not heard by {_named(line.missed)}", "red"))
-        if not parts and len(self._started.robots) == 1:
+        if not parts and len(self._robots) == 1:
             return [("nobody else is here", "dim")]
         return parts or [("listening …", "dim")]
 
@@ -108,14 +110,7 @@ def _named(names: tuple[str, ...]) -> str:
     return listed(names) if len(names) <= SHOWN_LISTENERS else plural(len(names), "robot")
 
 
-def _joined(parts: list[tuple[str, str]]) -> list[str | tuple[str, str]]:
-    out: list[str | tuple[str, str]] = []
-    for part in parts:
-        out += [" · ", part] if out else [part]
-    return out
-
-
-def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
+def note_lines(artist: Artist, note: Note) -> list[Text]:
     """A note as one line and, for an utterance, a second with its hearers."""
     match note:
         case Line():
@@ -127,15 +122,16 @@ def note_lines(artist: Artist, watch: Watch, note: Note) -> list[Text]:
             heard = " heard speech, from no robot, that it could not understand"
             return [artist.deed(note.at_s, note.listener, heard)]
         case Performed():
-            return [_performed(artist, watch, note)]
+            return [_performed(artist, note)]
         case Skill():
             used = (f": {skill_words(vars(note))}", "" if note.state == "finished" else "bold red")
             return [artist.deed(note.at_s, note.robot, used)]
         case GaveUp():
-            return [artist.deed(note.at_s, note.robot, f" gives up {artist.task(watch, note.task)}")]
+            return [artist.deed(note.at_s, note.robot, f" gives up {artist.task(note.task)}")]
 
 
-def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
+def _performed(artist: Artist, note: Performed) -> Text:
+    watch = artist.watch
     plant: Plant | None = next((p for p in watch.started.plants if p.task == note.task), None)
     name, icon = watch.names.get(note.task, ""), watch.icons.get(note.task, "")
     did, count = " has done its part of", ""
@@ -147,22 +143,24 @@ def _performed(artist: Artist, watch: Watch, note: Performed) -> Text:
         (f"{clock(note.at_s):>5}  ", "dim"),
         (f"{artist.mark(icon)} ", task_style(name)),
         (note.robot, f"bold {artist.style(note.robot)}"),
-        (f"{did} {artist.task(watch, note.task)}{away}{count}", "bold"),
+        (f"{did} {artist.task(note.task)}{away}{count}", "bold"),
     )
 
 
-def under_way(artist: Artist, watch: Watch) -> list[Text]:
+def under_way(artist: Artist) -> list[Text]:
     """The last two utterances that not everybody has accounted for yet."""
-    pending = (watch.line(said) for said in watch.pending[-2:])
+    pending = (artist.watch.line(said) for said in artist.watch.pending[-2:])
     return [text for line in pending for text in artist.utterance(line, final=False)]
 
 
 _STATES = {"open": "dim", "claimed": "yellow", "done": "green", "failed": "red"}
 
 
-def task_board(artist: Artist, watch: Watch, rows: int) -> Table:
+def task_board(artist: Artist, rows: int) -> Table:
     """The tasks in at most `rows` lines, the unfinished first where there is no room for all."""
-    board = watch.board()
+    board = artist.watch.board()
+    shorts = without_common_start([clean(row.name) for row in board])
+    names = dict(zip((row.task for row in board), shorts, strict=True))
     hidden = 0
     if len(board) > rows:
         board.sort(key=lambda row: (row.state == "done", row.state != "claimed", row.task))
@@ -173,8 +171,6 @@ def task_board(artist: Artist, watch: Watch, rows: int) -> Table:
     table.add_column(no_wrap=True, ratio=3)
     table.add_column(no_wrap=True, width=7)
     table.add_column(no_wrap=True, ratio=2)
-    shorts = without_common_start([clean(row.name) for row in watch.board()])
-    names = dict(zip((row.task for row in watch.board()), shorts, strict=True))
     for row in board:
         state = artist.text((row.state, _STATES.get(row.state, "")))
         task = artist.text((names[row.task], task_style(row.name)))
@@ -229,8 +225,9 @@ def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
     return Overhead(min(xs) - 0.5, max(ys) + 0.5, metres, *used)
 
 
-def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[int, int], str]) -> list[Text]:
+def draw_map(artist: Artist, plan: Overhead, visited: dict[tuple[int, int], str]) -> list[Text]:
     """Trails as dots, tasks as their number (their mark when done), robots by their initial."""
+    watch = artist.watch
     cells = {cell: ("·", artist.style(robot)) for cell, robot in visited.items()}
     for plant in watch.started.plants:
         cell = plan.cell(plant.x_m, plant.y_m)
@@ -247,14 +244,14 @@ def draw_map(artist: Artist, watch: Watch, plan: Overhead, visited: dict[tuple[i
     return [artist.text(*(cells.get((c, r), blank) for c in range(plan.columns))) for r in range(plan.rows)]
 
 
-def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
+def conclusion(artist: Artist, summary: Summary) -> Iterable[Text]:
     """The result, in a few lines."""
-    ended = outcome(summary)
+    watch, ended = artist.watch, outcome(summary)
     if all_went_well(summary):
         yield artist.text((f"✓ {ended}", "bold green"))
     else:
         yield artist.text((f"Not everything went well: {ended[0].lower()}{ended[1:]}", "bold red"))
-        yield from _not_done(artist, watch, summary)
+        yield from _not_done(artist, summary)
     doing = (robot for robots in watch.doers.values() for robot in robots)
     for robot in dict.fromkeys([*watch.started.robots, *doing]):
         times = {watch.names[number]: doers.count(robot) for number, doers in sorted(watch.doers.items())}
@@ -274,10 +271,10 @@ def conclusion(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]
     yield artist.text(f"  {mission}: {rate} (seed {summary.seed})")
 
 
-def _not_done(artist: Artist, watch: Watch, summary: Summary) -> Iterable[Text]:
+def _not_done(artist: Artist, summary: Summary) -> Iterable[Text]:
     """The tasks that were not carried out, with the reason for which a skill failed last, if one did."""
     for number in summary.undone:
-        reason = watch.failures.get(number, "")
+        reason = artist.watch.failures.get(number, "")
         because = f" ({reason})" if reason else ""
-        how = "  half done" if number in watch.doers else "  not done"
-        yield artist.text((how, "bold red"), f": {artist.task(watch, number)}{because}")
+        how = "  half done" if number in artist.watch.doers else "  not done"
+        yield artist.text((how, "bold red"), f": {artist.task(number)}{because}")
