@@ -70,10 +70,14 @@ class Parts:
         """Whether there is a value at `path`, valid or not."""
         return self._document.has(path)
 
-    def length(self, path: KeyPath) -> int:
-        """How many elements the list at `path` has; 0 if there is no list."""
-        value = self.get(path, cast(type[Any], Any))
-        return len(value) if isinstance(value, list) else 0
+    def plain(self, path: KeyPath) -> Any:
+        """The value at `path` as the document has it, or None if it is absent or has been faulted."""
+        return self.get(path, cast(type[Any], Any))
+
+    def elements(self, path: KeyPath) -> list[KeyPath]:
+        """The path of each element of the list at `path`; none if there is no list."""
+        value = self.plain(path)
+        return [(*path, index) for index in range(len(value))] if isinstance(value, list) else []
 
     def where(self, path: KeyPath, beside: KeyPath) -> str:
         """The line in which the key or value at `path` stands, with its file if `beside` stands in another one."""

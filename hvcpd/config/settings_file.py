@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
@@ -150,8 +150,7 @@ def _check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
     """No name is, or sounds like, a word of the phrasebook."""
     if reserved is None:
         return
-    paths: list[KeyPath] = [("name",), *(("names", index) for index in range(parts.length(("names",))))]
-    for path in paths:
+    for path in [("name",), *parts.elements(("names",))]:
         name = parts.get(path, str)
         if name is not None and (text := reserved(name)) is not None:
             parts.fault(path, text)
@@ -161,7 +160,7 @@ def _check_peers(parts: Parts) -> None:
     """Each peer is another robot among those that are known."""
     names = parts.get(("names",), tuple[str, ...]) if parts.has(("names",)) else DEFAULT_NAMES
     own = parts.get(("name",), str) or ""
-    peers = parts.get(("peers",), cast(type[Any], Any))
+    peers = parts.plain(("peers",))
     if names is None or not isinstance(peers, dict):
         return
     known = {name.casefold() for name in names}

@@ -125,8 +125,7 @@ def check_places(parts: Parts, sounds_alike: Callable[[str, str], bool] | None) 
     """Each has one area and a name of its own by ear, is far enough from all others for a robot to wait between, and
     has no task for several robots in it."""
     seen: list[tuple[PlaceEntry, KeyPath]] = []
-    for index in range(parts.length(("places",))):
-        at: KeyPath = ("places", index)
+    for at in parts.elements(("places",)):
         entry = parts.get(at, PlaceEntry)
         if entry is None:
             continue
@@ -148,8 +147,8 @@ def check_places(parts: Parts, sounds_alike: Callable[[str, str], bool] | None) 
                 remedy = f"list both as one, or leave {APART_M:g} m between for a robot that waits"
                 parts.fault(at, f"the place {entry.name!r} {near} {other.name!r} in {line}; {remedy}")
         seen.append((entry, at))
-    for index in range(parts.length(("tasks",))):
-        _check_room(parts, ("tasks", index), seen)
+    for task in parts.elements(("tasks",)):
+        _check_room(parts, task, seen)
 
 
 def _check_room(parts: Parts, at: KeyPath, places: Sequence[tuple[PlaceEntry, KeyPath]]) -> None:

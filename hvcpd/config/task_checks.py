@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, cast
 
 from hvcpd.config.document import KeyPath
 from hvcpd.config.loading import Parts, describe
@@ -33,7 +32,7 @@ def check_after(parts: Parts, numbers: Mapping[int, KeyPath]) -> None:
 
 def check_alternatives(parts: Parts) -> None:
     """Check that each alternative consists of spoken words, and stands for one word only."""
-    given = parts.get(("alternatives",), cast(type[Any], Any))
+    given = parts.plain(("alternatives",))
     if not isinstance(given, dict):
         return
     taken: dict[str, tuple[str, KeyPath]] = {}

@@ -291,8 +291,7 @@ def load_tasks(
 def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
     numbers: dict[int, KeyPath] = {}
     names: list[tuple[str, KeyPath]] = []
-    for index in range(parts.length(("tasks",))):
-        at: KeyPath = ("tasks", index)
+    for at in parts.elements(("tasks",)):
         number = parts.get((*at, "number"), int)
         if number is not None and number in numbers:
             line = parts.where(numbers[number], (*at, "number"))
@@ -306,8 +305,7 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
         if parts.get((*at, "on_demand"), bool) and parts.has((*at, "every")):
             parts.fault((*at, "on_demand"), "what recurs is due without being asked for; leave one of the two out")
         _check_place(parts, at)
-    for index in range(parts.length(("other_tasks",))):
-        path: KeyPath = ("other_tasks", index)
+    for path in parts.elements(("other_tasks",)):
         name = parts.get(path, str)
         if name is not None and (text := valid_task_name(name)) is not None:
             parts.fault(path, text)
@@ -321,6 +319,6 @@ def _check(parts: Parts, sounds_alike: SoundsAlike | None, robots: int) -> None:
 def _check_place(parts: Parts, at: KeyPath) -> None:
     if parts.has((*at, "place")):
         return
-    for index in range(parts.length((*at, "actions"))):
-        if parts.get((*at, "actions", index), str) == TO_PLACE:
-            parts.fault((*at, "actions", index), "this task has no place; add `place: {x_m: …, y_m: …}` to it")
+    for action in parts.elements((*at, "actions")):
+        if parts.get(action, str) == TO_PLACE:
+            parts.fault(action, "this task has no place; add `place: {x_m: …, y_m: …}` to it")
