@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable, Coroutine, Mapping, Sequence
-from contextlib import asynccontextmanager
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from typing import TextIO, TypeVar
+from typing import Generic, TextIO, TypeVar
 
 import numpy as np
 
@@ -44,10 +44,27 @@ _BAR_DB = 7.0
 """One step of the meter, from -70 dBFS on."""
 
 
+@dataclass(frozen=True)
+class _Asked(Generic[Good]):
+    """What a person is asked to say: how it is written, the check of its recording, where to keep what is good, and
+    what to write if nothing is."""
+
+    text: str
+    check: Callable[[Samples], Checked[Good]]
+    keep: Callable[[Good], None]
+    left_out: str
+
+
 def record_takes(words: Sequence[str], takes: int, stream: SoundStream, out: TextIO) -> dict[str, list[Energies]]:
     """`takes` takes of each word. Raises DeviceError. What was said until an interrupt is kept."""
     found: dict[str, list[Energies]] = {}
-    _until_interrupted(_Session(stream, out).lead(words, takes, found), out)
+
+    def ask_for(word: str) -> _Asked[Energies]:
+        left_out = f"'{word}' is left out; enrol it later with --words {word}"
+        return _Asked(word.upper(), check_take, lambda take: found.setdefault(word, []).append(take), left_out)
+
+    asked = [*map(ask_for, words)] * takes  # all words once, then again: repeated at once, they are sung
+    _Session(stream, out).lead(f"{plural(len(words), 'word')}, {plural(takes, 'time')} each", asked)
     return found
 
 
@@ -56,16 +73,10 @@ def record_sentences(
 ) -> list[SpokenSentence]:
     """What `check` makes of each sentence. Raises DeviceError. What was said until an interrupt is kept."""
     found: list[SpokenSentence] = []
-    session = _Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S)
-    _until_interrupted(session.lead_sentences(sentences, check, found), out)
+    left_out = "this sentence is left out; four are nearly as good as five"
+    asked = [_Asked(text, partial(check, words=words), found.append, left_out) for text, words in sentences.items()]
+    _Session(stream, out, AFTER_SENTENCE_S, LONGEST_SENTENCE_S).lead(plural(len(sentences), "sentence"), asked)
     return found
-
-
-def _until_interrupted(leading: Coroutine[None, None, None], out: TextIO) -> None:
-    try:
-        asyncio.run(leading)
-    except KeyboardInterrupt:
-        out.write("\ninterrupted; what was said is kept\n")
 
 
 class _Session:
@@ -77,41 +88,25 @@ class _Session:
         self._after_s, self._longest_s = after_s, longest_s
         self._noise_rms = 1e-4
 
-    async def lead(self, words: Sequence[str], takes: int, found: dict[str, list[Energies]]) -> None:
-        """Word by word; a take is in `found` as soon as it is good."""
-        async with self._listening():
-            total = len(words) * takes
-            self._out.write(
-                f"{plural(len(words), 'word')}, {plural(takes, 'time')} each. Say each one as you would to a robot.\n"
-            )
-            for number in range(total):  # all words once, then again: repeated at once, they are sung
-                word = words[number % len(words)]
-                take = await self._ask(f"[{number + 1}/{total}] {word.upper()}", check_take)
-                if take is None:
-                    self._out.write(f"'{word}' is left out; enrol it later with --words {word}\n")
-                else:
-                    found.setdefault(word, []).append(take)
+    def lead(self, what: str, asked: Sequence[_Asked[Good]]) -> None:
+        """Ask for one after the other until an interrupt; each is kept as soon as it is good."""
+        try:
+            asyncio.run(self._lead(what, asked))
+        except KeyboardInterrupt:
+            self._out.write("\ninterrupted; what was said is kept\n")
 
-    async def lead_sentences(
-        self, sentences: Mapping[str, Words], check: CheckOfSentence, found: list[SpokenSentence]
-    ) -> None:
-        """Sentence by sentence, each as it is written, with its words; one is in `found` as soon as it is good."""
-        async with self._listening():
-            self._out.write(f"{plural(len(sentences), 'sentence')}. Say each one as you would to a robot.\n")
-            for number, (text, words) in enumerate(sentences.items()):
-                sentence = await self._ask(f"[{number + 1}/{len(sentences)}] {text}", partial(check, words=words))
-                if sentence is None:
-                    self._out.write("this sentence is left out; four are nearly as good as five\n")
-                else:
-                    found.append(sentence)
-
-    @asynccontextmanager
-    async def _listening(self) -> AsyncIterator[None]:
+    async def _lead(self, what: str, asked: Sequence[_Asked[Good]]) -> None:
         try:
             await self._stream.open()
             await self._stream.start()
             await self._hear_noise()
-            yield
+            self._out.write(f"{what}. Say each one as you would to a robot.\n")
+            for number, each in enumerate(asked, 1):
+                good = await self._ask(f"[{number}/{len(asked)}] {each.text}", each.check)
+                if good is None:
+                    self._out.write(f"{each.left_out}\n")
+                else:
+                    each.keep(good)
         finally:
             await self._stream.close()
 
