@@ -42,6 +42,9 @@ _BY_EIGHTS = re.compile(r"[-+]?0[0-9_]")
 _LOST_NUMBER = re.compile(r"[ \t]+#([0-9]+)[ \t\r]*[\n\0]")
 """A comment that is a number and no more: the end of a text as "water rose #1". No comment says so little."""
 
+_IN_NO_TEXT = re.compile("[\0\ud800-\udfff]")
+"""What an escape can put into a text, but neither a file's name nor UTF-8 can have: NUL, and half a character."""
+
 KeyPath = tuple[str | int, ...]
 """The way to a value from the top of a document: keys and list indices (from 0)."""
 
@@ -132,9 +135,10 @@ class Document:
         return path in self._overlaid
 
     def gather(self, place: Place) -> None:
-        """Give all values the same place: they come from no file."""
+        """Give all values and faults the same place: they come from no file."""
         for places in (self.places, self.key_places):
             places.update(dict.fromkeys(places, place))
+        self._faults = {(place, text): path for (_, text), path in self._faults.items()}
 
     def with_list(self, key: str, elements: Sequence[tuple[Document, int]]) -> Document:
         """This document, a group of keys, with another list under one of them: elements of such lists of documents,
@@ -283,6 +287,9 @@ class _Reader:
             # PyYAML's constructors let these through for text such as "2001-99-99", "0b" or "!!int x".
             self._fault(path, node, f"{_shortened(node.value)} cannot be read; put it in quotes if it is text")
         else:
+            if isinstance(value, str) and _IN_NO_TEXT.search(value):
+                self._fault(path, node, f"{_shortened(value)} has a character that no text can have; delete it")
+                return None
             if isinstance(value, str) and node.style is None:
                 self._look_for_lost_number(node, path)
             if type(value) not in (int, float) or node.style is not None:

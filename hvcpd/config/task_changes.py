@@ -5,7 +5,6 @@ The task file itself stays as people wrote it, with its comments; the daemon's u
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -16,7 +15,6 @@ import yaml
 
 from hvcpd.config.document import Document, Place, parse, read_bytes
 from hvcpd.config.loading import describe, structure
-from hvcpd.errors import ConfigError
 
 HEAD = """\
 # What this robot's tasks have besides its task file, and what of that file it leaves out. Written by the commands
@@ -46,12 +44,8 @@ class TaskChanges:
     removed: tuple[Removed, ...] = ()
 
     def with_added(self, task: Mapping[str, Any]) -> TaskChanges:
-        """The changes with one more task, which is not validated. Raises ConfigError if a file cannot contain it."""
+        """The changes with one more task, which is not validated."""
         source = f"task {task.get('number', '')}".strip()
-        try:
-            json.dumps(task, ensure_ascii=False).encode()  # YAML would have half a character in an escape
-        except UnicodeEncodeError:
-            raise ConfigError(f"{source}: a character that UTF-8 does not have; delete it") from None
         document = parse(_dumped({"tasks": [dict(task)]}).encode(), source)
         document.gather(Place(source))
         return replace(self, added=(*self.added, (document, 0)))

@@ -137,7 +137,9 @@ def nearest_there(directory: Path) -> Path:
 def directory_fault(key: str, directory: Path, access: Access = os.access) -> str | None:
     """Why the daemon cannot write in the directory that the setting `key` names, or make it; None if it can."""
     other = f"set `{key}` to another"
-    nearest = nearest_there(directory)
+    nearest, reason = nearest_there(directory), _not_a_name(directory)
+    if reason is not None:
+        return f"{key}: {directory}: {reason}; {other}"
     if nearest != directory and os.access(directory.parent, os.X_OK) and directory.is_symlink():
         return f"{key}: {directory} is a link to nothing; mount its disk, or {other}"
     if not nearest.is_dir():
@@ -145,6 +147,17 @@ def directory_fault(key: str, directory: Path, access: Access = os.access) -> st
     if not access(nearest, os.W_OK | os.X_OK):
         what = "cannot be written" if nearest == directory else f"cannot be made in {nearest}"
         return f"{key}: {directory} {what}; make it, writable for the daemon's user, or {other}"
+    return None
+
+
+def _not_a_name(path: Path) -> str | None:
+    """Why nothing can have this path, for example because it is too long; None if something has or can."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError, PermissionError):
+        return None
+    except OSError as error:
+        return error.strerror
     return None
 
 
@@ -171,7 +184,9 @@ def find_control(settings: ControlSettings, access: Access = os.access) -> Itera
     if path is None or not settings.enabled:
         return
     fault = directory_fault("control.socket", path.parent, access)
-    if fault is None and path.exists() and not path.is_socket():
+    if fault is None and (reason := _not_a_name(path)) is not None:
+        fault = f"control.socket: {path}: {reason}; set `control.socket` to another"
+    if fault is None and os.path.lexists(path) and not path.is_socket():
         fault = f"control.socket: {path} is no socket; move it away, or set `control.socket` to another"
     yield Finding("control", fault or f"{path}, for `hvcpctl`", doubtful=fault is not None)
 

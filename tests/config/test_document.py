@@ -102,6 +102,14 @@ def test_utf_16_and_control_characters() -> None:
     assert fault(b"name: Rob\nteam: a\x07b\n").startswith("F:2: YAML does not allow this character")
 
 
+@pytest.mark.parametrize(("escape", "shown"), [(r"\0", r"a\x00"), (r"\ud800", r"a\ud800")])
+def test_an_escape_makes_no_text_that_no_file_can_have(escape: str, shown: str) -> None:
+    """A folder, a port or a program of such a name was a traceback."""
+    assert lesser_faults(f'a: 1\nb: "a{escape}"\n') == [
+        f"F:2: '{shown}' has a character that no text can have; delete it"
+    ]
+
+
 def test_a_byte_order_mark_is_no_fault() -> None:
     assert parse(b"\xef\xbb\xbfname: Rob\n", "F").value == {"name": "Rob"}
 

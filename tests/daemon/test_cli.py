@@ -140,6 +140,12 @@ def test_check_warns_of_enrolments_that_cannot_be_used(known: Path, capsys: pyte
         ("clips: {folder: LINK}", "LINK is a link to nothing; mount its disk, or set `clips.folder` to another"),
         ("control: {socket: FILE/rob.sock}", "FILE is not a directory; set `control.socket` to another"),
         ("control: {socket: FILE}", "FILE is no socket; move it away, or set `control.socket` to another"),
+        ("control: {socket: LINK}", "LINK is no socket; move it away, or set `control.socket` to another"),
+        ("state_dir: LONG", "LONG: File name too long; set `state_dir` to another"),
+        ("clips: {folder: LONG}", "LONG: File name too long; set `clips.folder` to another"),
+        ("clips: {folder: LONG/clips}", "LONG/clips: File name too long; set `clips.folder` to another"),
+        ("control: {socket: LONG/rob.sock}", "LONG: File name too long; set `control.socket` to another"),
+        ("control: {socket: LONG}", "LONG: File name too long; set `control.socket` to another"),
     ],
 )
 def test_check_warns_of_places_that_cannot_be_used(
@@ -150,9 +156,12 @@ def test_check_warns_of_places_that_cannot_be_used(
     link.symlink_to(known.parent / "nowhere")
 
     def placed(text: str) -> str:
-        return text.replace("FILE", str(file)).replace("LINK", str(link))
+        return (
+            text.replace("FILE", str(file)).replace("LINK", str(link)).replace("LONG", str(file.with_name("a" * 300)))
+        )
 
-    known.write_text(known.read_text() + placed(key) + "\n")
+    lines = [line for line in known.read_text().splitlines() if not line.startswith(key.split(":")[0])]
+    known.write_text("\n".join((*lines, placed(key))) + "\n")
     main(["--config", str(known), "--name", "Rob", "--check"], MISSING)
     assert placed(f": {reason}\n") in capsys.readouterr().err
 

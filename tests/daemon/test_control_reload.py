@@ -139,7 +139,7 @@ def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: 
                 (tulip | {"after": [11]}, "task 11: task 11 after task 11"),
                 (tulip | {"actions": [{"wave": 3}]}, "unknown action 'wave'"),
                 (tulip | {"colour": "red"}, "unknown key 'colour'"),
-                (tulip | {"name": "\ud800"}, "UTF-8"),
+                (tulip | {"name": "\ud800"}, "task 11: '\\ud800' has a character that no text can have"),
             ):
                 error = (await talk.ask("task", do="add", task=wrong))["error"]
                 assert (error["code"], why in error["text"]) == ("bad_settings", True), error
