@@ -33,7 +33,7 @@ def _count(u: m.Utterance) -> int:
             names.add(u.statement.speaker)
         book = Phrasebook(
             Vocabulary(
-                tuple(sorted(names)) or (_NAME,),
+                tuple(sorted(names - {m.FRIEND})) or (_NAME,),
                 tuple(dict.fromkeys(teams)),
                 tasks,
                 tuple(range(NUMBER_MAX)),

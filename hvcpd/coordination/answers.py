@@ -60,7 +60,7 @@ def _confirms_read_back(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     """Whether it lets this robot follow the order that it has read back, and perhaps is about to read back again."""
     was_read = me.state is State.READ_BACK or (me.state is State.READING_BACK and me.current.repeats > 0)
     names_another = s.complete or not {ref.number for ref in s.tasks}.issubset(me.my_tasks())
-    return was_read and not names_another and me.current.partner in (None, speaker)
+    return was_read and not names_another and (me.current.partner is None or me.is_partner(speaker))
 
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
@@ -72,7 +72,7 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     if me.state is State.REPORTING and me.current.repeats == 0 and not me.report.said:
         return False
     if me.current.partner is not None:
-        return speaker == me.current.partner and me.state not in AT_WORK
+        return me.is_partner(speaker) and me.state not in AT_WORK
     waiting = me.my_tasks()[: 1 if me.state in AT_WORK else None] or me.report.tasks
     if not s.tasks and me.report.failed and me.report.said:
         return any(me.board[number].is_shared for number in waiting)
@@ -126,8 +126,9 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
         return
     last, partner = me.claim_heard, me.current.partner
     if is_for_me_alone(me, heard.to):
-        claims_one = partner is None and me.current.task is not None and me.state in PROPOSING
-        if claims_one or partner == heard.speaker:
+        is_said = me.current.task is not None or me.current.motion is not None
+        claims_one = partner is None and is_said and me.state in PROPOSING
+        if claims_one or me.is_partner(heard.speaker):
             fire(me, Trigger.DENIED, heard.now)
         elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs
             me.missed.last_s = heard.now

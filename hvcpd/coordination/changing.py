@@ -276,7 +276,7 @@ def up_to_date(me: Knowledge, heard: Heard) -> Heard | None:
             tell(me, heard.speaker if entry.is_shared or doer == me.role.name else doer, entry, now)
             return None
         case m.Negative() if is_for_me_alone(me, heard.to) and me.current.task is not None:
-            if u.speaker != me.current.partner:  # otherwise it denies a read-back
+            if not me.is_partner(u.speaker):  # otherwise it denies a read-back
                 _tell_if_changed(me, heard, me.current.task)
         case m.Left(more=False):
             for number in me.board.not_done():

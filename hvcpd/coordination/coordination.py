@@ -110,7 +110,7 @@ class Coordination:
             hearing.hear_namesake(me, utterance, trust, now)
             return
         believed = trusting.admit(me, utterance, trust)
-        if utterance.speaker is not None and believed:
+        if utterance.speaker not in (None, m.FRIEND) and believed:
             peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
             me.do(SavePeer(peer.name, peer.team, now))
             note_presence(me, utterance, now)

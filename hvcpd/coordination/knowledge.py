@@ -248,6 +248,14 @@ class Knowledge:
         """The robots that may answer now: those present, and those that may be and have not spoken yet."""
         return self.acquaintance.unheard.union(self.peers.present(now))
 
+    def is_partner(self, name: str | None) -> bool:
+        """Whether this speaker is the one with whom the present task or motion is being agreed on. A person may be
+        called by name one time, and FRIEND another time."""
+        partner = self.current.partner
+        if name is None or partner is None or name == partner:
+            return name is not None and name == partner
+        return m.FRIEND in (name, partner) and self.roster.isdisjoint((name.lower(), partner.lower()))
+
     def lacks(self, entry: Entry) -> bool:
         """Whether this robot has no means for a task, or has given it up."""
         return entry.definition.number in self.role.unable or self.role.name in entry.failed_by

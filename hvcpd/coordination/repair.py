@@ -59,7 +59,7 @@ def note(me: Knowledge, heard: Heard) -> None:
     """A sentence was understood: update the pending questions and answers, and who knows this robot's name."""
     if isinstance(heard.to, m.ToRobot):
         me.floor.answered(heard.to.name.lower(), isinstance(heard.utterance.statement, m.Confirmed))
-    if heard.speaker is not None and heard.speaker == me.current.partner:
+    if me.is_partner(heard.speaker):
         me.floor.withdraw(ASK_AGAIN)
     if heard.speaker is not None and is_for_me_alone(me, heard.to):
         me.acquaintance.known_by.add(heard.speaker.lower())

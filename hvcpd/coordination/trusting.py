@@ -55,7 +55,7 @@ def _answers_read_back(me: Knowledge, u: m.Utterance) -> bool:
     """Whether a person whose code was good says yes or no to the read-back of it: a code is valid once, and the codes
     of a clock come every 30 s."""
     answers = isinstance(u.statement, m.Confirmed | m.Negative) and is_for_me_alone(me, u.addressee)
-    return answers and me.state is State.READ_BACK and u.speaker is not None and u.speaker == me.current.partner
+    return answers and me.state is State.READ_BACK and me.is_partner(u.speaker)
 
 
 def admit(me: Knowledge, u: m.Utterance, trust: Trust) -> bool:

@@ -12,6 +12,7 @@ import structlog
 
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
+from hvcpd.language.addressees import FRIEND
 from hvcpd.language.messages import Confirmed, ToRobot, Utterance
 from hvcpd.memory.people import person_path, read_person, write_person
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
@@ -87,7 +88,7 @@ class ConfirmedSentences:
         speaker = (utterance.speaker or "").lower()
         found, self._found = self._found, None
         candidate = self._candidate
-        if not speaker or speaker == self._own_name:
+        if speaker in ("", FRIEND, self._own_name):
             return None
         if candidate is not None and speaker == candidate.speaker:
             self._candidate = None

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+FRIEND = "friend"
+"""What robots call a person whose name they do not know, or who did not say it."""
+
 
 @dataclass(frozen=True)
 class ToAll:

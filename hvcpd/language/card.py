@@ -120,10 +120,10 @@ def make_card(phrasebook: Phrasebook) -> Card:
         else:
             calls.append(Line(_call(pattern), form.meaning, topic))
     statements += _proofs(phrasebook)
-    addressees = list(map(str, phrasebook.slots["addressee"]))
+    addressees = [str(to) for to in phrasebook.slots["addressee"] if to != m.ToRobot(m.FRIEND)]
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
-        ("NAME", vocabulary.names),
+        ("NAME", (*vocabulary.names, f"or your own (robots call you {m.FRIEND})")),
         ("TEAM", vocabulary.teams),
         ("NUMBER", tuple(" ".join(spoken) for spoken in phrasebook.slots["number"].values())),
         ("TASK", vocabulary.tasks),

@@ -16,7 +16,7 @@ from hvcpd.language.words import NUMBER_MAX, SAFETY_WORDS, number_words
 
 COMPILED = tuple(map(compile_form, FORMS))
 
-RESERVED_WORDS = frozenset({"all", "team"}).union(*(compiled.all_words for compiled in COMPILED))
+RESERVED_WORDS = frozenset({"all", "team", m.FRIEND}).union(*(compiled.all_words for compiled in COMPILED))
 """The words of the forms themselves; no robot may be called so."""
 
 NUMBER_SLOTS = ("number", "also", "next", "then", "confirmed", "with", "first", "second", "third")

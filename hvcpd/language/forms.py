@@ -316,11 +316,23 @@ _SEALED: tuple[Form, ...] = (
     Form(f"{OPENING}, i do not trust that", m.Distrusted, "Who said that? Its seal or code is wrong.", Kind.SEALED),
 )
 
+_WITHOUT_A_NAME: tuple[tuple[str, type[m.Statement], str, dict[str, object]], ...] = (
+    (f"{PLEASE} complete task <number> {PLEASE}", m.Order, "Please do this task.", {}),
+    (f"{PLEASE} <task> {PLEASE}", m.Order, "Please do this task.", {}),
+    ("confirmed", m.Confirmed, "What you said is right: go ahead.", {"complete": False}),
+    ("negative", m.Negative, "What you said is wrong: don't.", {}),
+)
+"""What otherwise needs the speaker's name."""
+
 SMALL_STEP_M = 0.5
 """Distance of a motion without a stated one: the least that can be said."""
 
 _CASUAL: tuple[Form, ...] = (
     Form("(hi|hello) <addressee>", m.Hail, "Everybody who hears it says its name.", Kind.PEOPLE, casual=True),
+    *(
+        Form(f"{CALL_TO} {words}", statement, means, Kind.PEOPLE, constants, casual=True)
+        for words, statement, means, constants in _WITHOUT_A_NAME
+    ),
     *(
         Form(
             f"{CALL} {PLEASE} move {words} {PLEASE}",

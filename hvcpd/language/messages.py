@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from hvcpd.language.addressees import FRIEND as FRIEND
 from hvcpd.language.addressees import Addressee as Addressee
 from hvcpd.language.addressees import ToAll as ToAll
 from hvcpd.language.addressees import ToRobot as ToRobot

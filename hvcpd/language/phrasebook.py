@@ -75,7 +75,8 @@ class Phrasebook:
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self.vocabulary = vocabulary
-        self.slots = _slot_values(vocabulary)
+        self._named_slots = _slot_values(vocabulary)
+        self.slots = _with_friend(self._named_slots)
         self._forms = tuple(compiled for compiled in COMPILED if compiled.form.kind in vocabulary.kinds)
         refuse_reserved(vocabulary.names)
         refuse_clashes(list(self._usable_forms()), self.slots, self.render, self._readings)
@@ -128,7 +129,7 @@ class Phrasebook:
     @cached_property
     def graph(self) -> WordGraph:
         """The network of all sentences but spelled names, for the recogniser."""
-        return build_graph([compiled.node for compiled in self._ordinary_forms()], self.slots)
+        return build_graph([compiled.node for compiled in self._ordinary_forms()], self._robots_slots)
 
     @cached_property
     def marked_graph(self) -> WordGraph:
@@ -144,9 +145,9 @@ class Phrasebook:
 
     def _marked(self, patterns: Sequence[tuple[Form, Node]]) -> WordGraph:
         if Kind.SEALED not in self.vocabulary.kinds:
-            return build_graph([node for _, node in patterns], self.slots)
+            return build_graph([node for _, node in patterns], self._robots_slots)
         encrypts = Kind.ENCRYPTED in self.vocabulary.kinds
-        graph = build_graph([markable(form, node, encrypts) for form, node in patterns], self.slots)
+        graph = build_graph([markable(form, node, encrypts) for form, node in patterns], self._robots_slots)
         return with_marks(graph, self.cipher_words if encrypts else 0)
 
     @cached_property
@@ -161,8 +162,10 @@ class Phrasebook:
 
     @cached_property
     def people_graph(self) -> WordGraph:
-        """The network `graph`, plus sentences of people who do not know the phrasebook."""
-        return build_graph([c.node for c in self._usable_forms() if not c.form.spelled], self.slots)
+        """The network `graph`, plus sentences of people who do not know the phrasebook; FRIEND stands for the name of a
+        speaker that is not known."""
+        slots = {**self._named_slots, "speaker": self.slots["speaker"]}
+        return build_graph([c.node for c in self._usable_forms() if not c.form.spelled], slots)
 
     @cached_property
     def spelling_graph(self) -> WordGraph:
@@ -182,15 +185,20 @@ class Phrasebook:
         return with_phrases(self.graph, ((word, p) for word, phrases in self.alternatives.items() for p in phrases))
 
     def sample(self, chooser: Chooser) -> m.Utterance:
-        """A random utterance of the network `graph`: a form is drawn, then each of its parts."""
+        """A random utterance of the network `graph`, without FRIEND: a form is drawn, then each of its parts."""
         compiled = chooser.choice(self._ordinary_forms())
         bindings: Bindings = {}
         for slot in sorted(compiled.slots):
             if slot == "third" and "second" not in bindings:
                 continue
             if slot in compiled.needed or chooser.choice((True, False)):
-                bindings[slot] = chooser.choice(list(self.slots[slot]))
+                bindings[slot] = chooser.choice(list(self._named_slots[slot]))
         return build(compiled.form, bindings)
+
+    @property
+    def _robots_slots(self) -> SlotValues:
+        """Robots speak to a person whose name is not known, and of one; none says that it is one."""
+        return {**self.slots, "speaker": self._named_slots["speaker"]}
 
     def _ordinary_forms(self) -> list[CompiledForm]:
         return [c for c in self._usable_forms() if not c.form.spelled and not c.form.casual]
@@ -204,7 +212,7 @@ class Phrasebook:
     def _written_slots(self) -> SlotValues:
         """`slots` with names as they are written, and with the capitals that remarks give them: the same word
         elsewhere, as in "the rose" beside Rose, is no name."""
-        names = {name.lower(): name for name in self.vocabulary.names}
+        names = {name.lower(): name for name in map(str, self.slots["speaker"])}
         written: dict[object, Words] = {name: (name,) for name in names.values()}
         robots: dict[object, Words] = {m.ToRobot(name): (name,) for name in names.values()}
         remarks: dict[object, Words] = {
@@ -252,7 +260,9 @@ class Phrasebook:
         )
 
     def _as_known(self, utterance: m.Utterance) -> m.Utterance:
-        """A spelled name, in the known writing if it is known."""
+        """A spelled name, in the known writing if it is known; who orders or answers without a name is a friend."""
+        if utterance.speaker is None and isinstance(utterance.statement, m.Order | m.Confirmed | m.Negative):
+            return replace(utterance, speaker=m.FRIEND)
         if isinstance(utterance.statement, m.Spelled) and (known := self.known_name(utterance.statement.letters)):
             return replace(utterance, speaker=known)
         return utterance
@@ -260,6 +270,14 @@ class Phrasebook:
     def known_name(self, name: str) -> str | None:
         """The name as the vocabulary writes it, whatever its case; None if it is not known."""
         return next((known for known in self.vocabulary.names if known.lower() == name.lower()), None)
+
+
+def _with_friend(slots: SlotValues) -> SlotValues:
+    return {
+        **slots,
+        "addressee": {**slots["addressee"], m.ToRobot(m.FRIEND): (m.FRIEND,)},
+        **{slot: {**slots[slot], m.FRIEND: (m.FRIEND,)} for slot in ("speaker", "other")},
+    }
 
 
 def _parts(tokens: Sequence[str]) -> tuple[Words, ...]:

@@ -11,9 +11,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
+from hvcpd.language.addressees import FRIEND
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import fitted, logistic, logit
@@ -25,6 +27,8 @@ MOST_LOG_ODDS = 8.0
 """Largest log odds of a sentence by a net, natural logarithm; no net is right more often than that."""
 GREETINGS = ("hi", "hello")
 TO_ALL = "all"
+SURE_NAME = 0.75
+"""Least confidence of a sentence with a speaker's name; below it, the same sentence may be FRIEND's."""
 MOST_CALL_WORDS = 3
 """Words of a call for a halt at most: an addressee and the keyword, as in "team plant stop"."""
 
@@ -59,6 +63,11 @@ class Hypotheses:
         found = [each.words for each in (self.by_phones, self.by_takes) if each is not None]
         return found[:1] if len(found) > 1 and same_meaning(*found) else found
 
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """What speakers may call themselves, with FRIEND; empty if names that are not known count for nothing."""
+        return self.search.instead_of(FRIEND)
+
     def log_odds(self, words: Words) -> float:
         """Log odds, by the net that is surest, of a sentence in any of its `wordings`, or of any call for a halt if it
         is one, against all other sentences, their beginnings and other talk; within MOST_LOG_ODDS of 0."""
@@ -72,7 +81,8 @@ class Hypotheses:
             others = self.search.log_likelihood(posterior, KEYWORD, beginnings=True)
             mine = _log_difference(whole, others)
         else:
-            mine = self.search.log_likelihood_of(posterior, *wordings(words))
+            said = [by_name(words, name) for name in self.names] if FRIEND in words else [words]
+            mine = self.search.log_likelihood_of(posterior, *chain.from_iterable(map(wordings, said)))
             others = _log_difference(whole, mine)
         if mine == -math.inf:
             return mine
@@ -111,11 +121,31 @@ class FusedHypothesis:
 
 
 def fuse(hypotheses: Hypotheses) -> FusedHypothesis | None:
-    """The likeliest candidate; None if there is none."""
-    found = [
-        FusedHypothesis(words, probability(confidence_features(hypotheses, words))) for words in hypotheses.sentences
-    ]
-    return max(found, key=lambda each: each.probability, default=None)
+    """The likeliest candidate, said by FRIEND if the speaker's name is not sure; None if there is none."""
+    found = max((_judged(hypotheses, words) for words in hypotheses.sentences), key=_chance, default=None)
+    if found is None or found.probability >= SURE_NAME:
+        return found
+    return max((found, *(_judged(hypotheses, each) for each in _by_friend(hypotheses, found.words))), key=_chance)
+
+
+def _judged(hypotheses: Hypotheses, words: Words) -> FusedHypothesis:
+    return FusedHypothesis(words, probability(confidence_features(hypotheses, words)))
+
+
+def _chance(found: FusedHypothesis) -> float:
+    return found.probability
+
+
+def _by_friend(hypotheses: Hypotheses, words: Words) -> Sequence[Words]:
+    """The same sentence by FRIEND, if it has a speaker's name and names that are not known count."""
+    name = words[words.index("am") + 1] if "am" in words[:-1] else None
+    return [by_name(words, FRIEND)] if name in hypotheses.names and name != FRIEND else []
+
+
+def by_name(words: Words, name: str) -> Words:
+    """The same sentence by a speaker with another name."""
+    at = words.index("am") + 1
+    return (*words[:at], name, *words[at + 1 :])
 
 
 def probability(found: Sequence[float]) -> float:

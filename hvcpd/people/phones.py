@@ -48,6 +48,10 @@ def mean_normalised(logs: Bands) -> LogBands:
     return np.asarray(logs - logs[level > loud - LOUD_NATS].mean(axis=0), np.float32)
 
 
+ANY_PHONE = "*"
+"""In a pronunciation: whichever phone is heard."""
+ANY_PHONE_COST = 3.0
+"""Of each, nats."""
 FRAME_SAMPLES = 320
 """Samples (20 ms) of a frame of the nets' outputs: two of the front end's."""
 KERNEL_SIZES = (5, 3)
@@ -155,6 +159,27 @@ def _before(values: NDArray[Any]) -> NDArray[Any]:
 Scores = NDArray[np.float32]
 Index = NDArray[np.int64]
 Pronounce = Callable[[str], Sequence[Sequence[str]]]
+Cost = Callable[[str], float]
+
+_OUTPUTS = (*PHONES, ANY_PHONE)
+"""The columns that a search reads; the blank follows."""
+
+
+def free(_word: str) -> float:
+    """No cost."""
+    return 0.0
+
+
+def _any_phones_cost(said: Sequence[int]) -> float:
+    return ANY_PHONE_COST * said.count(len(PHONES))
+
+
+def _with_any_phone(log_posteriors: LogPosteriors) -> LogPosteriors:
+    """With the log probability of any phone, before the blank's: shape (frames, len(PHONES) + 2)."""
+    blank = log_posteriors[:, -1:]
+    any_phone = np.log1p(-np.minimum(np.exp(blank), 1.0 - 1e-6))
+    return np.concatenate((log_posteriors[:, :-1], any_phone, blank), axis=1)
+
 
 LOG_ZERO = np.float32(-1e9)
 
@@ -172,10 +197,10 @@ class CtcSentence:
 class CtcSearch:
     """Viterbi search and forward algorithm over a word network, its words' phones side by side in one vector."""
 
-    def __init__(self, graph: WordGraph, pronounce: Pronounce, word_cost: float = 0.0) -> None:
-        """`pronounce`: the pronunciations of a word, in PHONES; `word_cost`: of each word in `log_likelihood`, nats."""
+    def __init__(self, graph: WordGraph, pronounce: Pronounce, cost: Cost = free) -> None:
+        """`pronounce`: the pronunciations of a word, in PHONES and ANY_PHONE; `cost`: of a word, nats."""
         known = {
-            word: sorted({tuple(map(PHONES.index, said)) for said in pronounce(word) if said}) for word in graph.words
+            word: sorted({tuple(map(_OUTPUTS.index, said)) for said in pronounce(word) if said}) for word in graph.words
         }
         ways = sorted(((arc, said) for arc in graph.arcs for said in known[arc.word]), key=lambda way: way[0].target)
         self._graph = graph
@@ -190,7 +215,8 @@ class CtcSearch:
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
         self._begins: Index = first_occurrences(self._target)
         self._nodes: Index = self._target[self._begins]
-        self._word_weight = math.exp(-word_cost)
+        self._cost = cost
+        self._costs: Scores = np.array([cost(arc.word) + _any_phones_cost(said) for arc, said in ways], np.float32)
 
     def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
         """The likeliest sentence, by its best path over all frames; None if they are too few for any."""
@@ -224,9 +250,9 @@ class CtcSearch:
         phone = gap = np.zeros(len(self._phones))
         rest = np.zeros(self._graph.n_nodes)
         rest[self._graph.start] = 1.0
-        weight = np.array([0.0 if word == without else self._word_weight for word in self._words])
+        weight = np.exp(-self._costs) * [word != without for word in self._words]
         scale = 0.0
-        for row in np.exp(log_posteriors.astype(np.float64)):
+        for row in np.exp(_with_any_phone(log_posteriors).astype(np.float64)):
             entered = _before(phone)
             entered[self._repeated] = 0.0
             entered += _before(gap)
@@ -246,7 +272,12 @@ class CtcSearch:
         return self._of(*sentences).log_likelihood(log_posteriors)
 
     def _of(self, *sentences: Sequence[str]) -> CtcSearch:
-        return CtcSearch(one_of(sentences), self._pronounce)
+        return CtcSearch(one_of(sentences), self._pronounce, self._cost)
+
+    def instead_of(self, word: str) -> frozenset[str]:
+        """The words that may be said wherever this one may, it among them."""
+        places = {(a.source, a.target) for a in self._graph.arcs if a.word == word}
+        return frozenset(a.word for a in self._graph.arcs if (a.source, a.target) in places)
 
     def n_phones(self, word: str) -> int:
         """Number of phones in the shortest pronunciation of a word."""
@@ -266,9 +297,9 @@ class CtcSearch:
         came = np.full(n_nodes, -1)
         phone = gap = np.full(len(self._phones), LOG_ZERO, np.float32)
         phone_began = gap_began = np.zeros(len(phone), np.int64)
-        for frame, row in enumerate(log_posteriors):
+        for frame, row in enumerate(_with_any_phone(log_posteriors)):
             entered, entered_began = self._entered(phone, gap, phone_began, gap_began)
-            entered[self._first], entered_began[self._first] = rest[self._source], frame
+            entered[self._first], entered_began[self._first] = rest[self._source] - self._costs, frame
             gap_began = np.where(phone > gap, phone_began, gap_began)
             gap = np.maximum(phone, gap) + row[-1]
             phone_began = np.where(entered > phone, entered_began, phone_began)
@@ -294,4 +325,4 @@ def word_loop(words: Iterable[str], pronounce: Pronounce, word_cost: float) -> C
     """A loop of these words, in any number and order; those that sound the same count once."""
     sounds = sorted({" ".join(said) for word in words for said in pronounce(word) if said})
     loop = WordGraph(1, tuple(Arc(0, 0, said) for said in sounds), 0, frozenset((0,)), frozenset())
-    return CtcSearch(loop, lambda said: [said.split()], word_cost)
+    return CtcSearch(loop, lambda said: [said.split()], lambda _: word_cost)

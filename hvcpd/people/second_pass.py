@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 
+from hvcpd.language.addressees import FRIEND
 from hvcpd.language.graph import WordGraph, beginning_with, ends_of
 from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
@@ -22,7 +23,16 @@ from hvcpd.people.fusion import (
     probability,
     same_meaning,
 )
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogBands, LogPosteriors, mean_normalised, nets, word_loop
+from hvcpd.people.phones import (
+    ANY_PHONE,
+    FRAME_SAMPLES,
+    CtcSearch,
+    LogBands,
+    LogPosteriors,
+    mean_normalised,
+    nets,
+    word_loop,
+)
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.people_stage import Found
@@ -52,6 +62,11 @@ read-back: clearly spoken words that form no sentence have fitted as well as som
 
 TALK_WORD_COST = 4.0
 """Of each word of other talk, nats. Of 2, 4 and 6, 4 tells sentences from all else best (docs/decisions/phones.md)."""
+
+ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
+"""The pronunciations of a name that is not known."""
+NAME_COST = 4.0
+"""Of such a name, nats by each net."""
 
 COURTESY = "please"
 """Said after an order, it changes nothing."""
@@ -188,20 +203,28 @@ class SecondPassRecogniser:
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:
         """Of sentences, and of other talk."""
         talk = word_loop([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
-        return CtcSearch(self._graph, self._lexicon.sounds), talk
+        return CtcSearch(self._graph, self._sounds, _cost), talk
 
     @cached_property
     def _for_me(self) -> CtcSearch:
         """Of the sentences for this robot alone."""
         name = (self._name or "").lower()
         calls = [(name,), *((greeting, name) for greeting in GREETINGS)]
-        return CtcSearch(beginning_with(self._graph, calls), self._lexicon.sounds)
+        return CtcSearch(beginning_with(self._graph, calls), self._sounds, _cost)
+
+    def _sounds(self, word: str) -> Sequence[Sequence[str]]:
+        """A word's pronunciations. FRIEND stands for any name: the network has it only where a speaker says its own."""
+        return ANY_NAME if word == FRIEND else self._lexicon.sounds(word)
 
     def _listener(self) -> EnrolledRecogniser | None:
         """The listener for enrolled people; None if nobody has a word of the phrasebook's."""
         words = set(self._graph.words)
         people = tuple(person for person in tuple(self._people.values()) if person.takes.keys() & words)
         return self._enrolled(people) if people else None
+
+
+def _cost(word: str) -> float:
+    return NAME_COST if word == FRIEND else 0.0
 
 
 def _surely(nearest: Recognised | None) -> Recognised | None:

@@ -213,3 +213,53 @@ def test_resume_is_heard_surely_or_twice(heard: tuple[tuple[float, float], ...],
     for after_s, confidence in heard:
         robot.heard(m.Utterance(None, statement=m.Resume()), began_s + 1.0 + after_s, confidence=confidence)
     assert (robot.state is not State.STOPPED) is released
+
+
+@pytest.mark.parametrize(
+    ("order", "yes"),
+    [
+        ("Hi Rob, I am friend, complete task two", "Hi Rob, I am friend, confirmed"),
+        ("Rob, water the violet rose", "Rob, confirmed"),
+        ("Hi Rob, I am friend, water the violet rose", "Hi Rob, I am Anna, confirmed"),
+    ],
+)
+def test_a_person_whose_name_is_not_known_is_obeyed_and_called_friend(order: str, yes: str) -> None:
+    mission = _waiting("Rob")
+    assert _answers(mission, order, 9.0)[0].startswith("Hi friend, I am Rob, I will ")
+    _answers(mission, yes, 60.0)
+    assert mission.watered[2] == 1
+    assert mission.robots["Rob"].peers.get("friend") is None, "nobody waits for its turn"
+
+
+def test_who_said_a_name_may_confirm_without_one() -> None:
+    mission = _waiting("Rob")
+    assert _answers(mission, "Hi Rob, I am Anna, complete task two", 7.0) == [
+        "Hi Anna, I am Rob, I will complete task two"
+    ]
+    _answers(mission, "Rob, confirmed", 60.0)
+    assert mission.watered[2] == 1
+
+
+@pytest.mark.parametrize("no", ["Rob, negative", "Hi Rob, I am Anna, negative"])
+@pytest.mark.parametrize("order", ["Rob, turn left", "Rob, complete task two"])
+def test_who_gave_no_name_can_still_say_no(order: str, no: str) -> None:
+    """A motion that was ordered without a name was read back until the robot gave up, whatever was said."""
+    mission = _waiting("Rob")
+    at_s = mission.air.now + 0.5
+    mission.at(at_s, lambda: mission.robots["Rob"].heard(mission.book.parse_text(order), at_s, confidence=0.9))
+    mission.air.run_until(at_s + 1.0)
+    mission.air.refresh()
+    mission.air.run_until(at_s + 6.0)
+    assert mission.robots["Rob"].state is State.READ_BACK
+    _answers(mission, no, 4.0)
+    assert mission.robots["Rob"].state is State.READY
+    assert not mission.performed
+
+
+def test_nobody_without_a_name_confirms_for_a_robot() -> None:
+    mission = Mission(("Rob", "Bot"), plants(2), ("Anna",), seed=5, coordinator="Bot")
+    rob = mission.robots["Rob"]
+    while rob.state is not State.READ_BACK:
+        mission.air.run_until(mission.air.now + 0.5)
+    rob.heard(m.Utterance("friend", m.ToRobot("Rob"), None, m.Confirmed()), mission.air.now)
+    assert rob.state is State.READ_BACK

@@ -47,12 +47,16 @@ START_S = (ORIGIN + SAMPLE_RATE_HZ // 2) / SAMPLE_RATE_HZ
 
 
 def learn(
-    read_back: Utterance | None = READ_BACK, confirmed_s: float = START_S + 8.0, yes: Utterance = YES, **of: Any
+    read_back: Utterance | None = READ_BACK,
+    confirmed_s: float = START_S + 8.0,
+    yes: Utterance = YES,
+    order: Utterance = ORDER,
+    **of: Any,
 ) -> tuple[str, SpokenSentence] | None:
     learning = ConfirmedSentences("Rob")
     segment, sentence = piece_of("water", "rose")
     learning.found(replace(segment, **of), sentence)
-    assert learning.heard(ORDER, START_S, START_S + 2.0) is None
+    assert learning.heard(order, START_S, START_S + 2.0) is None
     if read_back is not None:
         learning.said(read_back)
     return learning.heard(yes, confirmed_s - 1.0, confirmed_s)
@@ -83,6 +87,11 @@ def test_what_was_read_back_and_confirmed_is_learned_once() -> None:
 )
 def test_nothing_is_learned_of_what_was_not_read_back_or_not_confirmed(wrong: dict[str, object]) -> None:
     assert learn(**wrong) is None  # type: ignore[arg-type]
+
+
+def test_nobody_is_learned_under_the_name_of_all_whose_names_are_not_known() -> None:
+    order, yes = (replace(each, speaker="friend") for each in (ORDER, YES))
+    assert learn(replace(READ_BACK, addressee=ToRobot("friend")), yes=yes, order=order) is None
 
 
 def test_others_may_speak_between_a_sentence_and_its_confirmation() -> None:

@@ -346,3 +346,20 @@ def test_a_new_word_network_leaves_nothing_that_only_a_garbage_collection_frees(
         assert gc.collect() == 0
     finally:
         gc.enable()
+
+
+def test_people_whose_names_are_not_known_are_called_friend() -> None:
+    """Robots speak to them and of them, and understand that one speaks; none says that it is one."""
+    book = Phrasebook(Vocabulary(("Rob", "Bot"), tasks=("water the rose",)))
+    busy, order = (
+        m.Utterance("Rob", m.ToRobot("friend"), None, m.Busy()),
+        tuple("hi rob i am friend water the rose".split()),
+    )
+    assert book.write(busy) == "Hi friend, I am Rob, I am busy"
+    assert _accepts(book.robots_graph, book.render(busy))
+    assert _accepts(book.people_graph, order)
+    assert not _accepts(book.robots_graph, order)
+    assert not _accepts(book.people_graph, tuple("hi friend i am rob water the rose".split()))
+    assert book.parse(order).speaker == "friend"
+    with pytest.raises(VocabularyError, match="Friend"):
+        Phrasebook(Vocabulary(("Rob", "Friend")))

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.phones import PHONES, CtcSearch, word_loop
+from hvcpd.people.phones import ANY_PHONE, ANY_PHONE_COST, PHONES, CtcSearch, word_loop
 
 SAID: dict[str, list[tuple[str, ...]]] = {
     "see": [("S", "IY")],
@@ -150,3 +150,20 @@ def test_other_talk_is_any_words_at_a_cost_each() -> None:
 
 def test_phones_of_a_word_are_counted_in_its_shortest_form() -> None:
     assert search().n_phones("zoos") == 3
+
+
+def test_any_phone_stands_for_whichever_is_heard_and_costs_as_much_as_it_says() -> None:
+    graph = WordGraph(2, (Arc(0, 1, "see"), Arc(0, 1, "who")), 0, frozenset((1,)), frozenset())
+    heard = np.full((6, NONE + 1), -20.0, np.float32)
+    for frame, phone in enumerate(("S", "", "IY", "", "", "")):
+        heard[frame, PHONES.index(phone) if phone else NONE] = 0.0
+    said = {**SAID, "who": [(ANY_PHONE,) * n for n in (2, 3)]}
+    for cost, best in ((0.5, "see"), (-2.0 * ANY_PHONE_COST - 0.5, "who")):
+        search = CtcSearch(graph, said.__getitem__, {"see": 0.0, "who": cost}.__getitem__)
+        found = search.best(heard)
+        assert found is not None
+        assert found.words == (best,)
+        others = search.log_likelihood_of(heard, ["see"]) - search.log_likelihood_of(heard, ["who"])
+        assert others == pytest.approx(2.0 * ANY_PHONE_COST + cost, abs=0.01)
+    assert search.instead_of("see") == {"see", "who"}
+    assert search.instead_of("what") == frozenset()

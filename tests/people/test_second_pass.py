@@ -207,6 +207,16 @@ def test_the_louder_it_is_the_less_sure_a_stranger_is(book: Phrasebook, sound: S
     assert sentence(opinion, loud) is None
 
 
+@pytest.mark.parametrize("name", ["sarah", "peter", "yuki", "anna"])
+@pytest.mark.parametrize("text", ["hi rob i am {} what is left", "hi bot i am {} turn right", "hi all i am {}"])
+def test_a_person_whose_name_is_not_known_is_a_friend(book: Phrasebook, sound: Sound, name: str, text: str) -> None:
+    """All were told as said by Bot or by Anna, whose names the robot knows."""
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
+    found = sentence(opinion, alone(stranger(sound), text.format(name)))
+    assert found is not None
+    assert " ".join(found.words) == text.format("anna" if name == "anna" else "friend")
+
+
 def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) -> None:
     """And a sentence may begin later than the segment does."""
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)

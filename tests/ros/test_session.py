@@ -89,7 +89,7 @@ class ScriptedDaemon:
         with suppress(BrokenPipeError):  # the scene may be over by now
             for line in lines:
                 self.say(line)
-        with self.client.makefile("r") as wishes:
+        with suppress(ConnectionError), self.client.makefile("r") as wishes:
             for wish in wishes:
                 self.asked.append(json.loads(wish))
                 self.told.set()
