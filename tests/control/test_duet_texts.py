@@ -32,6 +32,15 @@ def test_nobody_is_asked_to_speak_without_a_microphone() -> None:
     assert "Say, or type and press Enter:  Rob, stop" in ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
 
 
+def test_who_is_alone_is_told_where_the_partner_starts_if_there_is_one() -> None:
+    """A robot by itself was its own partner, on another computer."""
+    assert "Rob begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as Bot\n" in (
+        ready_text(("Rob",), ("Rob", "Bot"), by_voice=True)
+    )
+    assert "Rob begins in a moment.\n" in ready_text(("Rob",), ("Rob",), by_voice=False)
+    assert "one of them begins in a moment.\n" in ready_text(("Rob", "Bot"), ("Rob", "Bot"), by_voice=False)
+
+
 def test_tasks_that_nobody_can_do_yet_are_named_and_how_to_have_them_done(tmp_path: Path) -> None:
     """Robots did all but these, and then fell silent, without a word of why."""
     path = tmp_path / "my tasks.yaml"

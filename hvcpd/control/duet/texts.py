@@ -10,13 +10,8 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.reporting.text import listed, task_words
 
 _READY = """\
-Ready: one of them begins in a moment.
-{join}:  {other}, stop  ·  {other}, resume  ·  what is left  ·  {one}, what are you doing
-More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
-"""
-_READY_ALONE = """\
-Ready: {one} begins in a moment. Its partner runs on another computer within earshot: hvcpctl duet --as {other}
-{join}:  {one}, stop  ·  {one}, resume  ·  what is left  ·  {one}, what are you doing
+Ready: {first} begins in a moment.{partner}
+{join}:  {last}, stop  ·  {last}, resume  ·  what is left  ·  {one}, what are you doing
 More to try: hvcpctl phrases, and docs/duet.md. Ctrl-C ends it.
 """
 
@@ -31,9 +26,12 @@ def welcome_text(robots: tuple[str, ...], where: str, address: str, socket: Path
 
 def ready_text(robots: tuple[str, ...], names: tuple[str, ...], by_voice: bool) -> str:
     """The text for the terminal when all robots here listen; `by_voice`: to a microphone, too."""
-    others = [name for name in names if name != robots[0]] or [robots[0]]
+    first = robots[0] if len(robots) == 1 else "one of them"
+    others = [name for name in names if name not in robots]
+    where = "on another computer within earshot"
+    partner = f" Its partner runs {where}: hvcpctl duet --as {others[0]}" if others else ""
     join = "Say, or type and press Enter" if by_voice else "Type and press Enter"
-    return (_READY if len(robots) > 1 else _READY_ALONE).format(join=join, one=robots[0], other=others[0])
+    return _READY.format(first=first, partner=partner, join=join, one=robots[0], last=robots[-1])
 
 
 def lacking_text(wiring: Wiring, config: Path | None) -> str:
