@@ -10,6 +10,8 @@ from hvcpd.language.automaton import expected_after
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.pattern import Words
 
+_TO_ALL = ("hi", "all")
+
 
 def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     """Where the words leave the sentences of the graph, and what is possible there."""
@@ -27,7 +29,9 @@ def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
     if not close and len(words) > 1 and _may_be_name(words, known, graph, names):
         all_names = ",".join((*names, wrong.capitalize()))
         hint = f"known names are {', '.join(names)}; for a new one give all with --names {all_names}"
-    if opening := _missing_opening(words, known, graph, names):
+    if not known and _follows(graph, (*_TO_ALL, *words)):
+        hint = f"whom it is for comes first: '{' '.join((*_TO_ALL, *words[:2]))} …'"
+    elif opening := _missing_opening(words, known, graph, names):
         hint = f"the speaker comes first: '{' '.join(opening)} …'"
     return f"'{wrong}' is not in the phrasebook {where}; {hint} (all forms: hvcpctl phrases)"
 
@@ -37,15 +41,20 @@ def _may_be_name(words: Words, known: int, graph: WordGraph, names: Sequence[str
     if words[known] in graph.words or valid_robot_name(words[known]) is not None:
         return False
     named = ((*words[:known], name.lower(), *words[known + 1 : known + 2]) for name in names)
-    return any(expected_after(graph, told)[0] == len(told) for told in named)
+    return any(_follows(graph, told) for told in named)
 
 
 def _missing_opening(words: Words, known: int, graph: WordGraph, names: Sequence[str]) -> Words:
     """The words up to the speaker's name that were left out before the word after the `known` ones, or none."""
     before = words[:known]
-    for who in (before, ("hi", *before)) if before else (("hi", "all"),):
+    for who in (before, ("hi", *before)) if before else (_TO_ALL,):
         opening = (*who, "i", "am")
         sentence = (*opening, *(name.lower() for name in names[:1]), words[known])
-        if expected_after(graph, sentence)[0] == len(sentence):
+        if _follows(graph, sentence):
             return opening
     return ()
+
+
+def _follows(graph: WordGraph, words: Words) -> bool:
+    """Whether these words are a sentence, or its beginning."""
+    return expected_after(graph, words)[0] == len(words)

@@ -84,6 +84,12 @@ def test_an_unknown_name_is_told_with_the_option_that_makes_it_known(text: str) 
         BOOK.parse_text(text)
 
 
+@pytest.mark.parametrize("text", ["I am Rob, task one complete", "I am Rob"])
+def test_who_forgets_the_greeting_is_told_of_it_and_not_of_the_speaker(text: str) -> None:
+    with pytest.raises(PhraseError, match=r"'i' is not .* whom it is for comes first: 'hi all i am …'"):
+        BOOK.parse_text(text)
+
+
 @pytest.mark.parametrize("text", ["Hi Rob, I am Bot, sweep the kitchen", "bonjour"])
 def test_a_word_where_a_name_would_lead_nowhere_is_not_taken_for_one(text: str) -> None:
     """Whoever had forgotten --tasks was advised to give "sweep" as a robot's name."""
