@@ -113,7 +113,7 @@ def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     now, to = heard.now, heard.to
     if not is_for(me, to):
         return
-    halting.refuse_to_resume(me)
+    halting.refuse_to_resume(me, heard.said_s)
     if me.latched:
         return
     fire(me, Trigger.STOP, now)
@@ -129,8 +129,9 @@ def _stands(me: Knowledge) -> bool:
 
 
 def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:
-    """Nothing else ends a stop, so a sentence that only sounds like it must not: it is heard surely, or twice."""
-    if not is_for(me, heard.to):
+    """Nothing else ends a stop, so a sentence that only sounds like it must not: it is heard surely, or twice. What was
+    said before the stop does not end it, though it may be understood only now."""
+    if not is_for(me, heard.to) or heard.said_s < me.repair.stop_s:
         return
     before_s, me.repair.resume_s = me.repair.resume_s, heard.now
     if heard.confidence >= SURE or heard.now - before_s <= SAID_AGAIN_S:

@@ -149,6 +149,8 @@ class Repair:
     """Until then it speaks at the usual level, in quiet hours, too."""
     noisy_until_s: float = NEVER_S
     """Until then it speaks for noise: a voice was hardly louder than the noise."""
+    stop_s: float = NEVER_S
+    """When the last "stop" was said."""
     resume_s: float = NEVER_S
     """When "resume" was heard last."""
     unclear_s: tuple[float, ...] = ()

@@ -102,9 +102,10 @@ class Coordination:
         confidence: float = 1.0,
         snr_db: float | None = None,
         trust: Trust = Trust.OPEN,
+        began_s: float | None = None,
     ) -> None:
-        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's. Its own name is never obeyed,
-        unless it says "stop"."""
+        """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's; `began_s`: when it began, if it
+        took time to understand it. Its own name is never obeyed, unless it says "stop"."""
         me = self.knowledge
         if utterance.speaker is not None and utterance.speaker.lower() == me.role.name.lower():
             hearing.hear_namesake(me, utterance, trust, now)
@@ -126,7 +127,7 @@ class Coordination:
         given_up = utterance.statement.given_up if isinstance(utterance.statement, m.ConfirmedAnd) else ()
         for part in m.parts(utterance):
             schedule.heard(me, part.speaker, part.statement, now)
-            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now, given_up))
+            hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now, given_up, began_s))
         if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
             me.arm(now, me.timing.decide_s)
 
@@ -210,13 +211,12 @@ class Coordination:
 
     def ranged(self, name: str, away: PeerDistance) -> None:
         """Note the distance of a peer."""
-        peer = self.peers.get(name)
-        if peer is not None:
+        if (peer := self.peers.get(name)) is not None:
             peer.away = away
 
     def stop(self, now: float) -> bool:
         """Halt and latch, as if "stop" had been heard, and say so aloud. Returns whether it was not stopped already."""
-        halting.refuse_to_resume(self.knowledge)
+        halting.refuse_to_resume(self.knowledge, now)
         if not (before := self.knowledge.latched):
             fire(self.knowledge, Trigger.STOP, now)
         return not before

@@ -56,9 +56,10 @@ def fall_silent(me: Knowledge, _now: float) -> None:
     me.floor.clear()
 
 
-def refuse_to_resume(me: Knowledge) -> None:
-    """Every "stop" outdoes an earlier "resume", also where the robot stands already: one that was heard unsurely, and
-    one that the robot was still to say for its owner."""
+def refuse_to_resume(me: Knowledge, said_s: float) -> None:
+    """Every "stop" outdoes an earlier "resume", also where the robot stands already: one that was heard unsurely, one
+    that is understood only later, and one that the robot was still to say for its owner."""
+    me.repair.stop_s = max(me.repair.stop_s, said_s)
     me.repair.resume_s = NEVER_S  # "resume" is to be heard twice after it
     me.floor.withdraw_all(RESUMES)
 

@@ -268,12 +268,17 @@ class Knowledge:
 @dataclass(frozen=True)
 class Heard:
     """A sentence that was understood, with a confidence of 0 to 1, at a time in s. `given_up`: the tasks that its
-    addressee has given up, as the rest of the sentence tells."""
+    addressee has given up, as the rest of the sentence tells; `began_s`: when it began, None: just now."""
 
     utterance: m.Utterance
     confidence: float
     now: float
     given_up: tuple[m.TaskRef, ...] = ()
+    began_s: float | None = None
+
+    @property
+    def said_s(self) -> float:
+        return self.now if self.began_s is None else self.began_s
 
     @property
     def speaker(self) -> str | None:

@@ -265,7 +265,7 @@ class Robot:
         if utterance.speaker is not None and event.voice != expected and not is_torn:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
-            self.coordination.heard(utterance, now, sure, snr_db, judged.trust)
+            self.coordination.heard(utterance, now, sure, snr_db, judged.trust, start_s)
             self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
     def _hold(self, event: KeywordEvent, detector: object, now: float) -> None:
@@ -278,7 +278,7 @@ class Robot:
         start_s, end_s = event.start_sample / SAMPLE_RATE_HZ, event.end_sample / SAMPLE_RATE_HZ
         text = self.phrasebook.write(stop := Utterance(None, statement=Stop()))
         self._records.append(HeardRecord(now, stop, text, start_s, end_s, math.nan, math.nan, ""))
-        self.coordination.heard(stop, now, confidence=0.0)
+        self.coordination.heard(stop, now, confidence=0.0, began_s=start_s)
 
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
         may_drive = self.coordination.may_drive(self.performer.way, now)

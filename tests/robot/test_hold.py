@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import pytest
 
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.config.shared_places import SharedPlace
@@ -162,6 +163,11 @@ class Bench:
             self.live()
         self.run(1.0)
 
+    def resume(self) -> Recognised:
+        """Said in this block."""
+        n = round(self.robot.now * SAMPLE_RATE_HZ)
+        return Recognised(("resume",), "oak", n, n + BLOCK, 1.0, 20.0, ())
+
     def noted(self, kind: type[Record]) -> list[Record]:
         return [record for record in self.records if isinstance(record, kind)]
 
@@ -306,9 +312,8 @@ def test_while_its_stop_button_is_pressed_it_is_released_by_nobody_not_even_for_
     bench.robot.is_held_down = True
     bench.live()
     assert bench.wheels == STANDSTILL
-    resume = Recognised(("resume",), "oak", 0, BLOCK, 1.0, 20.0, ())
     for _ in range(2):
-        bench.live(resume)
+        bench.live(bench.resume())
         assert bench.stopped
         assert bench.noted(SaveStopped)[-1] == SaveStopped(True)
     bench.run(20.0)
@@ -316,5 +321,25 @@ def test_while_its_stop_button_is_pressed_it_is_released_by_nobody_not_even_for_
     bench.robot.is_held_down = False
     bench.live()
     assert bench.stopped
-    bench.live(resume)
+    bench.live(bench.resume())
+    assert not bench.stopped
+
+
+@pytest.mark.parametrize("by_voice", [True, False])
+def test_a_resume_that_was_said_before_the_stop_and_is_understood_after_it_releases_nobody(by_voice: bool) -> None:
+    """Through an unknown channel a sentence takes seconds; a "stop" meanwhile was undone by it."""
+    bench = Bench(Forward(2.0))
+    bench.until_driving()
+    earlier = bench.resume()
+    bench.run(1.0)
+    if by_voice:
+        n = round(bench.robot.now * SAMPLE_RATE_HZ)
+        bench.live(Urgent(n - BLOCK, n))
+    else:
+        bench.robot.coordination.stop(bench.robot.now)
+    bench.run(1.0)
+    for _ in range(2):
+        bench.live(earlier)
+        assert bench.stopped
+    bench.live(bench.resume())
     assert not bench.stopped
