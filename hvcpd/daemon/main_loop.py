@@ -51,6 +51,7 @@ FAREWELL_WALL_S = 20.0
 """Longest time by the wall clock for the farewell, should sound have stopped coming; within the unit's
 TimeoutStopSec."""
 
+STOPPED = 'stopped until somebody says "resume"'
 NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
 
 _log = structlog.get_logger(__name__)
@@ -247,7 +248,7 @@ class Daemon:
                 self._adaptation.take(output.records)
             for record in output.records:
                 tell(record, self._control.body.wiring.tasks)
-            self._tell_manager(sound)
+            self._tell_manager(robot, sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
     def _keep_hours(self, robot: Robot, wall_s: float) -> None:
@@ -258,22 +259,22 @@ class Daemon:
             c.reconfigure(robot.now, role)
             _log.info("talk", talk=role.talk.value, level_db=role.softly_db)
 
-    def _tell_manager(self, sound: SoundService) -> None:
+    def _tell_manager(self, robot: Robot, sound: SoundService) -> None:
         """Only here: a block came, the robot took its step, and the loop turns.
 
         While the card is gone, blocks without sound count too: a new process would not bring it back.
         """
         self._manager.beat()
         if self._leave_until_s is None:
-            self._manager.status(self._state_of(sound))
+            self._manager.status(self._state_of(robot, sound))
 
-    def _state_of(self, sound: SoundService) -> str:
+    def _state_of(self, robot: Robot, sound: SoundService) -> str:
         if not sound.flowing:
             return NO_SOUND
         if sound.overload.standing:
             return f"{TOO_BUSY}: sound is lost or late"
-        making = self._preparation.text
-        return f"{self._listens}; {making}" if making is not None else self._listens
+        stands = STOPPED if robot.coordination.knowledge.latched else None
+        return "; ".join(filter(None, (self._listens, stands, self._preparation.text)))
 
     def _has_left(self, robot: Robot) -> bool:
         if self._leave_until_s is None:

@@ -13,7 +13,7 @@ import pytest
 from structlog.testing import capture_logs
 
 from hil_fakes.shared_room import SimulatedAir
-from hvcpd.daemon.main_loop import NO_SOUND, Daemon
+from hvcpd.daemon.main_loop import NO_SOUND, STOPPED, Daemon
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.sound_service import TOO_BUSY
 from hvcpd.daemon.wiring import wire_up
@@ -123,6 +123,8 @@ def test_a_robot_tells_when_it_is_ready_that_sound_flows_and_that_it_ends(tmp_pa
         beats_by.append((now_s, told.count("WATCHDOG=1")))
         if 2.0 <= now_s < 2.025:
             raise DeviceError("the sound card stopped")
+        if 3.0 <= now_s < 3.025 and daemon.robot is not None:
+            daemon.robot.coordination.stop(daemon.robot.now)
         if now_s >= 4.0:
             daemon.leave()
 
@@ -139,6 +141,7 @@ def test_a_robot_tells_when_it_is_ready_that_sound_flows_and_that_it_ends(tmp_pa
         "READY=1\nSTATUS=Rob of team plant listens",
         f"STATUS={NO_SOUND}",
         "STATUS=Rob of team plant listens",
+        f"STATUS=Rob of team plant listens; {STOPPED}",
         "STOPPING=1\nSTATUS=saying goodbye",
     ]
     assert told.index(states[2]) < told.index("WATCHDOG=1")
