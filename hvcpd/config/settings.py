@@ -103,6 +103,11 @@ class WheelSettings:
             object.__setattr__(self, "driver", "dynamixel")
 
     @property
+    def on_serial_port(self) -> bool:
+        """Whether a handshake on a serial port finds them; other drivers raise what is wrong at `open`."""
+        return self.driver in ("auto", "opencr", "dynamixel")
+
+    @property
     def ids(self) -> tuple[int, int]:
         """The left and the right motor's identifier on the bus."""
         return self.left_id, self.right_id

@@ -229,6 +229,8 @@ def find_port(settings: WheelSettings, device_directory: Path, access: Access = 
         return Finding("wheels", "none, as wheels.driver says; the robot stands")
     if settings.driver == "ros":
         return Finding("wheels", f"by ROS ({settings.ros_mode}); the robot stands until `hvcpctl ros` runs beside it")
+    if not settings.on_serial_port:
+        return Finding("wheels", f"by the driver {settings.driver}")
     from hvcpd.hardware.groups import group_of
     from hvcpd.hardware.wheels_find import candidate_ports  # not for a robot without a port: it loads the motors' SDK
 

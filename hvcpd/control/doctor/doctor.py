@@ -71,6 +71,9 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
     if settings.driver == "ros":
         yield fine("wheels", "ROS has them, as wheels.driver says; see `hvcpctl status` while `hvcpctl ros` runs")
         return
+    if not settings.on_serial_port:
+        yield note("wheels", f"driver {settings.driver}: only `hvcpctl drive status` checks it")
+        return
     finding = examine(settings, make_port)
     for problem in finding.problems:
         yield wrong("wheels", problem)

@@ -79,8 +79,11 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
     if options.action == "stop":
         if options.dry_run:
             show.would_stop()
-        else:
+        elif settings.wheels.on_serial_port:
             show.stopped(stop_anyway(settings.wheels, make_port))
+        else:
+            _stop(settings)
+            show.stopped([f"wheels of the driver {settings.wheels.driver}"])
         return EX_OK
     wheels, session = _session(options, settings, make_port)
     # SIGTERM ends the command like Ctrl-C: through every `finally`, so that the wheels stand. SIGINT too: whoever
@@ -96,6 +99,14 @@ def run(options: argparse.Namespace, make_port: MakePort = WaitingPort) -> int:
             return _report(options, wheels, session, show)
         finally:
             wheels.close()
+
+
+def _stop(settings: Settings) -> None:
+    """Stop wheels of a driver without a handshake of its own. Raises DeviceError."""
+    wheels = make_wheels(settings.wheels)
+    if wheels is not None:
+        wheels.open()
+        wheels.close()
 
 
 def _settings(options: argparse.Namespace) -> Settings:
