@@ -6,6 +6,7 @@ from collections import defaultdict
 
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.tasks import Action, Forward, Place, TaskDefinition, Tend
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 
@@ -92,5 +93,13 @@ def utterance(speaker: str, to: str, statement: m.Statement) -> m.Utterance:
 
 def release_all(mission: WordMission) -> None:
     """Have a person say "resume" until all have heard it, also robots that are off when it is said first."""
-    for pause_s in (1.0, 10.0, 30.0, 60.0, 90.0):
-        mission.tell(mission.air.now + pause_s, "Anna", m.Utterance(None, None, None, m.Resume()))
+    resume = m.Utterance(None, None, None, m.Resume())
+    for pause_s in (1.0, 10.0, 30.0, 60.0):
+        mission.tell(mission.air.now + pause_s, "Anna", resume)
+
+    def say_again() -> None:  # other sentences may have been in the way every time
+        if any(robot.state is State.STOPPED for robot in mission.robots.values()):
+            mission.speak("Anna", resume)
+            mission.at(mission.air.now + 25.0, say_again)
+
+    mission.at(mission.air.now + 90.0, say_again)
