@@ -1,7 +1,7 @@
 """Recognition of people and synthesizers that no robot knows, compared with PocketSphinx with the same grammar.
 
     python -m benchmarks.people [--data DIR]
-        [--rows people,neural,rooms,requests,enrolment,talk,digits,strangers,enrolled,stop]
+        [--rows people,neural,rooms,requests,names,enrolment,talk,digits,strangers,enrolled,stop]
         [--sentences 20] [--most 200] [--takes 15] [--voices NAME,...] [--minutes 30] [--seed 1] [--wrong]
         [--names Rob,Bot,Anna] [--tasks FILE.yaml]
 
@@ -9,7 +9,8 @@ With DIR, of speakers and recordings that nothing was trained or fitted with: `p
 over talk, their words that are no sentence, and digits, nobody enrolled; `talk`, people who order coffee, and talk
 without a pause. `neural`: sentences by Kokoro's voices; `enrolment`: by them with five sentences enrolled, theirs,
 those of another of them, and flite's. `rooms`: sentences by them and by flite's from across simulated rooms (needs
-pyroomacoustics); `requests`: what people ask of one robot, from there, and how often it knows at least for whom it is.
+pyroomacoustics); `requests`: what people ask of one robot, from there, and how often it knows at least for whom it is;
+`names`: the same close by, by speakers whose names it knows, does not know, or does not hear.
 `digits`: single digits by people, from three takes each, those from the sixth on are heard; each once more with the
 other speakers alone enrolled. `strangers`: sentences of the phrasebook by espeak-ng and flite, nobody enrolled;
 `enrolled`: the same with three takes of each word, at other rates. `stop`: "stop", "Rob stop" and "all stop" by these
@@ -45,7 +46,7 @@ from benchmarks.people_material import (
     stream,
     words_of,
 )
-from benchmarks.people_rooms import requests_row, rooms_row
+from benchmarks.people_rooms import names_row, requests_row, rooms_row
 from benchmarks.people_stage import NAMES, SNR_DB, Stage, found, listen, say_the_same
 from hvcpd.people.enrolled import Person
 from hvcpd.people.second_pass import SecondPassRecogniser
@@ -176,6 +177,8 @@ def main() -> None:
         rooms_row(stage, o.sentences, o.seed)
     if "requests" in rows:
         requests_row(stage, o.sentences, o.seed)
+    if "names" in rows:
+        names_row(stage, o.sentences, o.seed)
     if "enrolment" in rows:
         strangers.enrolment_row(stage, o.sentences, o.seed)
     if {"strangers", "enrolled", "stop"} & set(rows):

@@ -18,6 +18,7 @@ from benchmarks.people_strangers import heard, test_voices
 from benchmarks.phones.voices import Talker
 from hvcpd.errors import PhraseError
 from hvcpd.language import messages as m
+from hvcpd.language.addressees import FRIEND
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.ports import Samples
 
@@ -30,6 +31,12 @@ ROOMS: tuple[tuple[str, Box | None, float], ...] = (
 PLACES = 6
 """Of speaker and robot in each room."""
 NOISES = ((20.0, "white"), (10.0, "pink"))
+
+UNKNOWN = tuple(
+    """sarah peter maria kevin julia david emma lucas laura hannah oscar clara felix mia leo alice george priya yuki
+    olga""".split()
+)
+"""Names that no robot of these rows knows."""
 
 Spoken = Sequence[tuple[tuple[str, ...], Samples]]
 
@@ -59,8 +66,50 @@ def requests_row(stage: Stage, n: int, seed: int) -> None:
                 print(f"    of the rest {count.addressed} were noticed to be for {me}", flush=True)
 
 
-def requests(book: Phrasebook, name: str, person: str, n: int, chooser: random.Random) -> list[Phrases]:
-    """Requests to this robot, of which half say who speaks if they can be said without that."""
+def names_row(stage: Stage, n: int, seed: int) -> None:
+    """Orders and answers by the same voices, close to the robot, which give a name that it knows, one that it does not
+    know, or none."""
+    chooser, [me, _, person] = random.Random(seed), stage.names[:3]
+    kinds: dict[str, tuple[str | None, tuple[str, ...]]] = {
+        "a name that it knows": (person, (person.lower(),)),
+        "a name that it does not know": (FRIEND, UNKNOWN),
+        "no name": (None, ()),
+    }
+    for label, (speaker, names) in kinds.items():
+        texts = partial(_requests_by, stage.book, me, speaker, names, n, chooser)
+        said = _spoken(texts, seed)
+        meant = [(tuple(FRIEND if word in UNKNOWN else word for word in words), sound) for words, sound in said]
+        for snr_db, colour in NOISES:
+            count = heard(stage, meant, snr_db, colour, seed)
+            count.told(f"requests with {label}, {colour} noise at {snr_db:.0f} dB")
+
+
+def _requests_by(
+    book: Phrasebook,
+    name: str,
+    speaker: str | None,
+    names: Sequence[str],
+    n: int,
+    chooser: random.Random,
+    _voice: int,
+) -> list[Phrases]:
+    texts = requests(book, name, speaker, n, chooser, named=True)
+    return [_by(phrases, chooser, names) for phrases in texts]
+
+
+def _by(phrases: Phrases, chooser: random.Random, names: Sequence[str]) -> Phrases:
+    """The same by a speaker with one of these names, if there are any."""
+    words = [list(part) for part in phrases]
+    for part in words:
+        if names and "am" in part[:-1]:
+            part[part.index("am") + 1] = chooser.choice(names)
+    return words
+
+
+def requests(
+    book: Phrasebook, name: str, person: str | None, n: int, chooser: random.Random, named: bool = False
+) -> list[Phrases]:
+    """Requests to this robot, of which half say who speaks, or all that are `named`."""
     orders: list[m.Statement] = [
         *(m.Order(m.TaskByName(task)) for task in book.vocabulary.tasks),
         m.Order(m.TaskByNumber(3)),
@@ -83,8 +132,10 @@ def requests(book: Phrasebook, name: str, person: str, n: int, chooser: random.R
     found: list[Phrases] = []
     while len(found) < n:
         statement = chooser.choice(chooser.choice([orders, motions, others]))
-        speaker = chooser.choice([person, None])
-        with suppress(PhraseError):  # an order without a name, for example
+        speaker = person if named else chooser.choice([person, None])
+        if speaker is None and not named and isinstance(statement, m.Order | m.Confirmed | m.Negative):
+            continue  # the row's sentences are those of when they needed a name
+        with suppress(PhraseError):  # "say again" without a name, for example
             found.append(book.phrases(m.Utterance(speaker, m.ToRobot(name), None, statement)))
     return found
 
