@@ -41,7 +41,7 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     if name is None or not is_for_me_alone(me, heard.to):
         return
     number = entry.definition.number if entry is not None else None
-    same = entry is not None and me.current.task == number and me.current.partner == name
+    same = entry is not None and me.current.task == number and me.is_partner(name)
     if entry is not None and entry.known_done and not asks_anew(me, name, entry):
         reply: m.Statement | None = composing.closed(me, entry.definition.number)
     elif same and me.state in AT_WORK and (entry is None or not entry.is_shared or me.state is State.GOING):

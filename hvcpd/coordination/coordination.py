@@ -111,8 +111,8 @@ class Coordination:
             hearing.hear_namesake(me, utterance, trust, now)
             return
         believed = trusting.admit(me, utterance, trust)
-        if utterance.speaker not in (None, m.FRIEND) and believed:
-            peer = me.peers.heard(utterance.speaker, team_of(utterance), now, confidence, snr_db)
+        told = utterance.speaker if believed else None
+        if told is not None and (peer := me.peers.heard(told, team_of(utterance), now, confidence, snr_db)) is not None:
             me.do(SavePeer(peer.name, peer.team, now))
             note_presence(me, utterance, now)
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0

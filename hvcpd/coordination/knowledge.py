@@ -250,11 +250,13 @@ class Knowledge:
 
     def is_partner(self, name: str | None) -> bool:
         """Whether this speaker is the one with whom the present task or motion is being agreed on. A person may be
-        called by name one time, and FRIEND another time."""
+        called by name one time, and FRIEND another time. Among the names that all were given are people's, too; robots
+        name their team, and people do not."""
         partner = self.current.partner
         if name is None or partner is None or name == partner:
             return name is not None and name == partner
-        return m.FRIEND in (name, partner) and self.roster.isdisjoint((name.lower(), partner.lower()))
+        peer = self.peers.get(partner if name == m.FRIEND else name)
+        return m.FRIEND in (name, partner) and (peer is None or peer.team is None)
 
     def lacks(self, entry: Entry) -> bool:
         """Whether this robot has no means for a task, or has given it up."""

@@ -118,8 +118,11 @@ class Peers:
         silence_s = now - self.last_heard_s if self.last_heard_s > float("-inf") else 0.0
         return now - self._rested_s - max(silence_s - self._most_s, 0.0)
 
-    def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer:
-        """Note that a peer spoke; a team once announced is kept."""
+    def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer | None:
+        """Note that a peer spoke; a team once announced is kept. None for FRIEND: nobody waits for somebody who may be
+        anybody, or gives an order to it."""
+        if name.lower() == m.FRIEND:
+            return None
         if not self.is_present(name, now):
             self._present = None
         peer = self._peers.get(name.lower())

@@ -89,6 +89,8 @@ def _commands(slots: SlotValues, readings: Readings) -> Iterator[Fault]:
         for value, words in slots[slot].items():
             if SAFETY_WORDS.intersection(words) or any(True for _ in readings(words)):
                 yield _fault(slot, value, f"can be mistaken for a command: {_remedy(slot)}")
+            elif m.FRIEND in words and slot not in ("remark", "reason"):  # robots alone say these
+                yield _fault(slot, value, f"has the word '{m.FRIEND}', by which any name is heard: {_remedy(slot)}")
 
 
 def _ambiguous(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from hvcpd.errors import PhraseError
 from hvcpd.language.addressees import FRIEND as FRIEND
 from hvcpd.language.addressees import Addressee as Addressee
 from hvcpd.language.addressees import ToAll as ToAll
@@ -272,5 +273,8 @@ class Utterance:
 
 def for_robots(utterance: Utterance) -> Utterance:
     """The utterance as one of our voices says it: a hail as the whole question, since robots hear no hail in each
-    other's voices."""
+    other's voices. Raises PhraseError for an order or an answer without a speaker's name: they hear none of those."""
+    if utterance.speaker == FRIEND:
+        to = utterance.addressee or ToAll()
+        raise PhraseError(f"only people need not say who speaks; with a robot's voice say 'Hi {to}, I am NAME, …'")
     return replace(utterance, statement=WhoHere()) if isinstance(utterance.statement, Hail) else utterance

@@ -205,7 +205,7 @@ class Phrasebook:
 
     def _usable_forms(self) -> Iterator[CompiledForm]:
         for compiled in self._forms:
-            if all(self.slots[slot] for slot in compiled.needed - {LETTERS_SLOT}):
+            if all(self._named_slots[slot] for slot in compiled.needed - {LETTERS_SLOT}):
                 yield compiled
 
     @cached_property

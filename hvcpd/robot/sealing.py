@@ -102,8 +102,9 @@ class Sealing:
 
     def _hides_from_others(self, utterance: m.Utterance) -> bool:
         to = utterance.addressee
-        alone = isinstance(to, m.ToRobot) and bool(self._roster) and to.name.casefold() not in self._roster
-        return self._encrypts and utterance.speaker is not None and not alone
+        name = to.name.casefold() if isinstance(to, m.ToRobot) else None
+        to_person = name == m.FRIEND or (name is not None and bool(self._roster) and name not in self._roster)
+        return self._encrypts and utterance.speaker is not None and not to_person
 
     def judge(self, utterance: m.Utterance, book: Phrasebook, now: float) -> tuple[m.Utterance, Verdict]:
         """The utterance with its decrypted content, if the key fits, and its trust. An utterance of a kind that is

@@ -231,12 +231,41 @@ def test_a_person_whose_name_is_not_known_is_obeyed_and_called_friend(order: str
     assert mission.robots["Rob"].peers.get("friend") is None, "nobody waits for its turn"
 
 
+def test_a_coordinator_gives_no_order_to_a_friend() -> None:
+    """It took whoever a robot speaks to for a robot, and spoke to "friend" again and again."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(4), ("Anna",), seed=5, coordinator="Bot")
+    for at_s, text in ((20.0, "Hi Rob, I am friend, what are you doing"), (40.0, "Rob, what is left")):
+        mission.hear(at_s, text, speaker="Anna")
+    mission.hear(60.0, "Hi Bot, I am Max, friend says, what are you doing", speaker="Max")
+    mission.run()
+    assert all(robot.peers.get("friend") is None for robot in mission.robots.values())
+    assert not [text for text in mission.written() if text.startswith("Hi friend, I am Bot, water")]
+
+
+def test_a_friend_who_repeats_an_order_is_not_told_that_the_robot_is_busy_with_it() -> None:
+    mission = _waiting("Rob")
+    _answers(mission, "Hi Rob, I am Anna, complete task four", 9.0)
+    _answers(mission, "Rob, confirmed", 8.0)
+    assert mission.robots["Rob"].state in AT_WORK
+    assert _answers(mission, "Rob, complete task four", 8.0) == ["Hi friend, I am Rob, I will complete task four"]
+
+
 def test_who_said_a_name_may_confirm_without_one() -> None:
     mission = _waiting("Rob")
     assert _answers(mission, "Hi Rob, I am Anna, complete task two", 7.0) == [
         "Hi Anna, I am Rob, I will complete task two"
     ]
     _answers(mission, "Rob, confirmed", 60.0)
+    assert mission.watered[2] == 1
+
+
+@pytest.mark.parametrize("order", ["Hi Rob, I am Anna, complete task two", "Rob, complete task two"])
+def test_so_may_who_is_among_the_names_that_all_know(order: str) -> None:
+    """Whoever the setting `names` names counted as a robot, for which nobody without a name may confirm."""
+    mission = Mission(("Rob", "Anna"), plants(4), seed=5, coordinator="Nobody", late={"Anna": 9000.0})
+    mission.air.run_until(50.0)
+    _answers(mission, order, 9.0)
+    _answers(mission, "Rob, confirmed" if "Anna" in order else "Hi Rob, I am Anna, confirmed", 60.0)
     assert mission.watered[2] == 1
 
 

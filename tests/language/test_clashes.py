@@ -46,6 +46,14 @@ def test_words_of_the_phrasebook_in_another_order_are_a_teams_own(task: str) -> 
     assert _book(task).parse_text(f"Hi Rob, I am Bot, {task}")
 
 
+@pytest.mark.parametrize("slot", ["tasks", "teams", "places"])
+def test_a_friend_is_any_name_and_so_no_word_of_what_people_say(slot: str) -> None:
+    """ "Rob, visit a friend" ended the search with an error; "visit a dragon" was heard as it."""
+    with pytest.raises(VocabularyError, match="'visit a friend' has the word 'friend', by which any name is heard"):
+        Phrasebook(Vocabulary(("Rob", "Bot"), **{slot: ("visit a friend",)}))
+    assert _book(remarks=("hello my friend",))
+
+
 def test_all_words_that_clash_are_told_at_once() -> None:
     """One at a time, each start told the next."""
     with pytest.raises(VocabularyError) as refused:

@@ -139,6 +139,13 @@ def test_our_voices_say_a_mere_greeting_as_the_question_that_robots_hear() -> No
     assert BOOK.write(m.for_robots(hail)) == "Rob, who is here"
 
 
+@pytest.mark.parametrize("text", ["Rob, complete task two", "Rob, confirmed", "Hi Rob, I am friend, negative"])
+def test_no_voice_of_ours_leaves_out_who_speaks(text: str) -> None:
+    """`hvcpctl say` made sound of it that no robot understands."""
+    with pytest.raises(PhraseError, match=r"with a robot's voice say 'Hi Rob, I am NAME, …'"):
+        m.for_robots(BOOK.parse_text(text))
+
+
 def test_robots_never_say_please() -> None:
     rng = random.Random(3)
     assert not any("please" in BOOK.render(BOOK.sample(rng)) for _ in range(500))
@@ -346,6 +353,11 @@ def test_a_new_word_network_leaves_nothing_that_only_a_garbage_collection_frees(
         assert gc.collect() == 0
     finally:
         gc.enable()
+
+
+def test_without_names_nobody_says_one() -> None:
+    book = Phrasebook(Vocabulary(tasks=("water the rose",)))
+    assert {book.sample(random.Random(seed)).speaker for seed in range(30)} == {None}
 
 
 def test_people_whose_names_are_not_known_are_called_friend() -> None:

@@ -49,8 +49,10 @@ def test_greetings_stop_names_and_distrust_are_never_hidden(statement: m.Stateme
     assert robot("Rob").marked(said, BOOK, 0.0).mark is None
 
 
-def test_people_are_answered_plainly() -> None:
-    said = robot("Rob").marked(m.Utterance("Rob", m.ToRobot("Ann"), None, CLAIM), BOOK, 0.0)
+@pytest.mark.parametrize(("name", "roster"), [("Ann", NAMES), ("friend", NAMES), ("friend", ())])
+def test_people_are_answered_plainly(name: str, roster: tuple[str, ...]) -> None:
+    rob = Sealing(Guard("Rob", RING), True, roster)
+    said = rob.marked(m.Utterance("Rob", m.ToRobot(name), None, CLAIM), BOOK, 0.0)
     assert isinstance(said.mark, m.Seal)
     assert "i will complete task two" in " ".join(BOOK.render(said))
 
