@@ -27,8 +27,6 @@ MOST_LOG_ODDS = 8.0
 """Largest log odds of a sentence by a net, natural logarithm; no net is right more often than that."""
 GREETINGS = ("hi", "hello")
 TO_ALL = "all"
-SURE_NAME = 0.75
-"""Least confidence of a sentence with a speaker's name; below it, the same sentence may be FRIEND's."""
 MOST_CALL_WORDS = 3
 """Words of a call for a halt at most: an addressee and the keyword, as in "team plant stop"."""
 
@@ -63,6 +61,14 @@ class Hypotheses:
         found = [each.words for each in (self.by_phones, self.by_takes) if each is not None]
         return found[:1] if len(found) > 1 and same_meaning(*found) else found
 
+    def _said_by(self, words: Words) -> Sequence[Words]:
+        """A sentence, and the same by FRIEND; or, if it is FRIEND's, by whomever: an unclear name makes the rest no less
+        sure."""
+        name = words[words.index("am") + 1] if "am" in words[:-1] else ""
+        if name not in self.names:
+            return [words]
+        return [by_name(words, each) for each in (self.names if name == FRIEND else (name, FRIEND))]
+
     @cached_property
     def names(self) -> frozenset[str]:
         """What speakers may call themselves, with FRIEND; empty if names that are not known count for nothing."""
@@ -81,8 +87,7 @@ class Hypotheses:
             others = self.search.log_likelihood(posterior, KEYWORD, beginnings=True)
             mine = _log_difference(whole, others)
         else:
-            said = [by_name(words, name) for name in self.names] if FRIEND in words else [words]
-            mine = self.search.log_likelihood_of(posterior, *chain.from_iterable(map(wordings, said)))
+            mine = self.search.log_likelihood_of(posterior, *chain.from_iterable(map(wordings, self._said_by(words))))
             others = _log_difference(whole, mine)
         if mine == -math.inf:
             return mine
@@ -121,25 +126,11 @@ class FusedHypothesis:
 
 
 def fuse(hypotheses: Hypotheses) -> FusedHypothesis | None:
-    """The likeliest candidate, said by FRIEND if the speaker's name is not sure; None if there is none."""
-    found = max((_judged(hypotheses, words) for words in hypotheses.sentences), key=_chance, default=None)
-    if found is None or found.probability >= SURE_NAME:
-        return found
-    return max((found, *(_judged(hypotheses, each) for each in _by_friend(hypotheses, found.words))), key=_chance)
-
-
-def _judged(hypotheses: Hypotheses, words: Words) -> FusedHypothesis:
-    return FusedHypothesis(words, probability(confidence_features(hypotheses, words)))
-
-
-def _chance(found: FusedHypothesis) -> float:
-    return found.probability
-
-
-def _by_friend(hypotheses: Hypotheses, words: Words) -> Sequence[Words]:
-    """The same sentence by FRIEND, if it has a speaker's name and names that are not known count."""
-    name = words[words.index("am") + 1] if "am" in words[:-1] else None
-    return [by_name(words, FRIEND)] if name in hypotheses.names and name != FRIEND else []
+    """The likeliest candidate; None if there is none."""
+    found = [
+        FusedHypothesis(words, probability(confidence_features(hypotheses, words))) for words in hypotheses.sentences
+    ]
+    return max(found, key=lambda each: each.probability, default=None)
 
 
 def by_name(words: Words, name: str) -> Words:

@@ -65,7 +65,7 @@ TALK_WORD_COST = 4.0
 
 ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
-NAME_COST = 8.0
+NAME_COST = 5.0
 """Of such a name, nats by each net."""
 
 COURTESY = "please"
