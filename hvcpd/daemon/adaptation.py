@@ -88,6 +88,8 @@ class ConfirmedSentences:
         speaker = (utterance.speaker or "").lower()
         found, self._found = self._found, None
         candidate = self._candidate
+        if speaker == FRIEND:
+            self._candidate = None  # the same person may have denied it, or ordered something else
         if speaker in ("", FRIEND, self._own_name):
             return None
         if candidate is not None and speaker == candidate.speaker:

@@ -12,7 +12,17 @@ import pytest
 
 from hvcpd.daemon.adaptation import CONFIRMED_S, LEAST, Adaptation, ConfirmedSentences
 from hvcpd.daemon.second_pass import SecondPass
-from hvcpd.language.messages import Claim, Confirmed, Order, TaskByNumber, ToAll, ToRobot, Utterance
+from hvcpd.language.messages import (
+    Claim,
+    Confirmed,
+    Negative,
+    Order,
+    Statement,
+    TaskByNumber,
+    ToAll,
+    ToRobot,
+    Utterance,
+)
 from hvcpd.memory.people import person_path, read_person, remove_person, write_person
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
 from hvcpd.ports import SAMPLE_RATE_HZ
@@ -92,6 +102,17 @@ def test_nothing_is_learned_of_what_was_not_read_back_or_not_confirmed(wrong: di
 def test_nobody_is_learned_under_the_name_of_all_whose_names_are_not_known() -> None:
     order, yes = (replace(each, speaker="friend") for each in (ORDER, YES))
     assert learn(replace(READ_BACK, addressee=ToRobot("friend")), yes=yes, order=order) is None
+
+
+@pytest.mark.parametrize("statement", [Negative(), Order(TaskByNumber(2))])
+def test_what_may_have_been_denied_without_a_name_is_not_learned(statement: Statement) -> None:
+    """Her confirmation of what was ordered instead would have confirmed the words that were misheard."""
+    learning = ConfirmedSentences("Rob")
+    learning.found(*piece_of("water", "rose"))
+    learning.heard(ORDER, START_S, START_S + 2.0)
+    learning.said(READ_BACK)
+    learning.heard(replace(YES, speaker="friend", statement=statement), START_S + 4.0, START_S + 5.0)
+    assert learning.heard(YES, START_S + 10.0, START_S + 11.0) is None
 
 
 def test_others_may_speak_between_a_sentence_and_its_confirmation() -> None:
