@@ -62,8 +62,8 @@ class Hypotheses:
         return found[:1] if len(found) > 1 and same_meaning(*found) else found
 
     def _said_by(self, words: Words) -> Sequence[Words]:
-        """A sentence, and the same by FRIEND; or, if it is FRIEND's, by whomever: an unclear name makes the rest no less
-        sure."""
+        """A sentence, and the same by FRIEND; or, if it is FRIEND's, by whomever: an unclear name makes the rest no
+        less sure."""
         name = words[words.index("am") + 1] if "am" in words[:-1] else ""
         if name not in self.names:
             return [words]
