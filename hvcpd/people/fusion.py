@@ -27,6 +27,9 @@ MOST_LOG_ODDS = 8.0
 """Largest log odds of a sentence by a net, natural logarithm; no net is right more often than that."""
 GREETINGS = ("hi", "hello")
 TO_ALL = "all"
+DENIAL = "DENIAL"
+"""In a network, beside FRIEND: words that are no name, and after which "complete task two" is no order, as in "I am not
+going to". No word is in capitals."""
 MOST_CALL_WORDS = 3
 """Words of a call for a halt at most: an addressee and the keyword, as in "team plant stop"."""
 
@@ -48,12 +51,14 @@ class Hypotheses:
 
     @cached_property
     def by_phones(self) -> CtcSentence | None:
-        """The likeliest of the sentences that are best by one of the nets; None if there is none."""
+        """The likeliest of the sentences that are best by one of the nets; None if there is none, or if it has a
+        DENIAL."""
         found = {each.words: each for posterior in self.posteriors if (each := self.search.best(posterior)) is not None}
-        if len(found) <= 1:  # mostly the nets agree, and nothing is to be weighed
-            return next(iter(found.values()), None)
-        likelihood = self.search.log_likelihood_of
-        return max(found.values(), key=lambda each: sum(likelihood(one, each.words) for one in self.posteriors))
+        best = next(iter(found.values()), None)
+        if len(found) > 1:  # mostly the nets agree, and nothing is to be weighed
+            likelihood = self.search.log_likelihood_of
+            best = max(found.values(), key=lambda each: sum(likelihood(one, each.words) for one in self.posteriors))
+        return best if best is not None and DENIAL not in best.words else None
 
     @property
     def sentences(self) -> list[Words]:
@@ -72,7 +77,7 @@ class Hypotheses:
     @cached_property
     def names(self) -> frozenset[str]:
         """What speakers may call themselves, with FRIEND; empty if names that are not known count for nothing."""
-        return self.search.instead_of(FRIEND)
+        return self.search.instead_of(FRIEND) - {DENIAL}
 
     def log_odds(self, words: Words) -> float:
         """Log odds, by the net that is surest, of a sentence in any of its `wordings`, or of any call for a halt if it

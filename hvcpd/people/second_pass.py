@@ -7,10 +7,11 @@ from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 
 from hvcpd.language.addressees import FRIEND
-from hvcpd.language.graph import WordGraph, beginning_with, ends_of
+from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
 from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import (
+    DENIAL,
     GREETINGS,
     TO_ALL,
     FusedHypothesis,
@@ -67,6 +68,13 @@ ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
 NAME_COST = 5.0
 """Of such a name, nats by each net."""
+
+DENYING = ("not", "never", "unable", "going")
+"""The first words of a DENIAL: "I am not going to complete task two" was heard as an order by somebody of that name."""
+DENYING_PHONES = 6
+"""Phones that may follow them, as many as "going to" has after "not"."""
+DENIAL_COST = 8.0
+"""Nats by each net; see docs/decisions/phones.md."""
 
 COURTESY = "please"
 """Said after an order, it changes nothing."""
@@ -203,7 +211,7 @@ class SecondPassRecogniser:
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:
         """Of sentences, and of other talk."""
         talk = word_loop([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
-        return CtcSearch(self._graph, self._sounds, _cost), talk
+        return CtcSearch(_with_denials(self._graph), self._sounds, _cost), talk
 
     @cached_property
     def _for_me(self) -> CtcSearch:
@@ -214,6 +222,9 @@ class SecondPassRecogniser:
 
     def _sounds(self, word: str) -> Sequence[Sequence[str]]:
         """A word's pronunciations. FRIEND stands for any name: the network has it only where a speaker says its own."""
+        if word == DENIAL:
+            denying = [said for each in DENYING for said in self._lexicon.sounds(each)]
+            return [(*said, *(ANY_PHONE,) * n) for said in denying for n in range(DENYING_PHONES + 1)]
         return ANY_NAME if word == FRIEND else self._lexicon.sounds(word)
 
     def _listener(self) -> EnrolledRecogniser | None:
@@ -223,8 +234,14 @@ class SecondPassRecogniser:
         return self._enrolled(people) if people else None
 
 
+def _with_denials(graph: WordGraph) -> WordGraph:
+    """With DENIAL wherever FRIEND may be said."""
+    more = (Arc(arc.source, arc.target, DENIAL) for arc in graph.arcs if arc.word == FRIEND)
+    return replace(graph, arcs=(*graph.arcs, *more))
+
+
 def _cost(word: str) -> float:
-    return NAME_COST if word == FRIEND else 0.0
+    return {FRIEND: NAME_COST, DENIAL: DENIAL_COST}.get(word, 0.0)
 
 
 def _surely(nearest: Recognised | None) -> Recognised | None:

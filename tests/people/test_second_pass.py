@@ -217,6 +217,18 @@ def test_a_person_whose_name_is_not_known_is_a_friend(book: Phrasebook, sound: S
     assert " ".join(found.words) == text.format("anna" if name == "anna" else "friend")
 
 
+@pytest.mark.parametrize("start", ["not going to", "never going to", "unable to", "going to", "not able to"])
+def test_what_somebody_is_not_going_to_do_is_no_order(book: Phrasebook, sound: Sound, start: str) -> None:
+    """It was that of somebody who is called so."""
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, "Rob")
+    said = alone(stranger(sound), f"hi rob i am {start} complete task two")
+    assert sentence(opinion, said) is None
+    assert opinion.likeliest(said) is None
+    found = sentence(opinion, alone(stranger(sound), "hi rob i am nathan complete task two"))
+    assert found is not None
+    assert " ".join(found.words) == "hi rob i am friend complete task two"
+
+
 def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) -> None:
     """And a sentence may begin later than the segment does."""
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
