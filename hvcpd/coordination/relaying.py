@@ -80,11 +80,16 @@ def overheard(me: Knowledge, heard: Heard) -> None:
     passed_on_enough = times >= RELAYS_MAX and now - passed_on_s < REPEATED_S
     if not isinstance(said, RELAYABLE if apart else OPENERS) or passed_on_enough:
         return
-    if not me.peers.is_present(to, now) or (isinstance(said, m.Completed) and said.next is not None):
+    if not me.peers.is_present(to, now) or _says_two_things(said):
         return
     slot = (APART_SLOT if apart else SILENT_SLOT) + min(me.rank(speaker, 0, now), RANK_MAX)
     relay = m.Relayed(speaker, said)
     composing.answer(me, to, _topic(speaker, to), relay, now, slot, call=speaker, tentative=not apart)
+
+
+def _says_two_things(s: m.Statement) -> bool:
+    """Whether no sentence passes it on: that would be too long."""
+    return any(getattr(s, more, None) is not None for more in ("also", "next", "then", "distance_m"))
 
 
 def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:

@@ -140,3 +140,17 @@ def test_what_is_passed_on_with_the_own_name_is_not_obeyed() -> None:
     mission.air.run_until(80.0)
     assert mission.robots["Rob"].state is State.READY
     assert mission.written(60.0, without=("Bot",)) == []
+
+
+def test_what_says_two_things_is_not_passed_on() -> None:
+    """No sentence can do that, and the robot between ended with an error."""
+    mission = line(seed=3)
+    mission.run()
+    one, two = m.TaskByNumber(1), m.TaskByNumber(2)
+    for statement in (m.Confirmed(one, also=two), m.Completed(one, also=two), m.Claim(one, two), m.Busy()):
+        now = mission.air.now
+        mission.robots["Max"].heard(m.Utterance("Zoe", m.ToRobot("Rob"), None, statement), now)
+        mission.air.refresh()
+        mission.air.run_until(now + 30.0)
+        passed_on = m.Relayed("Zoe", statement) in [u.statement for u in relays(mission)]
+        assert passed_on is (statement == m.Busy())
