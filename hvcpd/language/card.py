@@ -78,8 +78,8 @@ class Line:
 
 
 COURTESY = (
-    "“Hello” is understood as “Hi”, and “please” before what you ask for; "
-    "parts in [brackets] may be left out; pause a little at the commas."
+    "“Hello” is “Hi”, and “please” may go before what you ask for; [brackets], and “Hi” and your name "
+    "before an order or answer, may be left out; pause at the commas."
 )
 
 
@@ -99,8 +99,9 @@ def make_card(phrasebook: Phrasebook) -> Card:
     """The card of a team's phrasebook."""
     vocabulary = phrasebook.vocabulary
     calls, statements = [], []
-    called = {(_plain(f).removeprefix(CALL).removeprefix(CALL_TO).strip(), f.meaning) for f in FORMS if _is_call(f)}
-    for form in FORMS:
+    forms = [form for form in FORMS if not (form.casual and _topic(form) in (Topic.WORK, Topic.ANSWER))]  # see COURTESY
+    called = {(_plain(f).removeprefix(CALL).removeprefix(CALL_TO).strip(), f.meaning) for f in forms if _is_call(f)}
+    for form in forms:
         pattern, topic = _plain(form), _topic(form)
         if form.kind not in vocabulary.kinds or form.relayed or form.will:
             continue
@@ -123,7 +124,7 @@ def make_card(phrasebook: Phrasebook) -> Card:
     addressees = [str(to) for to in phrasebook.slots["addressee"] if to != m.ToRobot(m.FRIEND)]
     words: list[tuple[str, tuple[str, ...]]] = [
         ("WHO", tuple(addressees)),
-        ("NAME", (*vocabulary.names, f"or your own (robots call you {m.FRIEND})")),
+        ("NAME", vocabulary.names),
         ("TEAM", vocabulary.teams),
         ("NUMBER", tuple(" ".join(spoken) for spoken in phrasebook.slots["number"].values())),
         ("TASK", vocabulary.tasks),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hvcpd.errors import PhraseError, VocabularyError
 from hvcpd.language import messages as m
-from hvcpd.language.card import as_markdown, as_text, make_card
+from hvcpd.language.card import Topic, as_markdown, as_text, make_card
 from hvcpd.language.forms import Kind
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -375,3 +375,13 @@ def test_people_whose_names_are_not_known_are_called_friend() -> None:
     assert book.parse(order).speaker == "friend"
     with pytest.raises(VocabularyError, match="Friend"):
         Phrasebook(Vocabulary(("Rob", "Friend")))
+
+
+def test_the_card_tells_how_to_give_work_and_how_to_answer_beside_the_opening() -> None:
+    """Orders and answers without a name, which only people's networks have, had taken their places."""
+    card = make_card(Phrasebook(Vocabulary(("Rob", "Bot"), tasks=("water the rose",))))
+    said = {line.topic: [each.say for each in card.statements if each.topic is line.topic] for line in card.statements}
+    assert said[Topic.WORK] == ["complete task NUMBER", "TASK"]
+    assert {"confirmed", "negative", "say again"} <= set(said[Topic.ANSWER])
+    assert dict(card.words)["NAME"] == ("Rob", "Bot")
+    assert "friend" not in dict(card.words)["WHO"]
