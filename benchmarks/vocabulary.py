@@ -66,7 +66,6 @@ def heard(
     pad = 4 * 160
     clean = np.pad(sound, (pad, pad)).astype(np.float64)
     energies = energies_of(clean.astype(np.float32))
-
     if condition.snr_db is not None:
         noise = coloured(condition.colour, len(clean), random)
         have = float((energies_of(noise.astype(np.float32)) @ power_weights()).mean())

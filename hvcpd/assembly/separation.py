@@ -93,7 +93,6 @@ class VoiceSounds:
         """Energy that the scorer adds to every band, so that faint sounds do not count."""
         self.noises = np.stack([_noise_of(condition, power) + np.float32(self.mask) for condition in self.conditions])
         """Shape (n_conditions, N_BANDS), relative to the bank's energies, with the mask."""
-
         rows = np.arange(self.bank.n_frames)
         features = np.stack([self.bank.compose(rows, noise, 1.0) for noise in self.noises])
         self._words: dict[str, list[Features]] = {}

@@ -78,8 +78,7 @@ def want_greeting(me: Knowledge, now: float) -> None:
 
 
 def wait_for_greetings(me: Knowledge, now: float) -> None:
-    me.floor.withdraw_all("greet ")  # it has said its name to all
-    me.floor.withdraw_all("here ")
+    me.floor.withdraw_all("greet ", "here ")  # it has said its name to all
     me.arm(now, me.timing.greeting_wait_s)
 
 

@@ -184,8 +184,8 @@ class Floor:
             self.waited_s = now - intent.wanted_s
         return intent
 
-    def withdraw_all(self, topics: str) -> None:
-        """Withdraw every topic with this prefix."""
+    def withdraw_all(self, *topics: str) -> None:
+        """Withdraw every topic with one of these prefixes."""
         self._intents = [intent for intent in self._intents if not intent.topic.startswith(topics)]
 
     def answered(self, call: str, only_tentative: bool = False) -> None:

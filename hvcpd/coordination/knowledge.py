@@ -253,10 +253,11 @@ class Knowledge:
         called by name one time, and FRIEND another time. Among the names that all were given are people's, too; robots
         name their team, and people do not."""
         partner = self.current.partner
-        if name is None or partner is None or name == partner:
-            return name is not None and name == partner
+        if name is None or partner is None:
+            return False
         peer = self.peers.get(partner if name == m.FRIEND else name)
-        return m.FRIEND in (name, partner) and (peer is None or peer.team is None)
+        is_person = peer is None or peer.team is None
+        return name == partner or (m.FRIEND in (name, partner) and is_person)
 
     def lacks(self, entry: Entry) -> bool:
         """Whether this robot has no means for a task, or has given it up."""

@@ -18,7 +18,7 @@ from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
 from hvcpd.coordination.states import NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
-from hvcpd.language.forms import RELAYABLE
+from hvcpd.language.forms import RELAYABLE, SAID_TWICE, SLOT_FIELDS
 
 OPENERS = (m.Order, m.WhatDoing)
 """Statements that begin an exchange and must be answered."""
@@ -88,8 +88,8 @@ def overheard(me: Knowledge, heard: Heard) -> None:
 
 
 def _says_two_things(s: m.Statement) -> bool:
-    """Whether no sentence passes it on: that would be too long."""
-    return any(getattr(s, more, None) is not None for more in ("also", "next", "then", "distance_m"))
+    """Whether no form passes it on: that would be too long."""
+    return any(getattr(s, SLOT_FIELDS[slot], None) is not None for slot in SAID_TWICE)
 
 
 def _note_relay(me: Knowledge, s: m.Relayed, to: str, now: float) -> None:

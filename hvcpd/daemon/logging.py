@@ -235,10 +235,6 @@ def tell(record: Record, tasks: TaskRepository) -> None:
         case GarbledRecord():
             duration_s = _s(record.end_s - record.start_s)
             _log.info("garbled", at_s=_s(record.start_s), duration_s=duration_s, addressed=record.addressed or None)
-        case EchoRecord():
-            _log.warning(
-                "heard its own words late", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s)
-            )
         case HoldRecord(at_s, until_s):
             _log.info("stood still for what sounded like stop", at_s=_s(at_s), duration_s=_s(until_s - at_s))
         case RangeRecord():
@@ -248,6 +244,25 @@ def tell(record: Record, tasks: TaskRepository) -> None:
                 distance_m=round(record.distance_m, 3),
                 deviation_m=round(record.deviation_m, 3),
                 sure=record.sure,
+            )
+        case PerformedRecord():
+            _log.info("performed", task=record.task, name=_name(record.task, tasks), at_s=_s(record.at_s))
+        case SaveTask():
+            _log.info(
+                "task", number=record.number, name=_name(record.number, tasks), state=record.state, owner=record.owner
+            )
+        case SavePeer():
+            _log.debug("peer", name=record.name, team=record.team, heard_at_s=_s(record.heard_at_s))
+        case _:
+            _warn(record, tasks)
+
+
+def _warn(record: Record, tasks: TaskRepository) -> None:
+    """Log a record of something that went wrong."""
+    match record:
+        case EchoRecord():
+            _log.warning(
+                "heard its own words late", at_s=_s(record.start_s), duration_s=_s(record.end_s - record.start_s)
             )
         case DoubtRecord():
             _log.warning(
@@ -272,14 +287,6 @@ def tell(record: Record, tasks: TaskRepository) -> None:
             )
         case StuckRecord(at_s, task, reason):
             _log.warning("driving failed", task=task, name=_name(task, tasks), reason=reason, at_s=_s(at_s))
-        case PerformedRecord():
-            _log.info("performed", task=record.task, name=_name(record.task, tasks), at_s=_s(record.at_s))
-        case SaveTask():
-            _log.info(
-                "task", number=record.number, name=_name(record.number, tasks), state=record.state, owner=record.owner
-            )
-        case SavePeer():
-            _log.debug("peer", name=record.name, team=record.team, heard_at_s=_s(record.heard_at_s))
 
 
 def _s(seconds: float) -> float:

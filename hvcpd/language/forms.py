@@ -283,7 +283,7 @@ RELAYABLE = (
     m.SealedMessage,
 )
 """Statements passed on for another speaker, each in a form of its own."""
-_SAID_TWICE = ("<next>", "<confirmed>", "<also>", "<away>")
+SAID_TWICE = ("next", "confirmed", "also", "away")
 """Slots of forms that say two things at once: those are not passed on."""
 _RELAYS: tuple[Form, ...] = tuple(
     Form(
@@ -297,7 +297,7 @@ _RELAYS: tuple[Form, ...] = tuple(
     for form in (*_CORE, *_PEOPLE)
     if form.statement in RELAYABLE
     and form.pattern.startswith(OPENING)
-    and not any(s in form.pattern for s in _SAID_TWICE)
+    and not any(f"<{slot}>" in form.pattern for slot in SAID_TWICE)
 )
 
 _SPELLED: tuple[Form, ...] = (

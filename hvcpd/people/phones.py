@@ -51,7 +51,8 @@ def mean_normalised(logs: Bands) -> LogBands:
 ANY_PHONE = "*"
 """In a pronunciation: whichever phone is heard."""
 ANY_PHONE_COST = 3.0
-"""Of each, nats."""
+"""Of each, nats (docs/decisions/phones.md)."""
+
 FRAME_SAMPLES = 320
 """Samples (20 ms) of a frame of the nets' outputs: two of the front end's."""
 KERNEL_SIZES = (5, 3)

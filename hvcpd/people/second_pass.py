@@ -67,7 +67,7 @@ TALK_WORD_COST = 4.0
 ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
 NAME_COST = 5.0
-"""Of such a name, nats by each net."""
+"""Of such a name, nats by each net (docs/decisions/phones.md)."""
 
 DENYING = ("not", "never", "unable", "going")
 """The first words of a DENIAL: "I am not going to complete task two" was heard as an order by somebody of that name."""
