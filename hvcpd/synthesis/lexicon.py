@@ -89,6 +89,8 @@ class Lexicon:
         if extra is None:
             return ours
         theirs = _read(extra)
+        if not _STOP.issuperset(theirs.entries.get("stop", ())):
+            raise ConfigError(f"{extra}: 'stop' must stay S T AA1 P or S T AO1 P, or nobody could stop the robots")
         kept = {word: places for word, places in ours.places.items() if word not in theirs.entries}
         own = frozenset(theirs.entries)
         return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra, accent=accent)
@@ -197,6 +199,9 @@ def _read(path: Path) -> Lexicon:
         raise ConfigError("\n".join(faults))
     return Lexicon({word: tuple(dict.fromkeys(said)) for word, said in entries.items()}, places)
 
+
+_STOP = {("S", "T", "AA1", "P"), ("S", "T", "AO1", "P")}
+"""What the keyword's net was trained to hear."""
 
 _WRITTEN = frozenset(phone + digit for phone in ARPABET for digit in ("012" if is_vowel(phone) else ("",)))
 """Phones as a line of a lexicon has them."""

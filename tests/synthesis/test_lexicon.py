@@ -241,6 +241,15 @@ def test_all_faults_of_an_own_lexicon_are_named_with_their_lines(tmp_path: Path)
     assert "QQ" in text
 
 
+def test_an_own_lexicon_does_not_change_stop(tmp_path: Path) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text("stop S T AO1 P\n")
+    assert Lexicon.load(own).pronounce("stop") == ("S", "T", "AO1", "P")
+    own.write_text("halt HH AO1 L T\nstop HH AO1 L T\n")
+    with pytest.raises(ConfigError, match="'stop' must stay"):
+        Lexicon.load(own)
+
+
 @pytest.mark.parametrize("content", [None, b"\xff\xfe\x00rob"])
 def test_an_unreadable_lexicon_is_named(tmp_path: Path, content: bytes | None) -> None:
     own = tmp_path / "own.txt"
