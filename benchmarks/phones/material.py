@@ -1,7 +1,7 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people] [--boxes] [--calibration]
+        [--people] [--boxes] [--part train|calibration|test] [--kokoro DIR]
 
 Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
 (`recorded`), and noise in which nobody speaks.
@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from benchmarks.hearing.noises import steady
 from benchmarks.people_material import DIGITS
-from benchmarks.phones.recorded import bare_words, joined, noises, string_of
+from benchmarks.phones.recorded import bare_words, joined, noises, orders_of_coffee, string_of
 from benchmarks.phones.rooms import Rooms, stretched
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import calibrators, resampled, talkers
+from benchmarks.phones.voices import calibrators, held_out, resampled, talkers
 from hil_fakes.robot_noise import fan, motor
 from hvcpd.people.bands import estimated_noise, log_bands
 from hvcpd.people.phones import PHONES, mean_normalised
@@ -34,6 +34,9 @@ from hvcpd.synthesis.lexicon import Lexicon
 LEAD_S = 1.0
 NOTHING_EVERY = 8
 """One take in so many texts is noise alone."""
+
+ORDERS_TIMES = {"train": 3, "calibration": 0, "test": 1}
+"""As often as other texts by people is each order of coffee said."""
 
 Said = tuple[Sequence[str], Samples]
 
@@ -149,7 +152,10 @@ def save(path: Path, takes: Sequence[Take]) -> None:
 def by_voices(o: argparse.Namespace, known: Mapping[str, Sequence[str]], lexicon: Lexicon) -> Iterator[Said]:
     """Texts by synthetic voices."""
     texts, chooser = Texts(known, o.seed), random.Random(o.seed)
-    voices = [(v, 1.0) for v in calibrators()] if o.calibration else talkers(lexicon)
+    if o.part == "train":
+        voices = talkers(lexicon, o.kokoro)
+    else:
+        voices = [(v, 1.0) for v in (calibrators if o.part == "calibration" else held_out)(o.kokoro)]
     for _ in range(o.texts):
         text = texts.draw()
         talker = chooser.choices([v for v, _ in voices], [share for _, share in voices])[0]
@@ -157,13 +163,16 @@ def by_voices(o: argparse.Namespace, known: Mapping[str, Sequence[str]], lexicon
 
 
 def by_people(o: argparse.Namespace) -> Iterator[Said]:
-    """Every word of the speakers, and after each a string of words."""
+    """Every word of the speakers, and after each a string of words; and sentences, of which nobody knows the speaker,
+    and which are few: to train on, each some times."""
     chooser = random.Random(o.seed)
-    said = bare_words(o.data, "calibration" if o.calibration else "train", DIGITS)
+    said = bare_words(o.data, o.part, DIGITS)
     for utterance in said:
         string = string_of(said, chooser)
         yield utterance.words, utterance.sound
         yield string.words, string.sound
+    for utterance in ORDERS_TIMES[o.part] * orders_of_coffee(o.data, o.part):
+        yield utterance.words, utterance.sound
 
 
 def main() -> None:
@@ -173,9 +182,12 @@ def main() -> None:
     parser.add_argument("--texts", type=int, default=5000, help="by synthetic voices")
     parser.add_argument("--takes", type=int, default=2, help="of each text, as it is heard in different places")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kokoro", type=Path, help="voices, as the npm package kokoro-js has them in package/voices")
     parser.add_argument("--people", action="store_true", help="by people")
     parser.add_argument("--boxes", action="store_true", help="all in simulated rooms (needs pyroomacoustics)")
-    parser.add_argument("--calibration", action="store_true", help="by the voices and people kept for it")
+    parser.add_argument(
+        "--part", choices=("train", "calibration", "test"), default="train", help="of the voices and people"
+    )
     o = parser.parse_args()
     lexicon, known = Lexicon.load(), common_words()
     air = Air(o.seed, o.data, o.boxes)

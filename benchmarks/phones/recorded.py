@@ -30,6 +30,10 @@ HELD_OUT_NOISES = ("aircon_2", "dishwasher_3")
 MOST_WORDS, MOST_GAP_S = 4, 0.35
 """Of a string of words by one speaker."""
 
+COFFEE_ORDERS = Path(__file__).parent / "coffee_orders.tsv"
+"""What is said in recordings of people, by the first eight letters of their names: written by Whisper tiny.en and
+corrected by hand, since the recordings came without."""
+
 
 def part_of(speaker: str) -> str:
     """`train`, `calibration` or `test`; a speaker that tests the keyword tests this net, too."""
@@ -84,6 +88,16 @@ def string_of(said: Sequence[Utterance], chooser: random.Random) -> Utterance:
         gap_s = chooser.choice((0.0, chooser.uniform(0.0, MOST_GAP_S)))
         parts += [utterance.sound, np.zeros(round(gap_s * SAMPLE_RATE_HZ), np.float32)]
     return Utterance(tuple(w for u in chosen for w in u.words), first.speaker, np.concatenate(parts))
+
+
+def orders_of_coffee(data: Path, part: str) -> list[Utterance]:
+    """Sentences by people, each by somebody else, of one half (`train` or `test`): what COFFEE_ORDERS says of the
+    recordings in DIR/negatives."""
+    lines = (line.split("\t") for line in COFFEE_ORDERS.read_text(encoding="utf-8").splitlines())
+    said = {name: tuple(text.split()) for name, text in lines}
+    paths = [p for p in sorted((data / "negatives").glob("*.wav")) if half_of(p) == part]
+    heard = ((said[p.stem[:8]], p) for p in paths if p.stem[:8] in said)
+    return [Utterance(text, p.stem, trimmed(np.asarray(read_wav(p), np.float32))) for text, p in heard]
 
 
 def noises(data: Path, part: str) -> list[Samples]:

