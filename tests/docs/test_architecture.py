@@ -1,4 +1,4 @@
-"""docs/architecture.md tells of the rooms, files and contracts that there are."""
+"""docs/architecture.md and docs/faults.md name the packages, files, contracts and bounds that there are."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ import re
 import tomllib
 from pathlib import Path
 
-from hvcpd.daemon import journal_service
+from hvcpd.daemon import journal_service, pose_keeper, wheel_service
 from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
 from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_UNREAD_BYTES
+from hvcpd.hardware import motion
 from hvcpd.recognition import decoder
+from hvcpd.skills import host
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+FAULTS = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
 PACKAGE = ROOT / "hvcpd"
 FILES = frozenset(
     path.relative_to(ROOT).as_posix()
@@ -44,7 +47,7 @@ def test_every_room_and_module_at_the_top_level_is_in_the_table() -> None:
 
 
 def test_every_file_that_is_named_exists() -> None:
-    named = set(re.findall(r"`([\w/]+\.(?:py|yaml))`", PAGE))
+    named = set(re.findall(r"`([\w/]+\.(?:py|yaml))`", PAGE + FAULTS))
     assert len(named) > 50
     assert {name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in FILES)} == set()
 
@@ -61,7 +64,7 @@ def names_in(path: Path) -> set[str]:
 
 
 def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
-    named = re.findall(r"`([\w/]+\.py)`\s+\(`([\w.]+)`", PAGE)
+    named = re.findall(r"`([\w/]+\.py)`\s+\(`([\w.]+)`", PAGE + FAULTS)
     assert len(named) > 25
     for file, name in named:
         paths = [ROOT / each for each in FILES if f"/{each}".endswith(f"/{file}")]
@@ -71,5 +74,18 @@ def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
 def test_the_bounds_are_those_of_the_code() -> None:
     assert f"{MAX_CLIENTS} clients, {MAX_LINE_BYTES >> 10} KiB a line, {MAX_UNREAD_BYTES >> 10} KiB unread each" in PAGE
     assert f"{journal_service.MAX_WAITING} records; further" in PAGE
+    assert wheel_service.LEASE_S == motion.LEASE_S
+    assert f"after {motion.LEASE_S:g} s without a new command" in PAGE
+    assert f"the motion's lease ends after {motion.LEASE_S:g} s" in FAULTS
+    assert f"after {host.BEATS_MISSED_S:g} s without a beat" in FAULTS
+    assert f"saved at most {pose_keeper.EVERY_S:g} s before" in FAULTS
     recognition = (ROOT / "docs" / "recognition.md").read_text(encoding="utf-8")
     assert f"There are {decoder.CAPACITY:,} back-pointers" in recognition
+
+
+def test_each_thread_is_started_in_the_file_that_is_named() -> None:
+    named = re.findall(r"^\| `([\w-]+)`, one [^|]*\| `([\w/]+\.py)`", PAGE, re.M)
+    assert len(named) == 6
+    for thread, file in named:
+        texts = [(PACKAGE / each).read_text(encoding="utf-8") for each in (file, "daemon/main_loop.py")]
+        assert any(f'"{thread}"' in text for text in texts), file
