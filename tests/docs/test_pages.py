@@ -91,3 +91,10 @@ def test_the_api_reference_has_what_the_code_has() -> None:
     for package, text in pages.items():
         assert f"      - API of {package.rpartition('/')[2]}: {api.page_name(package)}\n" in MKDOCS
         assert not re.findall(r"^(?:class|def|async def) _", text, re.M)
+
+
+def test_a_robot_that_is_installed_from_its_source_gets_every_unit() -> None:
+    text = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    units = {path.name for path in (ROOT / "systemd").iterdir()} - {"hvcpd-user.service"}  # a desktop's
+    assert len(units) == 6
+    assert {unit for unit in units if f"systemd/{unit}" not in text} == set()
