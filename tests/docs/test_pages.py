@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from hvcpd.config.task_file import load_tasks
+from hvcpd.language.phrasebook import Phrasebook, Vocabulary
 from release import api
 from release.reference import FOLDER, PAGES, settings
 
@@ -98,3 +99,14 @@ def test_a_robot_that_is_installed_from_its_source_gets_every_unit() -> None:
     units = {path.name for path in (ROOT / "systemd").iterdir()} - {"hvcpd-user.service"}  # a desktop's
     assert len(units) == 6
     assert {unit for unit in units if f"systemd/{unit}" not in text} == set()
+
+
+def test_robots_understand_what_the_page_about_talking_has_people_and_robots_say() -> None:
+    text = (ROOT / "docs" / "talking.md").read_text(encoding="utf-8")
+    tasks = tuple(f"water the {colour} rose" for colour in ("yellow", "indigo"))
+    names = ("Rob", "Bot", "Max", "Anna")
+    book = Phrasebook(Vocabulary(names, ("plant",), tasks, tuple(range(1, 7)), places=("corridor",)))
+    said = set(re.findall(r'"((?:Hi|Rob,|What|Who|all,|all|Rob) [^"…]+)"', " ".join(text.split())))
+    assert len(said) > 25
+    for sentence in said:
+        assert book.parse_text(sentence.partition(", code ")[0]), sentence
