@@ -130,7 +130,7 @@ class Parser(argparse.ArgumentParser):
         return None
 
     def _unknown(self, argument: str) -> str:
-        if not argument.startswith("-") or argument == "-":
+        if not argument.startswith("-") or argument in ("-", *self._option_string_actions):  # an option after a --
             if all(action.option_strings for action in self._actions):
                 return f"'{argument}' needs an option before it"
             return f"'{argument}' is one argument too many; put what has spaces in quotes"

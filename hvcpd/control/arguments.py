@@ -102,10 +102,10 @@ def robot_name(text: str) -> str:
 
 
 def task_number(text: str) -> int:
-    """A task's number, in digits or as it is spoken."""
-    from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
+    """A task's number, in digits or as it is spoken; -3 is not three."""
+    from hvcpd.language.words import NUMBER_MAX, number_words, strict_words
 
-    words = spoken_words(text)
+    words = strict_words(text)
     found = next((number for number in range(1, NUMBER_MAX + 1) if number_words(number) == words), None)
     if found is None:
         raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a task number from 1 to {NUMBER_MAX}")

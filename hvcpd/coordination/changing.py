@@ -36,7 +36,8 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
         known = ", ".join(str(each.definition.number) for each in me.board.entries())
         return f"there is no task {number}; the tasks are {known}"
     if _is_applied(entry, skip):
-        return f"task {number} is {entry.state} already" if skip else f"task {number} is still to be done"
+        closed = "left out already" if entry.skipped else "done already"
+        return f"task {number} is {closed if skip else 'still to be done'}"
     if skip and _is_acted(me, number):
         return f"task {number} is just being done"
     _take(me, entry, _next(entry), skip, now)

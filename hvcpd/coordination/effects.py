@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from functools import partial
 
 from hvcpd.config.tasks import Action as TaskAction
@@ -22,6 +23,8 @@ CALL_S = 15.0
 """Before the next call for helpers; at most twice as long."""
 CALL_DOUBLINGS_MAX = 4
 """Number of doublings of that time, up to 4 to 8 minutes."""
+REPORTS = ("done ", "failed ")
+"""How the topics of repeated reports begin."""
 BACK_OFF_DOUBLINGS = 2
 """Number of attempts for which the range of the back-off doubles: up to 24 s."""
 
@@ -291,6 +294,14 @@ def leave_to_others(me: Knowledge, now: float) -> None:
             me.missed.any_work = me.missed.heard_work = True
         me.board.claim(number, None, now + me.timing.denied_s)
     rest(me, now)
+
+
+def say_only_reports(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) -> None:
+    """Say nothing more but the reports that have not been confirmed, those that already wait for the floor included."""
+    for intent in me.floor.clear():
+        if intent.topic.startswith(REPORTS) and intent.call is None:
+            me.floor.want(replace(intent, urgency=urgency, slot=slot), now)
+    forget_report(me, urgency, now, slot)
 
 
 def forget_report(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) -> None:

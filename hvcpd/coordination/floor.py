@@ -201,8 +201,10 @@ class Floor:
     def _give_up_tentative(self) -> None:
         self._intents = [intent for intent in self._intents if not intent.tentative]
 
-    def clear(self) -> None:
-        self._intents.clear()
+    def clear(self) -> list[Intent]:
+        """Withdraw all, and return them."""
+        withdrawn, self._intents = self._intents, []
+        return withdrawn
 
     def channel(self, busy: bool, now: float) -> None:
         """A speaker began or stopped; after the end every robot backs off again."""

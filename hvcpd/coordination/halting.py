@@ -22,8 +22,7 @@ def release(me: Knowledge, now: float) -> None:
 def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; first repeat the report of a finished task that was not yet confirmed."""
     effects.give_tasks_back(me)
-    me.floor.clear()
-    effects.forget_report(me, Urgency.ALARM, now, _farewell_slot(me, now))
+    effects.say_only_reports(me, Urgency.ALARM, now, _farewell_slot(me, now))
     me.current.clear()
     _want_to_say_farewell(me, now)
 
@@ -68,8 +67,7 @@ def halt(me: Knowledge, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
     effects.give_tasks_back(me)
     me.latch(True)
-    me.floor.clear()
-    effects.forget_report(me, Urgency.TURN, now)
+    effects.say_only_reports(me, Urgency.TURN, now)
     me.current.clear()
     place = next((each.place.name for each in me.places if each.inside), None)
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))

@@ -248,8 +248,14 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
     try:
         phrasebook = wiring.phrasebook()
     except VocabularyError as error:
-        raise ConfigError(error.at(partial(place_of, settings.tasks))) from error
+        raise ConfigError(error.at(partial(_place_of_words, settings.tasks, changes))) from error
     return replace(wiring, sound=assign_voices(sound, settings, lambda: phrasebook.marked_graph.words))
+
+
+def _place_of_words(file: Path, changes: TaskChanges, written: str) -> str:
+    """The place of a task's words: in an added task, or in the task file."""
+    added = (place for document, _ in changes.added for text, place in document.texts() if text == written)
+    return str(next(added, None) or place_of(file, written))
 
 
 def _people(settings: Settings) -> tuple[dict[str, Person], tuple[str, ...]]:

@@ -116,6 +116,7 @@ def test_the_usual_deed_is_to_wait() -> None:
     task = read_task("count the empty chairs", [], [])
     assert (task.place, task.deed, task.amount) == (None, "wait", 5.0)
     assert read_task("count the empty chairs; 1, .5", [], []).place == (1.0, 0.5)
+    assert read_task("count the empty chairs; 1, .5; wait 5; ", [], []).place == (1.0, 0.5)
     assert Wait(5.0) == Wait(task.amount or 0.0)
 
 
@@ -126,6 +127,7 @@ def test_the_usual_deed_is_to_wait() -> None:
         ("count the empty chairs; 1", "write x and y in metres"),
         ("count the empty chairs; 1, 99", "too far"),
         ("count the empty chairs; 1, x", "'x' is not a number"),
+        ("count the empty chairs; nan, 1; wait 5", "'nan' is not a number"),
         ("count the empty chairs; pour", "'pour' takes a number; write pour 5 (litres)"),
         ("count the empty chairs; dock 3", "'dock' takes no number; write dock"),
         ("count the empty chairs; wait inf", "not a number"),

@@ -35,6 +35,8 @@ from tests.control.conftest import Refuse
         (["phrases", "--format", "htm"], "'htm' is not one of the choices; did you mean 'html'? See"),
         (["simulate", "--mode", "xyz"], "'xyz' is not one of the choices; choose from volunteer, coordinate; see"),
         (["task", "again", "thrice"], "argument NUMBER: 'thrice' is not a task number from 1 to 99; see"),
+        (["task", "skip", "-3"], "argument NUMBER: '-3' is not a task number from 1 to 99; see"),
+        (["task", "skip", "--", "3", "--json"], "hvcpctl task skip: '--json' is one argument too many; put what has"),
         (
             ["task", "add", "water the rose", "--number", "9", "--robots", "two"],
             "'two' is not a whole number from 1 to",

@@ -168,6 +168,30 @@ def test_who_is_stopped_before_it_has_told_why_it_failed_tells_it_then() -> None
     assert robot.state is State.STOPPED
 
 
+@pytest.mark.parametrize("leaves", [False, True])
+@pytest.mark.parametrize("resumes", [False, True])
+def test_who_is_stopped_or_switched_off_before_it_could_tell_what_it_has_done_tells_it_all(
+    resumes: bool, leaves: bool
+) -> None:
+    robot, now = claimed_two()
+    hear(robot, m.Confirmed(ONE, also=TWO), now)
+    for _ in "to the first", "at the first", "to the second", "at the second":
+        robot.performed(now + 5.0)
+    hear(robot, m.Stop(), now + 5.1)
+    if resumes:
+        hear(robot, m.Resume(), now + 6.0)
+    if leaves:
+        robot.leave(now + 7.0)
+    else:
+        hear(robot, m.Stop(), now + 7.0)
+    said, now = [], now + 7.0
+    while robot.next_deadline() < now + 10.0:
+        statement, now = next_said(robot, now)
+        said.append(statement)
+    assert {m.Completed(ONE), m.Completed(TWO)} <= set(said)
+    assert not leaves or said[-1] == m.Leaving()
+
+
 def test_a_stop_gives_both_tasks_back() -> None:
     robot, now = claimed_two()
     hear(robot, m.Confirmed(ONE, also=TWO), now)

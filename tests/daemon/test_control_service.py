@@ -118,7 +118,7 @@ def test_a_task_is_left_out_and_wanted_again_and_the_others_are_told(tmp_path: P
     async def scene() -> None:
         async with control(tmp_path) as bench:
             talk = await bench.connect()
-            for do, refusal in (("skip", "task 1 is done already"), ("again", "task 1 is still to be done")):
+            for do, refusal in (("skip", "task 1 is left out already"), ("again", "task 1 is still to be done")):
                 reply = await talk.ask("task", do=do, number=1)
                 assert reply["result"] == {"number": 1, "name": "water the green rose", "do": do}
                 assert (await talk.ask("task", do=do, number=1))["error"] == {"code": "refused", "text": refusal}

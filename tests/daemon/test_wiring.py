@@ -7,6 +7,7 @@ import pytest
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.config.settings import Settings, WaitSettings, WheelSettings
+from hvcpd.config.task_changes import TaskChanges
 from hvcpd.coordination.actions import Timing
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wiring import wire_up
@@ -48,6 +49,13 @@ def test_a_robot_is_made_with_these_times(tmp_path: Path) -> None:
 def test_a_task_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"unable: .* has no task 77; its numbers are 1, 2"):
         wire_up(Settings(name="Rob", state_dir=tmp_path, unable=(77,)))
+
+
+def test_a_clash_of_an_added_task_is_told_of_that_task_and_not_of_the_file(tmp_path: Path) -> None:
+    added = {"number": 6, "name": "stop the music", "actions": [{"wait": 1}]}
+    with pytest.raises(ConfigError) as fault:
+        wire_up(Settings(name="Rob", state_dir=tmp_path), changes=TaskChanges().with_added(added))
+    assert str(fault.value).startswith("task 6: the task 'stop the music' can be mistaken")
 
 
 def test_only_a_name_that_the_others_were_told_is_not_spelled(tmp_path: Path) -> None:

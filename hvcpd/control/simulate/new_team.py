@@ -179,12 +179,13 @@ def read_skill(text: str) -> SkillAnswer:
 
 def read_task(text: str, skills: list[SkillAnswer], before: list[TaskAnswer]) -> TaskAnswer:
     """A task after those `before`. Raises ConfigError with the remedy."""
-    name, *rest = (part.strip() for part in text.split(";"))
+    name, *rest = (part.strip() for part in text.rstrip("; ").split(";"))
     if fault := valid_task_name(name):
         raise ConfigError(fault)
     if any(name == task.name for task in before):
         raise ConfigError(f"there is a task {name!r} already; choose another name")
-    place = _read_place(rest.pop(0)) if rest and rest[0][:1] in "-+.0123456789" else None
+    is_placed = rest and (rest[0][:1] in "-+.0123456789" or (len(rest) > 1 and "," in rest[0]))
+    place = _read_place(rest.pop(0)) if is_placed else None
     deed, _, amount = (rest.pop(0) if rest and rest[0] else USUAL_DEED).partition(" ")
     if rest:
         raise ConfigError(f"{rest[0][:40]!r} is too much; write for example: {name}; -3, -4; {USUAL_DEED}")
