@@ -1,4 +1,4 @@
-"""docs/architecture.md and docs/faults.md name the packages, files, contracts and bounds that there are."""
+"""docs/architecture.md, runtime.md and faults.md name the packages, files, contracts and bounds that there are."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from hvcpd.skills import host
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+RUNTIME = (ROOT / "docs" / "runtime.md").read_text(encoding="utf-8")
 FAULTS = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
 PACKAGE = ROOT / "hvcpd"
 FILES = frozenset(
@@ -47,7 +48,7 @@ def test_every_room_and_module_at_the_top_level_is_in_the_table() -> None:
 
 
 def test_every_file_that_is_named_exists() -> None:
-    named = set(re.findall(r"`([\w/]+\.(?:py|yaml))`", PAGE + FAULTS))
+    named = set(re.findall(r"`([\w/]+\.(?:py|yaml))`", PAGE + RUNTIME + FAULTS))
     assert len(named) > 50
     assert {name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in FILES)} == set()
 
@@ -64,7 +65,7 @@ def names_in(path: Path) -> set[str]:
 
 
 def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
-    named = re.findall(r"`([\w/]+\.py)`\s+\(`([\w.]+)`", PAGE + FAULTS)
+    named = re.findall(r"`([\w/]+\.py)`\s+\(`([\w.]+)`", PAGE + RUNTIME + FAULTS)
     assert len(named) > 25
     for file, name in named:
         paths = [ROOT / each for each in FILES if f"/{each}".endswith(f"/{file}")]
@@ -72,10 +73,11 @@ def test_what_is_said_to_stand_in_a_file_stands_there() -> None:
 
 
 def test_the_bounds_are_those_of_the_code() -> None:
-    assert f"{MAX_CLIENTS} clients, {MAX_LINE_BYTES >> 10} KiB a line, {MAX_UNREAD_BYTES >> 10} KiB unread each" in PAGE
-    assert f"{journal_service.MAX_WAITING} records; further" in PAGE
+    line_kib, unread_kib = MAX_LINE_BYTES >> 10, MAX_UNREAD_BYTES >> 10
+    assert f"{MAX_CLIENTS} clients, {line_kib} KiB a line, {unread_kib} KiB unread each" in RUNTIME
+    assert f"{journal_service.MAX_WAITING} records; further" in RUNTIME
     assert wheel_service.LEASE_S == motion.LEASE_S
-    assert f"after {motion.LEASE_S:g} s without a new command" in PAGE
+    assert f"after {motion.LEASE_S:g} s without a new command" in RUNTIME
     assert f"the motion's lease ends after {motion.LEASE_S:g} s" in FAULTS
     assert f"after {host.BEATS_MISSED_S:g} s without a beat" in FAULTS
     assert f"saved at most {pose_keeper.EVERY_S:g} s before" in FAULTS
@@ -84,7 +86,7 @@ def test_the_bounds_are_those_of_the_code() -> None:
 
 
 def test_each_thread_is_started_in_the_file_that_is_named() -> None:
-    named = re.findall(r"^\| `([\w-]+)`, one [^|]*\| `([\w/]+\.py)`", PAGE, re.M)
+    named = re.findall(r"^\| `([\w-]+)`, one [^|]*\| `([\w/]+\.py)`", RUNTIME, re.M)
     assert len(named) == 6
     for thread, file in named:
         texts = [(PACKAGE / each).read_text(encoding="utf-8") for each in (file, "daemon/main_loop.py")]
