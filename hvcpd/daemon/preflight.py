@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import stat
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.assembly.vocabulary import check, refusal
+from hvcpd.config.quiet_hours import CLOCK_SET_S
 from hvcpd.config.settings import AudioSettings, ControlSettings, Settings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.config.task_doubts import doubts
@@ -90,7 +92,7 @@ def examine(
             findings.append(find_confusable(wiring))
     except ConfigError as error:
         findings.append(Finding("tasks", str(error), error.exit_status))
-    findings += find_quiet_hours(settings)
+    findings += find_quiet_hours(settings, time.time())
     findings.append(find_memory(settings.state_dir))
     if wiring is not None and findings[-1].ok:
         findings += find_stop(stop_latch(wiring), settings.memory_path)
@@ -126,16 +128,20 @@ def find_revoked(name: str, keys: KeyFile) -> Iterator[Finding]:
         yield Finding("key", f"{text} the key file, or give the robot another name", doubtful=True)
 
 
-def find_quiet_hours(settings: Settings) -> Iterator[Finding]:
-    """The quiet hours, if the settings have any: a robot without a clock cannot keep them."""
+def find_quiet_hours(settings: Settings, wall_s: float) -> Iterator[Finding]:
+    """The quiet hours, if the settings have any: a robot without a clock, or whose clock (`wall_s`, s since 1970) was
+    never set, cannot keep them."""
     quiet = settings.quiet
     if quiet.hours is None:
         return
-    if settings.clock:
+    if not settings.clock:
+        text = f"quiet.hours: {quiet.hours} is never kept, because this robot has no clock (`clock: false`); remove one"
+    elif wall_s < CLOCK_SET_S:
+        text = f"quiet.hours: {quiet.hours} is not kept, because its clock was never set; `sudo date -s '…'`"
+    else:
         softer = f", {-quiet.level_db:g} dB softer" if quiet.level_db else ""
         yield Finding("quiet hours", f"{quiet.hours}, by this computer's clock: terse{softer}")
         return
-    text = f"quiet.hours: {quiet.hours} is never kept, because this robot has no clock (`clock: false`); remove one"
     yield Finding("quiet hours", text, doubtful=True)
 
 

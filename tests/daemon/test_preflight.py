@@ -13,7 +13,7 @@ from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.motor import turtlebot3_pair
 from hvcpd.assembly.plan import MemoryPlan
 from hvcpd.assembly.sound import make_sound
-from hvcpd.config.quiet_hours import QuietSettings
+from hvcpd.config.quiet_hours import CLOCK_SET_S, QuietSettings
 from hvcpd.config.settings import Settings, SpeechSettings, WheelSettings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.coordination.actions import Speech
@@ -109,13 +109,16 @@ def test_a_port_without_permission_names_the_group(tmp_path: Path) -> None:
 
 def test_quiet_hours_need_a_clock() -> None:
     night = QuietSettings("22:00-07:00")
-    assert not list(find_quiet_hours(Settings("Rob")))
-    (kept,) = find_quiet_hours(Settings("Rob", quiet=night))
+    assert not list(find_quiet_hours(Settings("Rob"), CLOCK_SET_S))
+    (kept,) = find_quiet_hours(Settings("Rob", quiet=night), CLOCK_SET_S)
     assert (kept.ok, kept.doubtful) == (True, False)
     assert "10 dB softer" in kept.text
-    (never,) = find_quiet_hours(Settings("Rob", quiet=night, clock=False))
+    (never,) = find_quiet_hours(Settings("Rob", quiet=night, clock=False), CLOCK_SET_S)
     assert (never.ok, never.doubtful) == (True, True)
     assert "no clock" in never.text
+    (unset,) = find_quiet_hours(Settings("Rob", quiet=night), CLOCK_SET_S - 1.0)
+    assert (unset.ok, unset.doubtful) == (True, True)
+    assert "never set" in unset.text
 
 
 def test_memory_that_is_there_or_can_be_made(tmp_path: Path) -> None:
