@@ -137,7 +137,7 @@ def find_quiet_hours(settings: Settings, wall_s: float) -> Iterator[Finding]:
     if not settings.clock:
         text = f"quiet.hours: {quiet.hours} is never kept, because this robot has no clock (`clock: false`); remove one"
     elif wall_s < CLOCK_SET_S:
-        text = f"quiet.hours: {quiet.hours} is not kept, because its clock was never set; `sudo date -s '…'`"
+        text = f"quiet.hours: {quiet.hours} is not kept, because the computer's clock was never set; `sudo date -s '…'`"
     else:
         softer = f", {-quiet.level_db:g} dB softer" if quiet.level_db else ""
         yield Finding("quiet hours", f"{quiet.hours}, by this computer's clock: terse{softer}")
