@@ -137,7 +137,7 @@ def digits_row(stage: Stage, folder: Path, most: int, seed: int) -> None:
 
 
 def _is(recogniser: SecondPassRecogniser, segment: Segment, digit: int) -> bool:
-    sentence = recogniser.likeliest(segment)
+    sentence = recogniser.compared(segment)[0]
     return sentence is not None and sentence.words == (DIGITS[digit],)
 
 

@@ -160,19 +160,9 @@ def _before(values: NDArray[Any]) -> NDArray[Any]:
 Scores = NDArray[np.float32]
 Index = NDArray[np.int64]
 Pronounce = Callable[[str], Sequence[Sequence[str]]]
-Cost = Callable[[str], float]
 
 _OUTPUTS = (*PHONES, ANY_PHONE)
 """The columns that a search reads; the blank follows."""
-
-
-def free(_word: str) -> float:
-    """No cost."""
-    return 0.0
-
-
-def _any_phones_cost(said: Sequence[int]) -> float:
-    return ANY_PHONE_COST * said.count(len(PHONES))
 
 
 def _with_any_phone(log_posteriors: LogPosteriors) -> LogPosteriors:
@@ -198,8 +188,8 @@ class CtcSentence:
 class CtcSearch:
     """Viterbi search and forward algorithm over a word network, its words' phones side by side in one vector."""
 
-    def __init__(self, graph: WordGraph, pronounce: Pronounce, cost: Cost = free) -> None:
-        """`pronounce`: the pronunciations of a word, in PHONES and ANY_PHONE; `cost`: of a word, nats."""
+    def __init__(self, graph: WordGraph, pronounce: Pronounce, costs: Mapping[str, float] | None = None) -> None:
+        """`pronounce`: the pronunciations of a word, in PHONES and ANY_PHONE; `costs`: those of some words, nats."""
         known = {
             word: sorted({tuple(map(_OUTPUTS.index, said)) for said in pronounce(word) if said}) for word in graph.words
         }
@@ -216,8 +206,10 @@ class CtcSearch:
         self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
         self._begins: Index = first_occurrences(self._target)
         self._nodes: Index = self._target[self._begins]
-        self._cost = cost
-        self._costs: Scores = np.array([cost(arc.word) + _any_phones_cost(said) for arc, said in ways], np.float32)
+        self._word_costs = costs or {}
+        any_phone = _OUTPUTS.index(ANY_PHONE)
+        total = [self._word_costs.get(arc.word, 0.0) + ANY_PHONE_COST * said.count(any_phone) for arc, said in ways]
+        self._costs: Scores = np.array(total, np.float32)
 
     def best(self, log_posteriors: LogPosteriors) -> CtcSentence | None:
         """The likeliest sentence, by its best path over all frames; None if they are too few for any."""
@@ -273,7 +265,7 @@ class CtcSearch:
         return self._of(*sentences).log_likelihood(log_posteriors)
 
     def _of(self, *sentences: Sequence[str]) -> CtcSearch:
-        return CtcSearch(one_of(sentences), self._pronounce, self._cost)
+        return CtcSearch(one_of(sentences), self._pronounce, self._word_costs)
 
     def instead_of(self, word: str) -> frozenset[str]:
         """The words that may be said wherever this one may, it among them."""
@@ -326,4 +318,4 @@ def word_loop(words: Iterable[str], pronounce: Pronounce, word_cost: float) -> C
     """A loop of these words, in any number and order; those that sound the same count once."""
     sounds = sorted({" ".join(said) for word in words for said in pronounce(word) if said})
     loop = WordGraph(1, tuple(Arc(0, 0, said) for said in sounds), 0, frozenset((0,)), frozenset())
-    return CtcSearch(loop, lambda said: [said.split()], lambda _: word_cost)
+    return CtcSearch(loop, lambda said: [said.split()], dict.fromkeys(sounds, word_cost))

@@ -8,22 +8,10 @@ from functools import cached_property, lru_cache, partial
 
 from hvcpd.language.addressees import FRIEND
 from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
+from hvcpd.people import fusion
 from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
-from hvcpd.people.fusion import (
-    DENIAL,
-    GREETINGS,
-    TO_ALL,
-    FusedHypothesis,
-    Hypotheses,
-    Words,
-    certainty,
-    confidence_features,
-    fuse,
-    is_call,
-    probability,
-    same_meaning,
-)
+from hvcpd.people.fusion import DENIAL, GREETINGS, TO_ALL, FusedHypothesis, Hypotheses, Words
 from hvcpd.people.phones import (
     ANY_PHONE,
     FRAME_SAMPLES,
@@ -66,15 +54,12 @@ TALK_WORD_COST = 4.0
 
 ANY_NAME = tuple((ANY_PHONE,) * n for n in range(2, 10))
 """The pronunciations of a name that is not known."""
-NAME_COST = 5.0
-"""Of such a name, nats by each net (docs/decisions/phones.md)."""
-
 DENYING = ("not", "never", "unable", "going")
 """The first words of a DENIAL: "I am not going to complete task two" was heard as an order by somebody of that name."""
 DENYING_PHONES = 6
 """Phones that may follow them, as many as "going to" has after "not"."""
-DENIAL_COST = 8.0
-"""Nats by each net; see docs/decisions/phones.md."""
+COSTS = {FRIEND: 5.0, DENIAL: 8.0}
+"""Of a name that is not known, and of a denial, nats by each net (docs/decisions/phones.md)."""
 
 COURTESY = "please"
 """Said after an order, it changes nothing."""
@@ -133,7 +118,7 @@ class SecondPassRecogniser:
         """Whether a sentence is a call for a halt, or can take no addressee any more."""
         with_one = (TO_ALL, *words), (words[0], TO_ALL, *words[1:])
         ends = (ends_of(self._graph, self._graph.start, each) for each in with_one)
-        return is_call(words) or not any(found & self._graph.finals for found in ends)
+        return fusion.is_call(words) or not any(found & self._graph.finals for found in ends)
 
     def _sentence(self, segment: Segment) -> Found:
         if not self._strangers:
@@ -152,15 +137,11 @@ class SecondPassRecogniser:
         is_mine = by_anybody.probability_of(self._for_me) >= MIN_ADDRESSED
         return Garbled(segment.start, segment.end, addressed=True) if is_mine else None
 
-    def likeliest(self, segment: Segment) -> Recognised | None:
-        """The most likely sentence in a segment, however unlikely."""
-        return self.compared(segment, None)[0]
-
-    def compared(self, segment: Segment, words: Words | None) -> tuple[Recognised | None, float | None]:
+    def compared(self, segment: Segment, words: Words | None = None) -> tuple[Recognised | None, float | None]:
         """The most likely sentence in a segment, however unlikely, and the probability of these `words`, if any are
         given, by the net for anybody."""
         by_anybody, activations = self._heard(segment)
-        own = probability(confidence_features(by_anybody, words)) if words is not None else None
+        own = fusion.probability(fusion.confidence_features(by_anybody, words)) if words is not None else None
         hypotheses, fused = self._fused(by_anybody, activations)
         return (_recognised(fused, hypotheses, segment) if fused is not None else None), own
 
@@ -171,15 +152,15 @@ class SecondPassRecogniser:
         the same sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are
         then right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with
         another one's)."""
-        fused = fuse(hypotheses)
+        fused = fusion.fuse(hypotheses)
         if fused is None:
             return hypotheses, None
         through = [replace(hypotheses, posteriors=each) for each in self._through_layers(activations)]
-        found = [(other, each) for other in through if (each := fuse(other)) is not None]
+        found = [(other, each) for other in through if (each := fusion.fuse(other)) is not None]
         if not found:
             return hypotheses, fused
         other, by_person = max(found, key=lambda each: each[1].probability)
-        if not same_meaning(by_person.words, fused.words):
+        if not fusion.same_meaning(by_person.words, fused.words):
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
@@ -191,7 +172,7 @@ class SecondPassRecogniser:
             for layers in people
             if layers
         ]
-        return sorted(found, key=certainty, reverse=True)[:MOST_LAYERS]
+        return sorted(found, key=fusion.certainty, reverse=True)[:MOST_LAYERS]
 
     def hypotheses(self, segment: Segment) -> Hypotheses:
         """The results of the net for anybody and of the enrolled people's templates for a segment."""
@@ -211,14 +192,14 @@ class SecondPassRecogniser:
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:
         """Of sentences, and of other talk."""
         talk = word_loop([*common_words(), *self._graph.words], self._lexicon.sounds, TALK_WORD_COST)
-        return CtcSearch(_with_denials(self._graph), self._sounds, _cost), talk
+        return CtcSearch(_with_denials(self._graph), self._sounds, COSTS), talk
 
     @cached_property
     def _for_me(self) -> CtcSearch:
         """Of the sentences for this robot alone."""
         name = (self._name or "").lower()
         calls = [(name,), *((greeting, name) for greeting in GREETINGS)]
-        return CtcSearch(beginning_with(self._graph, calls), self._sounds, _cost)
+        return CtcSearch(beginning_with(self._graph, calls), self._sounds, COSTS)
 
     def _sounds(self, word: str) -> Sequence[Sequence[str]]:
         """A word's pronunciations. FRIEND stands for any name: the network has it only where a speaker says its own."""
@@ -238,10 +219,6 @@ def _with_denials(graph: WordGraph) -> WordGraph:
     """With DENIAL wherever FRIEND may be said."""
     more = (Arc(arc.source, arc.target, DENIAL) for arc in graph.arcs if arc.word == FRIEND)
     return replace(graph, arcs=(*graph.arcs, *more))
-
-
-def _cost(word: str) -> float:
-    return {FRIEND: NAME_COST, DENIAL: DENIAL_COST}.get(word, 0.0)
 
 
 def _surely(nearest: Recognised | None) -> Recognised | None:

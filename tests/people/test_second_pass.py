@@ -201,7 +201,7 @@ def test_the_louder_it_is_the_less_sure_a_stranger_is(book: Phrasebook, sound: S
     sure = []
     for rms in (0.0, 0.15, 1.0):
         loud = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, rms)[: len(quiet.sound)])
-        found = opinion.likeliest(loud)
+        found = opinion.compared(loud)[0]
         sure.append(found.confidence if found is not None else 0.0)
     assert sure[0] > 0.5 > 0.2 > max(sure[1:])
     assert sentence(opinion, loud) is None
@@ -223,7 +223,7 @@ def test_what_somebody_is_not_going_to_do_is_no_order(book: Phrasebook, sound: S
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, "Rob")
     said = alone(stranger(sound), f"hi rob i am {start} complete task two")
     assert sentence(opinion, said) is None
-    assert opinion.likeliest(said) is None
+    assert opinion.compared(said)[0] is None
     found = sentence(opinion, alone(stranger(sound), "hi rob i am nathan complete task two"))
     assert found is not None
     assert " ".join(found.words) == "hi rob i am friend complete task two"
@@ -235,7 +235,7 @@ def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) ->
     told = []
     for text in ("stop", "rob stop", "who is here", "move forward", "bot turn left", "hi all i am anna what is left"):
         segment = alone(stranger(sound), text)
-        likeliest = opinion.likeliest(segment)
+        likeliest = opinion.compared(segment)[0]
         assert likeliest is not None
         alone_found, within = sentence(opinion, segment), sentence(opinion, replace(segment, within_talk=True))
         told.append((alone_found is not None, within is not None))
@@ -296,7 +296,7 @@ def test_no_sound_is_too_strange(book: Phrasebook, sound: Sound, strangers: bool
         for lead in (0, 8000):
             segment = Segment(np.pad(speech, (lead, 0)), lead, 0, len(speech))
             assert sentence(opinion, segment) is None
-            found = opinion.likeliest(segment)
+            found = opinion.compared(segment)[0]
             assert found is None or found.confidence < 0.5
     if strangers:  # none of them has spoiled what comes after
         after = sentence(opinion, alone(stranger(sound), "rob stop"))
@@ -330,5 +330,5 @@ def test_what_was_said_is_compared_with_what_is_likeliest_in_one_pass(book: Phra
     ears = Counted(book.people_graph, sound.lexicon, {}, True)
     found, own = ears.compared(segment, said)
     assert ears.passes == 1
-    assert found == ears.likeliest(segment)
+    assert found == ears.compared(segment)[0]
     assert own == fusion.probability(fusion.confidence_features(ears.hypotheses(segment), said))

@@ -102,8 +102,8 @@ def test_who_enrolled_by_sentences_is_understood_better() -> None:
     text = "hi all i am anna complete task two"
     anna = Person("Anna", sentences=tuple(map(sentence, KNOWN)))
     graph = graph_of(text.split())
-    alone = SecondPassRecogniser(graph, LEXICON, {}, True).likeliest(segment(text))
-    known = SecondPassRecogniser(graph, LEXICON, {"anna": anna}, True).likeliest(segment(text))
+    alone = SecondPassRecogniser(graph, LEXICON, {}, True).compared(segment(text))[0]
+    known = SecondPassRecogniser(graph, LEXICON, {"anna": anna}, True).compared(segment(text))[0]
     assert alone is not None
     assert known is not None
     assert known.spans[0].confidence > alone.spans[0].confidence
@@ -115,8 +115,8 @@ def test_where_the_layers_disagree_nothing_is_sure() -> None:
     said = "seven"
     as_if = SpokenSentence(("eleven",), sentence(said).logs)  # enrolled with the wrong word, time and again
     liar = Person("Eve", sentences=(as_if,) * 20)
-    alone = SecondPassRecogniser(graph, LEXICON, {}, True).likeliest(segment(said))
-    known = SecondPassRecogniser(graph, LEXICON, {"eve": liar}, True).likeliest(segment(said))
+    alone = SecondPassRecogniser(graph, LEXICON, {}, True).compared(segment(said))[0]
+    known = SecondPassRecogniser(graph, LEXICON, {"eve": liar}, True).compared(segment(said))[0]
     assert alone is not None
     assert known is not None
     assert known.words == alone.words
