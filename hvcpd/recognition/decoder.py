@@ -74,8 +74,7 @@ class BackPointers:
 
     def frame_of(self, token: Tokens) -> Tokens:
         """The last frame of the word or pause that each record ends."""
-        frames: Tokens = np.where(token < 0, -2 - token, self._records["frame"][np.maximum(token, 0)])
-        return frames
+        return np.where(token < 0, -2 - token, self._records["frame"][np.maximum(token, 0)])
 
     @property
     def is_full(self) -> bool:
@@ -281,8 +280,7 @@ class Decoder:
         """For each winner, the lowest cost of another word that ends at its node in this frame, at any hypothesis."""
         node, word = self._net.target_node, self._net.word_number
         other = (node[instances] == node[winners][:, None]) & (word[instances] != word[winners][:, None])
-        rivals: Costs = np.where(other, ends, UNREACHABLE).min(axis=1)
-        return rivals
+        return np.asarray(np.where(other, ends, UNREACHABLE).min(axis=1), np.float32)
 
     def _change_hypotheses(self, leaving: Costs, token: Tokens) -> tuple[Costs, Tokens]:
         """The cost of entering words at each hypothesis, and the token to enter with."""

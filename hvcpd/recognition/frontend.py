@@ -161,8 +161,7 @@ def smoothed(energies: Energies) -> Energies:
 
     It halves the variance of noise before the logarithm, which would stretch its dips.
     """
-    out: Energies = SMOOTH_SIDE * (energies[:-2] + energies[2:]) + (1 - 2 * SMOOTH_SIDE) * energies[1:-1]
-    return out
+    return SMOOTH_SIDE * (energies[:-2] + energies[2:]) + (1 - 2 * SMOOTH_SIDE) * energies[1:-1]
 
 
 def cepstra_of(energies: Energies) -> NDArray[np.float32]:
@@ -172,8 +171,7 @@ def cepstra_of(energies: Energies) -> NDArray[np.float32]:
 
 def deltas_of(before2: Features, before1: Features, after1: Features, after2: Features) -> Features:
     """Slope by regression over two frames to either side (Furui 1986), weighted for the distance."""
-    slope: Features = np.float32(DELTA_WEIGHT / 10.0) * (2.0 * (after2 - before2) + (after1 - before1))
-    return slope
+    return np.float32(DELTA_WEIGHT / 10.0) * (2.0 * (after2 - before2) + (after1 - before1))
 
 
 def features_of(energies: Energies) -> Features:

@@ -271,8 +271,7 @@ class Scorer:
 
 def norms_of(features: Features) -> NDArray[np.float32]:
     """Squared norm of each row, shape (n,)."""
-    norms: NDArray[np.float32] = np.einsum("uf,uf->u", features, features)
-    return norms
+    return np.asarray(np.einsum("uf,uf->u", features, features), np.float32)
 
 
 def squared_distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -282,12 +281,10 @@ def squared_distances(features: Features, others: Features, norms: NDArray[np.fl
     d *= -2.0
     d += norms
     d += norms_of(features)[:, None]
-    np.maximum(d, 0.0, out=d)
-    return d
+    return np.maximum(d, 0.0, out=d)
 
 
 def distances(features: Features, others: Features, norms: NDArray[np.float32]) -> NDArray[np.float32]:
     """Euclidean distances, likewise."""
     squares = squared_distances(features, others, norms)
-    found: NDArray[np.float32] = np.sqrt(squares, out=squares)
-    return found
+    return np.sqrt(squares, out=squares)

@@ -153,8 +153,7 @@ class Path:
     @cached_property
     def response(self) -> Taps:
         """Its best-fitting response of TAPS taps, at lags from -PRE_TAPS on."""
-        taps: Taps = channel_responses(self.autocorrelation[None], self.correlation[None], TAPS)[0]
-        return taps
+        return np.asarray(channel_responses(self.autocorrelation[None], self.correlation[None], TAPS)[0], np.float32)
 
     @cached_property
     def tap_weights(self) -> Spectrum:
