@@ -14,7 +14,6 @@ from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
-    N_BANDS,
     SILENT_POWER,
     Energies,
     Features,
@@ -150,10 +149,8 @@ class DecoderSession:
         gains_db = (-GAIN_STEP_DB, 0.0, GAIN_STEP_DB)
         self._scorer = Scorer(bank, gains_db)
         self._decoder = Decoder(network, len(gains_db), beam)
-        self._tail = np.zeros((0, N_BANDS), np.float32)
-        self._next = 0
-        self._first = 0
-        self._gain = 0.0
+        self._first = self._next = 0
+        """The first frame since the session woke, and the next one."""
         self._filler_excess = np.zeros(HISTORY_FRAMES)
         self._noise_cost = np.zeros(HISTORY_FRAMES)
         self._bests: deque[float] = deque(maxlen=SURE_BLOCKS)
@@ -164,7 +161,7 @@ class DecoderSession:
     @property
     def under_way(self) -> bool:
         """Whether some path may be a sentence in progress."""
-        return self.awake and self.best.cost < -UNDER_WAY
+        return self.best.cost < -UNDER_WAY
 
     @property
     def gain(self) -> float:
@@ -237,11 +234,9 @@ class DecoderSession:
         if level <= 0.0:
             return
         off_db = decibels(level / max(self._gain, SILENT_POWER))
-        if abs(off_db) <= RETUNE_DB:
-            return
-        if not self.under_way:
+        if abs(off_db) > RETUNE_DB and not self.under_way:
             self._gain = level
-        elif off_db > 0.0:
+        elif off_db > RETUNE_DB:
             self._gain *= power_ratio(GAIN_STEP_DB)
             self._decoder.raise_gains()
 
@@ -290,11 +285,8 @@ class DecoderSession:
 
     def _duration_ratio(self, step: TracedWord) -> float:
         """1 between the shortest and the longest take of the word: "I" has twice the length where it stands alone."""
-        frames = step.end_frame - step.start_frame
-        usual = min(
-            max(frames, int(self._net.word_shortest[step.instance])), int(self._net.word_longest[step.instance])
-        )
-        return frames / usual
+        frames, word = step.end_frame - step.start_frame, step.instance
+        return float(frames / np.clip(frames, self._net.word_shortest[word], self._net.word_longest[word]))
 
     def _pause(self, start_frame: int, end_frame: int) -> float:
         frames = np.arange(start_frame, end_frame)

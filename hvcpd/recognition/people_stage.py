@@ -47,8 +47,8 @@ PAUSE_SHARE = 0.35
 """Share of the range from the noise to the voice, in dB; fainter sound belongs to a pause."""
 LEAST_RANGE_DB = 8.0
 """With a smaller range between the faintest and the loudest level, pauses cannot be told from speech."""
-FALL_DB, RISE_DB = 0.03, 0.03
-"""Decay per frame: the loudest level falls at 3 dB/s, and the faintest rises as fast."""
+DRIFT_DB = 0.03
+"""The loudest level falls by this much with each frame, 3 dB/s, and the faintest rises as fast."""
 MOST_FRAMES = 800
 """8 s, and MIN_FRAMES at least: how long a sentence takes."""
 MOST_PAUSES = 2
@@ -242,8 +242,8 @@ class LongTalk:
         return found
 
     def _hear(self, level_db: float, busy: bool) -> list[Stretch]:
-        self._loud_db = max(level_db, self._loud_db - FALL_DB)
-        self._faint_db = min(level_db, self._faint_db + RISE_DB)
+        self._loud_db = max(level_db, self._loud_db - DRIFT_DB)
+        self._faint_db = min(level_db, self._faint_db + DRIFT_DB)
         self._silent = 0 if busy else self._silent + 1
         if self._silent >= WAIT_FRAMES:  # it ends the talk, whose speech is reported as a whole then
             self._end_talk()

@@ -223,7 +223,7 @@ class SecondPassStage(Stage, Generic[Job, Result]):
 
     def _with_level(self, found: Recognised) -> Recognised:
         """A sentence of the second pass, with its signal-to-noise ratio."""
-        return replace(found, snr_db=self.first_pass.snr_db(found.start_sample, found.end_sample))
+        return replace(found, snr_db=self.first_pass.front_end.snr_db(found.start_sample, found.end_sample))
 
     @abstractmethod
     def _events_after(self, events: Sequence[Event]) -> list[Event]:

@@ -193,6 +193,7 @@ class TemplateRecogniser:
             if len(recent) == RECENT_FRAMES:  # else the sound before is already handled
                 unheard = end_frame - RECENT_FRAMES + LATE_WAKE_FRAMES - UNHEARD_LEAD_FRAMES
                 self._unheard_until = max(self._unheard_until, unheard)
+            self._speech_age = 0
             self.session.wake(recent, end_frame - len(recent), noise)
         self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
         events = self._report(end_frame)
@@ -203,13 +204,9 @@ class TemplateRecogniser:
 
     def _should_wake(self, n_frames: int) -> bool:
         """Whether the first sign of speech was long enough ago."""
-        if self._speech_age == 0 and not self.front_end.activity.possible_speech:
-            return False
-        self._speech_age += n_frames
-        if self._speech_age < WAKE_FRAMES:
-            return False
-        self._speech_age = 0
-        return True
+        if self._speech_age > 0 or self.front_end.activity.possible_speech:
+            self._speech_age += n_frames
+        return self._speech_age >= WAKE_FRAMES
 
     def _report(self, end_frame: int) -> list[Event]:
         """Report a sentence that has ended, or speech that has ended without one."""
@@ -251,8 +248,4 @@ class TemplateRecogniser:
             for k, step in enumerate(sentence.steps)
         ]
         found = Recognised.of(spans, sentence.voice, confidence, self._source)
-        return replace(found, snr_db=self.snr_db(found.start_sample, found.end_sample))
-
-    def snr_db(self, start_sample: int, end_sample: int) -> float:
-        """As `SharedFrontEnd.snr_db`."""
-        return self.front_end.snr_db(start_sample, end_sample)
+        return replace(found, snr_db=self.front_end.snr_db(found.start_sample, found.end_sample))

@@ -205,12 +205,8 @@ class Scorer:
         self._bank = bank
         self._gain_factors = [power_ratio(db) for db in gains_db]
         self._codebook = unique(np.linspace(0, bank.n_frames - 1, CODEBOOK_FRAMES).astype(np.intp))
-        self._codebook_features = np.zeros((0, N_FEATURES), np.float32)
-        self._codebook_norms = np.zeros(0, np.float32)
+        self._noise, self._gain = np.zeros(N_BANDS, np.float32), math.nan
         self.free_memory()
-        self._noise_features = np.zeros(N_FEATURES, np.float32)
-        self._noise = np.zeros(N_BANDS, np.float32)
-        self._gain = math.nan
 
     def free_memory(self) -> None:
         """Free the memory of composed templates, most of the scorer's memory: nothing is decoded for a while.

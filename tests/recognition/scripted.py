@@ -38,7 +38,7 @@ class Script:
 
     def __init__(self, events: Sequence[tuple[int, Event]] = (), speech: Times = ((AT, END),)) -> None:
         self.events, self.speech = list(events), speech
-        self.now, self.session = 0, self
+        self.now, self.session, self.front_end = 0, self, self
         self.possible_speech = self.speaking = self.busy = self.prepared = False
         self.since: int | None = None
         self.ending_word, self.gain = "", 0.0

@@ -30,7 +30,7 @@ class Script:
         self.chunks: list[Chunk] = []
         self._frames = FrameStream()
         self.history = History()
-        self.session = self
+        self.session = self.front_end = self
 
     def push(self, samples: Samples, masked: bool = False) -> list[Event]:
         before, self.heard = self.heard // BLOCK, self.heard + len(samples)

@@ -78,7 +78,7 @@ def test_the_noise_of_an_answer_is_that_from_before_the_own_words() -> None:
     [event] = r.push(sound[first:])
     assert isinstance(event, Recognised)
     assert event.snr_db == pytest.approx(19.0, abs=2.0)
-    level_db = r.snr_db(event.start_sample, event.end_sample)
+    level_db = r.front_end.snr_db(event.start_sample, event.end_sample)
     assert level_db == pytest.approx(event.snr_db, abs=0.5)
 
 

@@ -144,7 +144,6 @@ class ChannelRecogniser:
         self._searches = [ChannelSearch(graph, rate) for rate in rates]
         """One for each speaking rate, the usual one first."""
         self._books = books
-        self._before = _words_before(graph)
         self._graph = graph
         self._usual = rates[0] if rates else []
         self._onsets = OnsetDetector(graph, self._usual if prepared else ())
@@ -239,23 +238,17 @@ class ChannelRecogniser:
         evidence = self.evidence(sound, paths)
         if evidence is None or evidence.confidence < LEAST_CONFIDENCE:
             return None
-        best = evidence.path
-        before = self._before.get(best.words[0], ())
-        return None if best.words[0] != GREETING and is_preceded(sound, best, before) else evidence
+        first = evidence.path.words[0]
+        if first == GREETING:
+            return evidence
+        nodes = {arc.source for arc in self._graph.arcs if arc.word == first}
+        before = {arc.word for arc in self._graph.arcs if arc.target in nodes}
+        return None if is_preceded(sound, evidence.path, before) else evidence
 
 
 def _in_progress(paths: Iterable[Path], n: int, least: float = IN_PROGRESS_SCORE) -> list[Path]:
     """The best paths that may go on after the last of `n` samples and explain this much."""
     return [path for path in paths if path.end + GOES_ON_WITHIN > n and path.score >= least][:MAX_IN_PROGRESS]
-
-
-def _words_before(graph: WordGraph) -> dict[str, set[str]]:
-    """For each word, the words that may be said right before it."""
-    before: dict[str, set[str]] = {}
-    for arc in graph.arcs:
-        for word, _ in graph.following[arc.target]:
-            before.setdefault(word, set()).add(arc.word)
-    return before
 
 
 def noise_sample(before: Samples, heard: Samples) -> Samples:

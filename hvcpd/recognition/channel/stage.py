@@ -111,10 +111,6 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         self._close()
         self._whole_from = self._now + n_samples
 
-    @property
-    def _clatters(self) -> bool:
-        return self._since is not None and self._now - self._since > CLATTER
-
     def _mask(self) -> None:
         self._break_off(0)
 
@@ -127,18 +123,20 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         elif self._now - self._last_sign >= QUIET:
             self._since = None
         self._note_onset()
-        if self._open is None:
-            self._free_memory()
-        else:
+        if self._open is not None:
             self._close_if_due(self._open)
+        elif self._searched_at is not None and self._now - self._searched_at >= MEMORY_TIME:
+            self._searched_at = None
+            self._searcher.free_memory()
 
     def _note_sign(self) -> None:
         """Note a sign of speech in the newest block."""
         at = self._began
+        clatters = self._since is not None and self._now - self._since > CLATTER
         if self._open is None:
-            due = at + (CUT_AFTER if self._clatters else MAX_LENGTH)
-            self._open = OpenSegment(max(at - ONSET_LAG, self._whole_from), self._now, due, self._clatters)
-        self._open.note_sign(at, self._now, self._clatters)
+            due = at + (CUT_AFTER if clatters else MAX_LENGTH)
+            self._open = OpenSegment(max(at - ONSET_LAG, self._whole_from), self._now, due, clatters)
+        self._open.note_sign(at, self._now, clatters)
 
     def _note_onset(self) -> None:
         """Search the newest sound for an onset."""
@@ -174,12 +172,6 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             self._close()
         elif self._now >= segment.cut_at:
             self._close(cut=True)
-
-    def _free_memory(self) -> None:
-        """Free memory once nobody has spoken for a while."""
-        if self._searched_at is not None and self._now - self._searched_at >= MEMORY_TIME:
-            self._searched_at = None
-            self._searcher.free_memory()
 
     def _close(self, cut: bool = False) -> None:
         """Close the open segment, or `cut` it: submit it, unless all of it has been reported."""
