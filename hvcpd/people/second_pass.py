@@ -12,16 +12,7 @@ from hvcpd.people import fusion
 from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import DENIAL, GREETINGS, TO_ALL, FusedHypothesis, Hypotheses, Words
-from hvcpd.people.phones import (
-    ANY_PHONE,
-    FRAME_SAMPLES,
-    CtcSearch,
-    LogBands,
-    LogPosteriors,
-    mean_normalised,
-    nets,
-    word_loop,
-)
+from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, LogBands, mean_normalised, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.people_stage import Found
@@ -69,12 +60,7 @@ class SecondPassRecogniser:
     """Searches segments of sound; its listeners are made when first needed, in the thread that searches."""
 
     def __init__(
-        self,
-        graph: WordGraph,
-        lexicon: Lexicon,
-        people: Mapping[str, Person],
-        strangers: bool,
-        name: str | None = None,
+        self, graph: WordGraph, lexicon: Lexicon, people: Mapping[str, Person], strangers: bool, name: str | None = None
     ) -> None:
         """`people`: the enrolled ones, read again for each segment, so that newly learned words count; with
         `strangers`, all others' sentences count, too. `name`: this robot's; without one no sentence is for it."""
@@ -155,7 +141,7 @@ class SecondPassRecogniser:
         fused = fusion.fuse(hypotheses)
         if fused is None:
             return hypotheses, None
-        through = [replace(hypotheses, posteriors=each) for each in self._through_layers(activations)]
+        through = self._through_layers(hypotheses, activations)
         found = [(other, each) for other in through if (each := fusion.fuse(other)) is not None]
         if not found:
             return hypotheses, fused
@@ -164,15 +150,16 @@ class SecondPassRecogniser:
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
-    def _through_layers(self, activations: Sequence[LogBands]) -> list[list[LogPosteriors]]:
-        """The posteriors by people's own layers, MOST_LAYERS of those that are surest of their phones."""
+    def _through_layers(self, hypotheses: Hypotheses, activations: Sequence[LogBands]) -> list[Hypotheses]:
+        """The same by people's own layers, MOST_LAYERS of those that are surest of their phones."""
         people = (self._layers(person.sentences) for person in self._people.values())
         found = [
             [layer.log_posteriors(each) for layer, each in zip(layers, activations, strict=True)]
             for layers in people
             if layers
         ]
-        return sorted(found, key=fusion.certainty, reverse=True)[:MOST_LAYERS]
+        surest = sorted(found, key=fusion.certainty, reverse=True)[:MOST_LAYERS]
+        return [replace(hypotheses, posteriors=each) for each in surest]
 
     def hypotheses(self, segment: Segment) -> Hypotheses:
         """The results of the net for anybody and of the enrolled people's templates for a segment."""

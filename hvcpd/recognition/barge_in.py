@@ -169,9 +169,8 @@ class BargeInDetector:
         self._trace = OwnTrace()
         self._residual_powers = np.zeros(0)
         self._reported_until, self._may_rise = 0, False
-        self._playing: Samples = np.zeros(
-            max(round((self._latency_s - DELAY_TOLERANCE_S) * SAMPLE_RATE_HZ), 0), np.float32
-        )
+        delay = max(round((self._latency_s - DELAY_TOLERANCE_S) * SAMPLE_RATE_HZ), 0)
+        self._playing: Samples = np.zeros(delay, np.float32)
         self._heard, self._residual = FrameStream(), FrameStream()
 
     def lost(self) -> None:

@@ -8,21 +8,12 @@ from dataclasses import astuple, dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted_probability
-from hvcpd.recognition.frontend import (
-    CONTEXT_FRAMES,
-    SILENT_POWER,
-    Energies,
-    Features,
-    decibels,
-    features_of,
-    power_ratio,
-)
+from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of, power_ratio
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
-from hvcpd.recognition.templates import Scorer, TemplateBank
+from hvcpd.recognition.templates import Noise, Scorer, TemplateBank
 
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
 FILLER_COST = 1.2
@@ -180,7 +171,7 @@ class DecoderSession:
         """The last word of the best path, if that may have ended just now, and may be reported soon; else ""."""
         return self.word_of(self._decoder.trace(self.best.token)[-1]) if self.best.node >= 0 else ""
 
-    def wake(self, energies: Energies, first_frame: int, noise: NDArray[np.float32]) -> None:
+    def wake(self, energies: Energies, first_frame: int, noise: Noise) -> None:
         """Begin with the frames, shape (n, N_BANDS), from `first_frame` on."""
         self.awake = True
         self._next = self._first = first_frame
@@ -202,7 +193,7 @@ class DecoderSession:
         self._decoder.reset(self._next)
         self.best = BestPath(0.0)
 
-    def feed(self, energies: Energies, recent: Energies, noise: NDArray[np.float32]) -> None:
+    def feed(self, energies: Energies, recent: Energies, noise: Noise) -> None:
         """Decode the next frames; `recent` are those of the last half second or so, for the level."""
         block = np.concatenate([self._tail, energies])
         if len(block) < 2 * CONTEXT_FRAMES + HORIZON_FRAMES:
@@ -214,21 +205,19 @@ class DecoderSession:
         self._scorer.compose(noise + mask, self._gain)
         features = features_of(block + mask)
         for start in range(0, len(features), HORIZON_FRAMES):
-            self._decode(features[start : start + HORIZON_FRAMES])
+            heard = features[start : start + HORIZON_FRAMES]
+            active = self._decoder.prune()
+            to_states, to_noise, to_cohort = self._scorer.score(heard, active.row, active.hypothesis_begins)
+            filler = np.minimum(to_noise, to_cohort + np.float32(FILLER_COST))
+            slots = np.arange(self._next, self._next + len(heard)) % HISTORY_FRAMES
+            self._filler_excess[slots] = filler - to_cohort
+            self._noise_cost[slots] = noise_costs = to_noise - filler
+            for column, noise_cost in zip(to_states - filler[:, None], noise_costs.tolist(), strict=True):
+                self._decoder.advance(column, noise_cost)
+            self._next += len(heard)
         self._decoder.drop_long_pauses(LONGEST_PAUSE_FRAMES)
         self.best = self._decoder.best(END_MARGIN)
         self._bests.append(self.best.cost)
-
-    def _decode(self, features: Features) -> None:
-        active = self._decoder.prune()
-        states, noise, cohort = self._scorer.score(features, active.row, active.hypothesis_begins)
-        filler = np.minimum(noise, cohort + np.float32(FILLER_COST))
-        slots = np.arange(self._next, self._next + len(features)) % HISTORY_FRAMES
-        self._filler_excess[slots] = filler - cohort
-        self._noise_cost[slots] = above = noise - filler
-        for column, noise_cost in zip(states - filler[:, None], above.tolist(), strict=True):
-            self._decoder.advance(column, noise_cost)
-        self._next += len(features)
 
     def _retune(self, level: float) -> None:
         if level <= 0.0:

@@ -19,17 +19,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.shared_front_end import MIN_FRAMES, WAIT_FRAMES
-from hvcpd.recognition.stages import (
-    AFTER,
-    GOES_ON_WITHIN,
-    LEAD,
-    MAX_WAIT,
-    PAUSES,
-    SecondPassStage,
-    Segment,
-    SegmentSearcher,
-    Worker,
-)
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SecondPassStage, Segment, SegmentSearcher, Worker
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
@@ -181,7 +171,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         """Submit a part of talk for a second pass."""
         heard_from = max(self._understood_until, self._torn_until)
         starts = [start for start in stretch.starts if start >= heard_from]
-        segment = self._cut(starts, stretch.end, within_talk=True) if starts else None
+        segment = Segment.of(self.first_pass.history, starts, stretch.end, within_talk=True) if starts else None
         if segment is not None and self._worker.submit(segment, self._searcher):
             self._waiting.append(segment)
 
@@ -190,16 +180,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         is_searched = any(each.start < end and start < each.end for each in self._waiting)
         if start < self._torn_until or end - start > LONGEST or is_searched:
             return None
-        return self._cut((start, *later), end)
-
-    def _cut(self, starts: Sequence[int], end: int, within_talk: bool = False) -> Segment | None:
-        """The sound of speech that begins at the first of `starts`, or later, with what comes before it; None if that
-        is no longer kept."""
-        start, until = starts[0], end + (PAUSES if within_talk else AFTER)
-        sound, lead = self.first_pass.history.unmasked(start - LEAD, start, until)
-        if len(sound) - lead < end - start:
-            return None
-        return Segment(sound, lead, start, end, within_talk, tuple(starts[1:]))
+        return Segment.of(self.first_pass.history, (start, *later), end)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
-from hvcpd.recognition.stream import CHUNK_SAMPLES
+from hvcpd.recognition.stream import CHUNK_SAMPLES, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 
@@ -125,6 +125,16 @@ class Segment:
     end: int
     within_talk: bool = False
     later: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, history: History, starts: Sequence[int], end: int, within_talk: bool = False) -> Segment | None:
+        """Speech that begins at the first of `starts`, or later, with what comes before it; None if that is no longer
+        kept."""
+        start, until = starts[0], end + (PAUSES if within_talk else AFTER)
+        sound, lead = history.unmasked(start - LEAD, start, until)
+        if len(sound) - lead < end - start:
+            return None
+        return cls(sound, lead, start, end, within_talk, tuple(starts[1:]))
 
     @property
     def origin(self) -> int:

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.endpoints import CLATTER, CUT_AFTER, CUT_AGAIN_AFTER
+from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER
 from hvcpd.recognition.channel.estimation import _blocks_of
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.channel.stage import MEMORY_TIME, ChannelStage, contradicts
+from hvcpd.recognition.channel.stage import CLATTER, MEMORY_TIME, ChannelStage, contradicts
 from hvcpd.recognition.events import Event, Garbled, Held, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SegmentSearcher, SynchronousWorker
 from tests.recognition.hisses import BOOKS, GRAPH, Book, scene, spoken, through_a_room

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.ports import Samples
-from hvcpd.recognition.channel.endpoints import MAX_LENGTH
+from hvcpd.recognition.channel.stage import MAX_LENGTH
 from hvcpd.recognition.people_stage import LONGEST
 from hvcpd.recognition.stages import LEAD, MAX_WAIT
 from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16

@@ -128,22 +128,10 @@ class OnsetDetector:
         return (int(risen.argmax()) + RISE_FRAMES) * FRAME // 2 if risen.any() else None
 
 
-ONSET_LAG = SAMPLE_RATE_HZ // 4
-"""Longest time (samples) from the beginning of speech to its first sign."""
-FAINT_ONSET_LAG = SAMPLE_RATE_HZ
-"""The same (1 s) for a voice that hardly rises over the noise, whose first word may not have risen at all."""
 QUIET = SAMPLE_RATE_HZ // 2
 """Samples without a sign of speech that end a segment: more than a pause at a comma in a room without echoes."""
-MIN_LENGTH = SAMPLE_RATE_HZ // 4
-"""Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
 USUAL_LENGTH = 7 * SAMPLE_RATE_HZ
 """Samples (7 s) after a greeting by which nearly all sentences have ended: if signs go on, clatter hides the end."""
-MAX_LENGTH = 10 * SAMPLE_RATE_HZ
-"""Samples (10 s) after which a segment is cut: no sentence takes longer. A sentence in progress at the cut is searched
-again, together with the sound after it."""
-CLATTER = 8 * SAMPLE_RATE_HZ
-"""Samples (8 s) of signs of speech without QUIET among them, from which on they count as clatter and no longer show
-onsets and ends: a slow sentence takes 8 s or less, and is followed by quiet."""
 SIGN_SHARE = 0.6
 """Share of the time with signs of speech from which on they show where a speaker ends: chosen between a voice that
 stands out, and so has them nearly all the time, and one that noise hides. No other share was tried."""
@@ -199,7 +187,7 @@ class OpenSegment:
         return min(path.starts[0] for path in self.in_progress)
 
     def note_sign(self, at: int, now: int, clatters: bool) -> None:
-        """Note signs of speech from sample `at` up to `now`; `clatters`: they count as clatter (CLATTER)."""
+        """Note signs of speech from sample `at` up to `now`; `clatters`: they count as clatter."""
         self.end = now
         self.sign_samples += now - at
         if self.first_sign is None:

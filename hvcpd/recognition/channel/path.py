@@ -208,12 +208,8 @@ def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> l
         return []
     fits = sound.fits((word.said, word.at) for word in words)
     own = np.stack([word.path.autocorrelation for word in words]) + autocorrelations(fits)
-    across = np.stack(
-        [
-            word.path.correlation + fit.correlation[word.shift : word.shift + TAPS]
-            for word, fit in zip(words, fits, strict=True)
-        ]
-    )
+    pairs = zip(words, fits, strict=True)
+    across = np.stack([word.path.correlation + fit.correlation[word.shift :][:TAPS] for word, fit in pairs])
     there = across[:, first_lag(n_taps) : first_lag(n_taps) + n_taps]
     taps = channel_responses(own, there, n_taps)
     explained = np.einsum("ij,ij->i", taps, there) - n_taps

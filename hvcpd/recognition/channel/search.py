@@ -100,11 +100,7 @@ class ChannelSearch:
         self._lengths = lengths_of(graph)
 
     def paths(
-        self,
-        sound: WhitenedSound,
-        reported: Sequence[Path] = (),
-        earlier: Sequence[Path] = (),
-        greeted: bool = False,
+        self, sound: WhitenedSound, reported: Sequence[Path] = (), earlier: Sequence[Path] = (), greeted: bool = False
     ) -> list[Path]:
         """Sentences and partial sentences, those that explain most first. They start anywhere, if `greeted` with the
         greeting, and where the paths `earlier` did, which were found in a shorter part of this sound. None in the voice

@@ -10,19 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.endpoints import (
-    CLATTER,
-    CUT_AFTER,
-    CUT_AGAIN_AFTER,
-    FAINT_ONSET_LAG,
-    MAX_LENGTH,
-    MIN_LENGTH,
-    ONSET_LAG,
-    QUIET,
-    SIZE,
-    STEP,
-    OpenSegment,
-)
+from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER, QUIET, SIZE, STEP, OpenSegment
 from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
@@ -30,6 +18,18 @@ from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.stages import GOES_ON_WITHIN, LEAD, MAX_WAIT, SecondPassStage, Worker
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
+ONSET_LAG = SAMPLE_RATE_HZ // 4
+"""Longest time (samples) from the beginning of speech to its first sign."""
+FAINT_ONSET_LAG = SAMPLE_RATE_HZ
+"""The same (1 s) for a voice that hardly rises over the noise, whose first word may not have risen at all."""
+MIN_LENGTH = SAMPLE_RATE_HZ // 4
+"""Samples (0.25 s) below which signs of speech are not a sentence: "stop" takes 0.4 s."""
+MAX_LENGTH = 10 * SAMPLE_RATE_HZ
+"""Samples (10 s) after which a segment is cut: no sentence takes longer. A sentence in progress at the cut is searched
+again, together with the sound after it."""
+CLATTER = 8 * SAMPLE_RATE_HZ
+"""Samples (8 s) of signs of speech without QUIET among them, from which on they count as clatter and no longer show
+onsets and ends: a slow sentence takes 8 s or less, and is followed by quiet."""
 INCOMPLETE_WITHIN = SAMPLE_RATE_HZ // 5
 """Samples (0.2 s) after lost sound, or the robot's own voice: a sentence that begins within them may be the end of a
 longer one, and is not reported. Robots wait for 0.5 s before they answer."""

@@ -12,7 +12,7 @@ and other talk as they are (`benchmarks/keyword`), so that nothing has to be sep
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -119,9 +119,8 @@ class KeywordNet:
         (first, first_off), (second, second_off), *others = self._weights.layers
         self._frames = np.concatenate([self._frames[-(KERNEL_SIZES[0] - 2) :], self._inputs.normalised(energies)])
         pieces = np.stack([self._frames[k : k + KERNEL_SIZES[0]].ravel() for k in (0, 2)])
-        self._halves = np.concatenate(
-            [self._halves[-(KERNEL_SIZES[1] - 2) :], np.maximum(pieces @ first + first_off, 0)]
-        )
+        halves = np.maximum(pieces @ first + first_off, 0)
+        self._halves = np.concatenate([self._halves[-(KERNEL_SIZES[1] - 2) :], halves])
         found = np.maximum(self._halves.ravel() @ second + second_off, 0)
         for (matrix, offsets), past, gap in zip(others, self._pasts, DILATIONS, strict=True):
             # A ring: the row about to be overwritten is the oldest, the row `gap` further on is the next input.
@@ -166,6 +165,12 @@ class Detection(NamedTuple):
 def second_highest(probabilities: Iterable[float]) -> float:
     """The posterior that counts, of the last SMOOTHING_COLUMNS ones."""
     return sorted(probabilities)[-2]
+
+
+def peak_of(probabilities: Sequence[float]) -> float | None:
+    """The highest posterior that counts, of any number; None if there are too few."""
+    windows = (probabilities[k : k + SMOOTHING_COLUMNS] for k in range(len(probabilities) - SMOOTHING_COLUMNS + 1))
+    return max(map(second_highest, windows), default=None)
 
 
 class KeywordSpotter:

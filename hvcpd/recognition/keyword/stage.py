@@ -11,15 +11,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.fitted import logistic, logit
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, energies_of, power_ratio
-from hvcpd.recognition.keyword.net import (
-    HOLD_PROBABILITY,
-    SMOOTHING_COLUMNS,
-    Detection,
-    KeywordNet,
-    KeywordSpotter,
-    Posteriors,
-    second_highest,
-)
+from hvcpd.recognition.keyword.net import HOLD_PROBABILITY, Detection, KeywordNet, KeywordSpotter, Posteriors, peak_of
 from hvcpd.recognition.keyword.verification import (
     ACCEPT_PROBABILITY,
     PLAUSIBLE_PROBABILITY,
@@ -131,8 +123,8 @@ class KeywordRescorer:
         self._net.reset()
         probabilities = [self._net.posteriors(chunk) for chunk in chunks][start // CHUNK_SAMPLES :]
         in_word = (end + WORD_DELAY - start) // CHUNK_SAMPLES
-        word = _highest_smoothed([each.word for each in probabilities[:in_word]])
-        call = _highest_smoothed([each.call for each in probabilities])
+        word = peak_of([each.word for each in probabilities[:in_word]])
+        call = peak_of([each.call for each in probabilities])
         return Posteriors(word, call) if word is not None and call is not None else None
 
 
@@ -162,12 +154,6 @@ def _white(n: int) -> Samples:
         hashed ^= hashed >> shift
         hashed *= np.uint32(factor)
     return np.asarray(hashed.view(np.int32) * np.float32(np.sqrt(3.0) / 2.0**31), np.float32)
-
-
-def _highest_smoothed(probabilities: Sequence[float]) -> float | None:
-    """The highest probability that counts; None if there are too few."""
-    windows = (probabilities[k : k + SMOOTHING_COLUMNS] for k in range(len(probabilities) - SMOOTHING_COLUMNS + 1))
-    return max(map(second_highest, windows), default=None)
 
 
 class KeywordStage(Stage):
