@@ -72,3 +72,22 @@ def test_the_role_writes_settings_that_hvcpd_takes(tmp_path: Path) -> None:
     assert (settings.name, settings.team, settings.names) == ("Ada", "plant", ("Rob", "Bot"))
     assert settings.tasks == tmp_path / "tasks.yaml"
     assert settings.tasks.read_text() == (REPOSITORY / "etc/tasks.yaml").read_text()
+
+
+def test_wifi_stays_on_where_the_command_line_says_so(tmp_path: Path) -> None:
+    """A value of --extra-vars KEY=VALUE is a text, and "false" is a text that is not empty. --check changes nothing."""
+    boot = tmp_path / "config.txt"
+    boot.write_text("")
+    told = {"hvcpd_boot": boot, "hvcpd_wifi_off": "false"}
+    more = [part for key, value in told.items() for part in ("--extra-vars", f"{key}={value}")]
+    play = [tool("ansible-playbook", "ansible-core"), "--inventory", "robot,", "--connection", "local", str(PLAYBOOK)]
+    done = ran([*play, *more, "--check", "--tags", "wifi", "--extra-vars", '{"ansible_become": false}'], tmp_path)
+    assert "changed=0" in done
+    assert "skipped=1" in done
+
+
+def test_no_condition_of_the_role_is_a_text_by_itself() -> None:
+    for path in (PLAYBOOK.parent / "roles").rglob("*.yml"):
+        for step in yaml.safe_load(path.read_text()) or ():
+            condition = str(step.get("when", "")) if isinstance(step, dict) else ""
+            assert not condition.isidentifier(), f"{path.name}: write `{condition} | bool`"
