@@ -193,7 +193,7 @@ def unwritable(path: Path | str, error: Exception, otherwise: str = "name a file
     if isinstance(error, FileExistsError):
         if Path(path).is_dir():
             return unwritable(path, IsADirectoryError(errno.EISDIR, "Is a directory"))
-        reason = "this is a file"  # where a folder should be made
+        reason = "there is a file of this name already"
     match getattr(error, "errno", None):
         case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:
             remedy = "make room there, or name another place"

@@ -23,6 +23,9 @@ from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
 from hvcpd.daemon.logging import set_up_logging
+from hvcpd.robot.sealing import Sealing
+from hvcpd.security.guard import Guard
+from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from tests.control.conftest import Refuse
 from tests.daemon.running import RunningRobot
 
@@ -131,6 +134,13 @@ def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
     assert "only when it is so" in ctl("say", "Hi all, I am Rob, task one complete", status=1)
     assert "not in the phrasebook" in ctl("say", "Hi Bot, I am Rob, dance", status=2)
     assert "this robot is Rob" in ctl("say", "Hi Rob, I am Bot, stop", "--name", "Rob", status=1)
+
+
+def test_say_knows_a_sealed_sentence_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It waited a minute for the sentence without its seal, and then told that the robot could not say it."""
+    with RunningRobot(tmp_path, Sealing(Guard("Rob", KeyRing(TeamKey(bytes(KEY_BYTES)))))) as robot:
+        assert main(["say", "Hi Bot, I am Rob, water the green rose", "--socket", str(robot.bench.path)]) == 0
+    assert capsys.readouterr().out == "Rob says: Hi Bot, I am Rob, water the green rose\n"
 
 
 @pytest.mark.slow

@@ -191,4 +191,5 @@ def test_a_file_where_a_folder_should_be_is_told(tmp_path: Path) -> None:
     path.touch()
     with pytest.raises(FileExistsError) as raised:
         path.mkdir(exist_ok=True)
-    assert unwritable(path, raised.value, "name another") == f"{path}: cannot be written: this is a file; name another"
+    told = unwritable(path, raised.value, "name another")
+    assert told == f"{path}: cannot be written: there is a file of this name already; name another"

@@ -33,6 +33,7 @@ TALK = (
     ("heard", "Bot", "Hi team plant, I am Bot, I will complete task three"),
     ("heard", "Bot", "Hi all, I am Bot, task three complete"),
     ("heard", None, "Stop"),
+    ("said", "Rob", "Stop"),
 )
 
 
@@ -135,7 +136,7 @@ def test_the_audit_counts_orders_refusals_and_shares(memory: Path, capsys: pytes
     assert found["fairness"] == pytest.approx(9 / (2 * 5))
     assert found["garbled"] == 1
     assert found["not_understood"] == 0
-    assert found["stops"] == {"somebody": 1}
+    assert found["stops"] == {"somebody": 1, "Rob": 1}, "its own one is without a name, too"
     assert main(["audit", "--memory", str(memory)]) == 0
     assert "0.90 (1 = all equal)" in capsys.readouterr().out
 

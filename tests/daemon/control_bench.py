@@ -24,6 +24,7 @@ from hvcpd.daemon.wheel_service import WheelService
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.ports import WheelCommand, WheelReading
 from hvcpd.recognition.events import Event
+from hvcpd.robot.sealing import Sealing
 from tests.robot.test_hold import BLOCK, Bench
 
 ONE_TASK = "tasks:\n- {number: 1, name: water the green rose, place: {x_m: 0, y_m: 0}, actions: [{forward: 1}]}\n"
@@ -94,7 +95,14 @@ class SomeWords(Rereading):
 class ControlBench:
     """The service, the robot behind it, and clients. `compares_words`: new words with all others, for seconds."""
 
-    def __init__(self, directory: Path, board: str = ONE_TASK, compares_words: bool = False, **more: object) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        board: str = ONE_TASK,
+        compares_words: bool = False,
+        sealing: Sealing | None = None,
+        **more: object,
+    ) -> None:
         (directory / "tasks.yaml").write_text(board)
         self.file = directory / "bench.yaml"
         self.file.write_text("mode: volunteer\n")
@@ -103,7 +111,7 @@ class ControlBench:
         load = partial(load_with_sources, self.file, given, environment={})
         loaded = load()
         wiring = wire_up(loaded.settings)
-        self.bench = Bench(*wiring.tasks.tasks[0].actions, skills=wiring.tasks.skills)
+        self.bench = Bench(*wiring.tasks.tasks[0].actions, skills=wiring.tasks.skills, sealing=sealing)
         self.wheels = NotedWheels()
         self.journal = JournalService(wiring)
         self.body = Body(wiring, self.journal)

@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hvcpd.coordination.states import State
+from hvcpd.robot.sealing import Sealing
 from tests.daemon.control_bench import ControlBench
 
 TICK_S = 0.01
@@ -17,8 +18,8 @@ TICK_S = 0.01
 class RunningRobot:
     """A robot that lives in a thread of its own, faster than in real time."""
 
-    def __init__(self, directory: Path) -> None:
-        self.directory = directory
+    def __init__(self, directory: Path, sealing: Sealing | None = None) -> None:
+        self.directory, self._sealing = directory, sealing
         self._ready = threading.Event()
         self._thread = threading.Thread(target=lambda: asyncio.run(self._live()))
 
@@ -33,7 +34,7 @@ class RunningRobot:
 
     async def _live(self) -> None:
         self._loop, self._ending = asyncio.get_running_loop(), asyncio.Event()
-        self.bench = ControlBench(self.directory)
+        self.bench = ControlBench(self.directory, sealing=self._sealing)
         await self.bench.open()
         await self.bench.live(blocks=12)  # until the meter has read its first level
         self._ready.set()

@@ -26,6 +26,7 @@ from hvcpd.robot.own_voice import Acoustics
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.records import HoldRecord, PerformedRecord, Record, SaidRecord
 from hvcpd.robot.robot import Robot
+from hvcpd.robot.sealing import Sealing
 
 BLOCK = 400
 BLOCK_S = BLOCK / SAMPLE_RATE_HZ
@@ -112,6 +113,7 @@ class Bench:
         mouth: Mouth | None = None,
         places: tuple[SharedPlace, ...] = (),
         roster: tuple[str, ...] = (),
+        sealing: Sealing | None = None,
     ) -> None:
         task = TaskDefinition(1, "water the green rose", Place(0.0, 0.0), actions)
         tasks = TaskRepository((task,), places=places, skills=skills)
@@ -122,7 +124,7 @@ class Bench:
         mouth, here = mouth or Mouth(), Pose(0.0, 0.0)
         self.robot = Robot(
             self.coordination,
-            make_phrasebook(("Rob", "Bot"), ("plant",), tasks),
+            make_phrasebook(("Rob", "Bot"), ("plant",), tasks, sealing is not None),
             self.recogniser,
             mouth,
             Odometry(here, BURGER),
@@ -130,7 +132,7 @@ class Bench:
             Acoustics(),
             mouth,
             self.overheard,
-            None,
+            sealing,
             KnownDelay(),
             {},
             Measures(Ranging("Rob", History()), lambda _: mouth),

@@ -81,12 +81,12 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook) -> Audit:
         except PhraseError:
             found.not_understood += 1
             continue
-        _count(found, utterance, pending)
+        _count(found, utterance, utterance.speaker or row.record.speaker or "somebody", pending)
     return found
 
 
-def _count(found: Audit, u: m.Utterance, pending: dict[tuple[str, str], str]) -> None:
-    speaker, to = u.speaker or "somebody", str(u.addressee or m.ToAll())
+def _count(found: Audit, u: m.Utterance, speaker: str, pending: dict[tuple[str, str], str]) -> None:
+    to = str(u.addressee or m.ToAll())
     found.sentences[speaker] += 1
     answered = pending.get((speaker, to))
     match m.parts(u)[-1].statement:
