@@ -132,15 +132,29 @@ class Lobby:
         connection.setblocking(False)
         try:
             visitor = Visitor(connection, caller_of(connection))
-            connection.send(self._hello())
-        except OSError:  # it has gone again
+        except OSError:
             connection.close()
+            return
+        try:
+            connection.send(self._hello())
+        except OSError:
+            self._gone(visitor)
             return
         if len(self._silent) + len(self._asking) >= MAX_WAITING:
             self._make_room()
         self._silent[visitor] = None
         asyncio.get_running_loop().add_reader(connection, self._listen, visitor)
         self._listen(visitor)
+
+    def _gone(self, visitor: Visitor) -> None:
+        """It left before it was greeted, as whoever asked a frozen daemon: of what it asked for, a stop alone still
+        counts."""
+        with suppress(OSError):
+            visitor.said += visitor.connection.recv(MAX_LINE_BYTES)
+        if visitor.says_stop:
+            self._pass_on(visitor)
+        else:
+            visitor.connection.close()
 
     def _listen(self, visitor: Visitor) -> None:
         try:

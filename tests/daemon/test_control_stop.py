@@ -18,6 +18,7 @@ from hvcpd.control.cli import main
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_protocol import PROTOCOL
+from hvcpd.daemon.control_socket import short_address
 from hvcpd.hardware.stop_button import StopButton
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
@@ -162,6 +163,25 @@ def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> No
             assert (await talk.ask("stop"))["ok"]
             bench.begin()
             assert (await talk.ask("status"))["result"]["stopped"] is True
+            await talk.hang_up()
+
+    run(scene())
+
+
+@pytest.mark.parametrize(("asked", "stops"), [({"command": "stop"}, True), ({"command": "say", "text": "stop"}, False)])
+def test_of_what_was_asked_of_a_frozen_daemon_a_stop_alone_still_counts(
+    tmp_path: Path, asked: dict[str, str], stops: bool
+) -> None:
+    """`hvcpctl stop` had given up when the daemon went on, and so did the robot."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            with socket.socket(socket.AF_UNIX) as connection, short_address(bench.path) as address:
+                connection.connect(address)
+                connection.sendall(json.dumps(asked).encode() + b"\n")
+            talk = await bench.connect()
+            await talk.ask("status")  # it came later
+            assert (bench.bench.robot.coordination.state is State.STOPPED) is stops
             await talk.hang_up()
 
     run(scene())
