@@ -61,15 +61,20 @@ def test_wifi_is_switched_off_only_where_somebody_can_log_in(
     assert (tmp_path / "config.txt").exists() == is_off
 
 
-def test_the_role_writes_settings_that_hvcpd_takes(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("told_names", "names"), [({}, ("Rob", "Bot")), ({"hvcpd_names": "Rob,Bot,Ada"}, ("Rob", "Bot", "Ada"))]
+)
+def test_the_role_writes_settings_that_hvcpd_takes(
+    told_names: dict[str, str], names: tuple[str, ...], tmp_path: Path
+) -> None:
     (tmp_path / "team.key").write_text("what the copy of it is compared with")
-    told = {"hvcpd_etc": tmp_path, "hvcpd_name": "Ada", "hvcpd_tasks": REPOSITORY / "etc/tasks.yaml"}
+    told = {"hvcpd_etc": tmp_path, "hvcpd_name": "Ada", "hvcpd_tasks": REPOSITORY / "etc/tasks.yaml", **told_names}
     more = [part for key, value in told.items() for part in ("--extra-vars", f"{key}={value}")]
     play = [tool("ansible-playbook", "ansible-core"), "--inventory", "robot,", "--connection", "local", str(PLAYBOOK)]
     ran([*play, "--syntax-check"], tmp_path)
     ran([*play, *more, "--tags", "settings", "--extra-vars", '{"ansible_become": false}'], tmp_path)
     settings = load_settings(tmp_path / "hvcpd.yaml")
-    assert (settings.name, settings.team, settings.names) == ("Ada", "plant", ("Rob", "Bot"))
+    assert (settings.name, settings.team, settings.names) == ("Ada", "plant", names)
     assert settings.tasks == tmp_path / "tasks.yaml"
     assert settings.tasks.read_text() == (REPOSITORY / "etc/tasks.yaml").read_text()
 
