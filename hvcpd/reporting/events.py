@@ -62,7 +62,8 @@ class Said:
 
 @dataclass(frozen=True)
 class Heard:
-    """A robot recognised a sentence; `utterance` is the number of the utterance that it overlaps in time, if any."""
+    """A robot recognised a sentence; `utterance` is the number of the utterance that it overlaps in time, if any. A
+    "stop" that was heard by itself has neither confidence nor SNR: not a number, in JSON null."""
 
     at_s: float
     utterance: int | None
