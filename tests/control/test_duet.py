@@ -20,6 +20,7 @@ from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
 from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
+from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_settings
 from hvcpd.control.cli import make_parser
 from hvcpd.control.duet.duet import (
@@ -254,7 +255,7 @@ def test_air_that_falls_behind_real_time_is_slow_until_it_keeps_up() -> None:
 def test_one_robot_alone_cannot_talk_through_simulated_air() -> None:
     options = make_parser().parse_args(["duet", "--as", "Rob", "--pipe"])
     with pytest.raises(ConfigError, match="--as needs a sound card"):
-        choose_medium(options, 1)
+        choose_medium(options, 1, AudioSettings())
 
 
 class TapeCard:
@@ -339,9 +340,21 @@ def test_who_leaves_holds_nobody_up(tmp_path: Path) -> None:
 
 def test_without_a_sound_card_robots_talk_through_simulated_air() -> None:
     options = make_parser().parse_args(["duet", "--pipe"])
-    medium, where = choose_medium(options, 2)
+    medium, where = choose_medium(options, 2, AudioSettings())
     assert isinstance(medium, SimulatedAir)
     assert where == "through simulated air (--pipe)"
+
+
+def test_devices_are_those_of_the_settings_or_of_the_options(tmp_path: Path) -> None:
+    """Those of the settings were ignored, and with --pipe those of the options."""
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("audio: {input_device: robot, output_device: horn}\n")
+    options = make_parser().parse_args(["duet", "--config", str(config), "--output-device", "other"])
+    audio = rereading_of(options, tmp_path, "Rob", 0).load().settings.audio
+    assert (audio.input_device, audio.output_device) == ("robot", "other")
+    options = make_parser().parse_args(["duet", "--pipe", "--input-device", "robot"])
+    with pytest.raises(ConfigError, match="simulated air has no devices"):
+        choose_medium(options, 2, audio)
 
 
 @pytest.mark.parametrize("wrong", [["--as", "Rob,Bot"], ["--names", "Rob,rob"], ["--prt", "1"]])

@@ -56,6 +56,11 @@ def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
     assert all({member["team"] for member in shift["members"]} == {"plant"} for shift in shifts)
 
 
+def test_where_the_report_is_written_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    hours(tmp_path, "--hours", "1", "--report", str(tmp_path / "day"))
+    assert f"\nReport: {tmp_path}/day/shift.html (open it in a browser)\n" in capsys.readouterr().out
+
+
 def test_robots_are_of_the_team_that_the_settings_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     settings = tmp_path / "hvcpd.yaml"
     settings.write_text("{name: Rob, team: school, teams: [school, garden], names: [Rob, Bot]}")

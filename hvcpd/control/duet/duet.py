@@ -55,7 +55,7 @@ LOOK_S = 0.5
 _FIRST_START = "      (the first start renders them: some seconds on a laptop, some minutes on a Raspberry Pi)\n"
 _TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
 _SLOW = "this computer is too busy: simulated time falls behind real time; end other programs"
-_LEAVING = "the robots say that they leave; Ctrl-C again ends at once"
+_LEAVING = "each robot says that it leaves; Ctrl-C again ends at once"
 _NO_SOUND = "the sound card does not answer; the robots stand still until it does"
 _CARD = "through this computer's loudspeaker and microphone ({microphone})"
 _PIPE = "through simulated air ({why})"
@@ -70,9 +70,9 @@ def run(options: argparse.Namespace) -> int:
         stack.callback(libraries.end)
         log = stack.enter_context(_open_log(robots))
         set_up_logging("warning", log, form="console")
-        medium, where = choose_medium(options, len(robots))
         rereadings = {robot: rereading_of(options, Path(folder), robot, k) for k, robot in enumerate(robots)}
         wirings = [rereading.read(None)[1] for rereading in rereadings.values()]
+        medium, where = choose_medium(options, len(robots), wirings[0].settings.audio)
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
         room = SharedRoom(bodies, medium=medium)
         socket = socket_path(wirings[0].settings)
@@ -107,7 +107,9 @@ def _open_log(robots: tuple[str, ...]) -> TextIO:
     return Path(os.devnull).open("w", encoding="utf-8")
 
 
-def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCard | SimulatedAir, str]:
+def choose_medium(
+    options: argparse.Namespace, n_robots: int, audio: AudioSettings
+) -> tuple[SharedCard | SimulatedAir, str]:
     """The sound card, or simulated air where there is none, and how to name it. Raises DeviceError and ConfigError.
 
     A robot that plays its part alone, for a partner on another computer, needs the card.
@@ -116,13 +118,17 @@ def choose_medium(options: argparse.Namespace, n_robots: int) -> tuple[SharedCar
         raise ConfigError(
             "--as needs a sound card: through simulated air no other computer hears it; leave out --as or --pipe"
         )
+    if options.pipe and (options.input_device or options.output_device):
+        raise ConfigError("--pipe: simulated air has no devices; leave out --input-device and --output-device")
     if not options.pipe:
         try:
             backend = load_backend()
-            microphone = find_device(backend, "input", options.input_device)
-            find_device(backend, "output", options.output_device)
-            audio = AudioSettings(input_device=options.input_device, output_device=options.output_device)
-            return SharedCard(lambda: AudioStream(audio, backend)), _CARD.format(microphone=microphone.name)
+            microphone = find_device(backend, "input", audio.input_device)
+            find_device(backend, "output", audio.output_device)
+            shared = AudioSettings(
+                audio.input_device, audio.output_device, audio.input_channel
+            )  # in blocks of the room
+            return SharedCard(lambda: AudioStream(shared, backend)), _CARD.format(microphone=microphone.name)
         except DeviceError as error:
             if options.as_name:
                 raise
@@ -162,8 +168,12 @@ def rereading_of(options: argparse.Namespace, folder: Path, robot: str, place: i
         "control.socket": str(folder / f"{robot.lower()}.sock"),
         "voices": "any",
     }
-    if options.tasks is not None:
-        given["tasks"] = str(options.tasks)
+    more = {
+        "tasks": options.tasks,
+        "audio.input_device": options.input_device,
+        "audio.output_device": options.output_device,
+    }
+    given |= {key: str(value) for key, value in more.items() if value is not None}
 
     load = partial(load_with_sources, options.config, given, system_path=folder / "none.yaml")
     return Rereading(load, load().sources)

@@ -50,11 +50,13 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     mission.remember_done(BEGIN_S)
     mission.run()
     shift = _shift(mission, understood, team, options.hours * HOUR_S)
+    sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
     if options.report is not None:
         path = options.report / "shift.html"
         with writing(path, AudioFileError, "--report: ", "name another directory"):
             write_shift(shift, path)
-    sys.stdout.write(json.dumps(as_json(shift)) + "\n" if options.json else as_text(shift))
+        if not options.json:
+            sys.stdout.write(f"\nReport: {path} (open it in a browser)\n")
     if not shift.due:
         sys.stderr.write(f"hvcpctl: note: within {options.hours:g} h of Monday, 00:00, nothing is due\n")
     good = all(each.became in ("done", "done late", "to be done") for each in shift.due)
