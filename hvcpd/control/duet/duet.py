@@ -125,9 +125,8 @@ def choose_medium(
             backend = load_backend()
             microphone = find_device(backend, "input", audio.input_device)
             find_device(backend, "output", audio.output_device)
-            shared = AudioSettings(
-                audio.input_device, audio.output_device, audio.input_channel
-            )  # in blocks of the room
+            card = (audio.input_device, audio.output_device, audio.input_channel)
+            shared = AudioSettings(*card)  # in blocks as long as the room's
             return SharedCard(lambda: AudioStream(shared, backend)), _CARD.format(microphone=microphone.name)
         except DeviceError as error:
             if options.as_name:
