@@ -34,10 +34,10 @@ from hvcpd.assembly.make import make_template_recogniser
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.evaluation.statistics import wilson
 from hvcpd.hardware.soundfile import read_wav
-from hvcpd.people.enrolled import Person
+from hvcpd.people.enrolled import Person, SpokenSentence
 from hvcpd.people.fusion import same_meaning
+from hvcpd.people.phones import net_inputs
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.speaker_adaptation import spoken_sentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
 from hvcpd.recognition.people_stage import Found, PeopleStage
@@ -184,7 +184,11 @@ def enrolment_row(stage: Stage, n: int, seed: int) -> None:
     def enrolled_by(sounds: Iterable[Samples]) -> list[Person]:
         both = zip(texts, sounds, strict=True)
         return [
-            Person("Anna", {}, tuple(spoken_sentence(alone(sound, 20.0, "white", seed), text) for text, sound in both))
+            Person(
+                "Anna",
+                {},
+                tuple(SpokenSentence(text, net_inputs(alone(sound, 20.0, "white", seed))) for text, sound in both),
+            )
         ]
 
     people = {name: enrolled_by([say([text], rng) for text in texts]) for name, say in voices.items()}

@@ -16,7 +16,7 @@ from hvcpd.language.addressees import FRIEND
 from hvcpd.language.messages import Confirmed, ToRobot, Utterance
 from hvcpd.memory.people import person_path, read_person, write_person
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
-from hvcpd.people.speaker_adaptation import spoken_sentence
+from hvcpd.people.phones import net_inputs
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.people_stage import Found
@@ -99,7 +99,7 @@ class ConfirmedSentences:
                 return None
             if now - candidate.at_s > CONFIRMED_S:
                 return None
-            return utterance.speaker or "", spoken_sentence(candidate.segment, candidate.words)
+            return utterance.speaker or "", SpokenSentence(candidate.words, net_inputs(candidate.segment))
         if found is not None:
             segment, sentence = found
             may_hold_more = segment.within_talk or segment.later

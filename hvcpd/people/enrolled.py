@@ -46,7 +46,7 @@ Takes = Mapping[str, Sequence[Energies]]
 
 @dataclass(frozen=True, eq=False)
 class SpokenSentence:
-    """A sentence whose words are certain: `logs`, shape (frames, bands of the phone net), centred logarithms."""
+    """A sentence whose words are certain: `logs`, the inputs of the phone nets, shape (frames, bands)."""
 
     words: tuple[str, ...]
     logs: LogBands

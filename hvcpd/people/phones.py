@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, one_of
-from hvcpd.people.bands import Bands
+from hvcpd.people.bands import Bands, log_bands_of_segment
 from hvcpd.recognition.arrays import first_occurrences
 from hvcpd.recognition.fitted import mapped_arrays
+from hvcpd.recognition.stages import Segment
 
 LogBands = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]
@@ -46,6 +47,11 @@ def mean_normalised(logs: Bands) -> LogBands:
     level = logs.max(axis=1)
     loud = np.sort(level)[-max(len(level) // 8, 1) :].mean()
     return np.asarray(logs - logs[level > loud - LOUD_NATS].mean(axis=0), np.float32)
+
+
+def net_inputs(segment: Segment) -> LogBands:
+    """The nets' inputs for the speech in a segment."""
+    return mean_normalised(log_bands_of_segment(segment))
 
 
 ANY_PHONE = "*"

@@ -9,10 +9,9 @@ from functools import cached_property, lru_cache, partial
 from hvcpd.language.addressees import FRIEND
 from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
 from hvcpd.people import fusion
-from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import DENIAL, GREETINGS, TO_ALL, FusedHypothesis, Hypotheses, Words
-from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, LogBands, mean_normalised, nets, word_loop
+from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, LogBands, net_inputs, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.people_stage import Found
@@ -29,9 +28,8 @@ MIN_WITHIN_TALK = 0.9
 """Least confidence where others speak before and after it: there is much more of such speech, and hardly any of it is
 for a robot."""
 MIN_ADDRESSED = 0.7
-"""Least probability that one of the sentences for this robot by name was said, where it is not sure which. Of 110 such
-sentences by voices that nothing was fitted to, in rooms and noises, 36 are so likely, of 385 for others 8, and of 218
-texts that are no sentence 1."""
+"""Least probability that one of the sentences for this robot by name was said, where it is not sure which. 36 of
+110 are, and 8 of 385 for others (docs/decisions/phones.md)."""
 MOST_LAYERS = 2
 """People's adapted layers that are tried: each costs as much as the one for anybody."""
 LAYERS_KEPT = 64
@@ -168,8 +166,8 @@ class SecondPassRecogniser:
     def _heard(self, segment: Segment) -> tuple[Hypotheses, Sequence[LogBands]]:
         """With the activations of each net."""
         search, talk = self._searches
-        logs = mean_normalised(log_bands_of_segment(segment))
-        activations = [net.activations(logs) for net in nets()]
+        inputs = net_inputs(segment)
+        activations = [net.activations(inputs) for net in nets()]
         posteriors = [net.layer.log_posteriors(each) for net, each in zip(nets(), activations, strict=True)]
         listener = self._listener()
         nearest = listener.recognise(segment) if listener is not None else None

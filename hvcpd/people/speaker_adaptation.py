@@ -11,24 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hvcpd.language.graph import graph_of
-from hvcpd.people.bands import log_bands_of_segment
 from hvcpd.people.enrolled import SpokenSentence
-from hvcpd.people.phones import (
-    PHONES,
-    CtcSearch,
-    Index,
-    LogBands,
-    LogPosteriors,
-    OutputLayer,
-    PhoneNet,
-    Pronounce,
-    mean_normalised,
-    nets,
-)
-from hvcpd.recognition.stages import Segment
+from hvcpd.people.phones import PHONES, CtcSearch, LogBands, LogPosteriors, OutputLayer, PhoneNet, Pronounce, nets
 
+Phones = NDArray[np.int64]
+"""The phone in each frame, by its index in PHONES, or BLANK; shape (frames,)."""
 BLANK = len(PHONES)
 """The index of the blank."""
 PRIOR = 0.03
@@ -38,11 +28,6 @@ STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
 """Number of steps, rate and momentum of gradient descent on a convex loss; 100 steps more change no sentence."""
 
 
-def spoken_sentence(segment: Segment, words: tuple[str, ...]) -> SpokenSentence:
-    """A segment of sound in which these words were said, as features of the phone nets."""
-    return SpokenSentence(words, mean_normalised(log_bands_of_segment(segment)))
-
-
 def adapted_layers(sentences: Sequence[SpokenSentence], pronounce: Pronounce) -> tuple[OutputLayer, ...]:
     """A person's output layer of each net; none if the phones of none of the sentences can be aligned."""
     layers = (_adapted(net, sentences, pronounce) for net in nets())
@@ -50,7 +35,7 @@ def adapted_layers(sentences: Sequence[SpokenSentence], pronounce: Pronounce) ->
 
 
 def _adapted(net: PhoneNet, sentences: Iterable[SpokenSentence], pronounce: Pronounce) -> OutputLayer | None:
-    inputs, wanted = list[LogBands](), list[Index]()
+    inputs, wanted = list[LogBands](), list[Phones]()
     for sentence in sentences:
         activations = net.activations(sentence.logs)
         phones = alignment(net.layer.log_posteriors(activations), sentence.words, pronounce)
@@ -60,8 +45,8 @@ def _adapted(net: PhoneNet, sentences: Iterable[SpokenSentence], pronounce: Pron
     return _fitted(net.layer, np.concatenate(inputs), np.concatenate(wanted)) if wanted else None
 
 
-def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pronounce) -> Index | None:
-    """The phone in each frame, or BLANK, for known words; shape (frames,). None if there are too few frames."""
+def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pronounce) -> Phones | None:
+    """The phones of known words; None if there are too few frames."""
     found = CtcSearch(graph_of(words), pronounce).best(log_posteriors)
     if found is None:
         return None
@@ -75,7 +60,7 @@ def alignment(log_posteriors: LogPosteriors, words: Sequence[str], pronounce: Pr
     return phones
 
 
-def _fitted(start: OutputLayer, activations: LogBands, phones: Index) -> OutputLayer:
+def _fitted(start: OutputLayer, activations: LogBands, phones: Phones) -> OutputLayer:
     """The layer near `start` with the least cross-entropy of the phones and the prior's loss."""
     scale = np.sqrt((activations**2).mean(axis=0) + 1e-6)
     inputs = activations / scale

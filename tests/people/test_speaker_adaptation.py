@@ -11,9 +11,9 @@ import pytest
 from hvcpd.control.enrol.recordings import check_sentence
 from hvcpd.language.graph import Arc, WordGraph, graph_of
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
-from hvcpd.people.phones import PHONES, CtcSearch, OutputLayer, far_net, nets
+from hvcpd.people.phones import PHONES, CtcSearch, OutputLayer, far_net, net_inputs, nets
 from hvcpd.people.second_pass import SecondPassRecogniser
-from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment, spoken_sentence
+from hvcpd.people.speaker_adaptation import BLANK, adapted_layers, alignment
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.lexicon import Lexicon
@@ -45,7 +45,7 @@ def segment(text: str) -> Segment:
 
 
 def sentence(text: str) -> SpokenSentence:
-    return spoken_sentence(segment(text), tuple(text.split()))
+    return SpokenSentence(tuple(text.split()), net_inputs(segment(text)))
 
 
 def losses(text: str, adapted: Sequence[OutputLayer]) -> tuple[float, float]:

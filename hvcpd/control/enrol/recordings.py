@@ -13,8 +13,7 @@ import numpy as np
 from hvcpd.assembly.separation import References
 from hvcpd.language.graph import graph_of
 from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, level_normalised
-from hvcpd.people.phones import CtcSearch, Pronounce, far_net
-from hvcpd.people.speaker_adaptation import spoken_sentence
+from hvcpd.people.phones import CtcSearch, Pronounce, far_net, net_inputs
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import (
     CONTEXT_FRAMES,
@@ -131,7 +130,7 @@ def check_sentence(sound: Samples, words: tuple[str, ...], pronounce: Pronounce)
     start, end = speech.begin * HOP_SAMPLES, min(speech.end * HOP_SAMPLES, len(sound))
     if end - start > MAX_SENTENCE_FRAMES * HOP_SAMPLES // 2:
         return None, "it takes too long; say the sentence without long pauses"
-    sentence = spoken_sentence(Segment(np.asarray(sound, np.float32), start, start, end), words)
+    sentence = SpokenSentence(words, net_inputs(Segment(np.asarray(sound, np.float32), start, start, end)))
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(far_net().log_posteriors(sentence.logs))
     if fit is None or fit.loss > MOST_LOSS * sum(map(search.n_phones, words)):

@@ -93,6 +93,8 @@ def _products(a: Taps, b: Taps) -> NDArray[np.float64]:
 
 TAPS = 512
 """Maximum length of a response in samples: 32 ms, the direct sound and a room's early reflections."""
+FIRST_TAPS = 64
+"""4 ms: for a first word, enough for most loudspeakers without a room."""
 PRE_TAPS = 192
 """Number of these samples before the place where a signal was found: there may be an echo, louder than the direct
 sound."""

@@ -1,4 +1,4 @@
-"""Paths through the word network as robots render it, each with its own channel estimate; their extension and pruning.
+"""Paths through the word network as robots render it, each with its own channel estimate; and their extension.
 
 A path's score is the received energy that it explains through its best-fitting response: every path has its own
 estimate ("per-survivor processing", R. Raheli, A. Polydoros, C. Tzou, IEEE Trans. Communications 43, 1995). Its normal
@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.estimation import (
+    FIRST_TAPS,
     MAX_SHIFT,
     PRE_TAPS,
     SIZE,
@@ -29,18 +30,10 @@ from hvcpd.recognition.channel.estimation import (
     channel_responses,
 )
 from hvcpd.recognition.channel.whitening import Spectrum, transform_size
-from hvcpd.recognition.frontend import TINY, rfft
+from hvcpd.recognition.frontend import rfft
 
 GREETING = "hi"
 """The first word of most of robots' sentences."""
-I_AM = ("i", "am")
-"""The words before a robot's own name."""
-FIRST_TAPS = 64
-"""4 ms: for a first word, enough for most loudspeakers without a room."""
-BEHIND_SHARE, BEHIND = 1.25, 150.0
-"""Ratio and difference of explained energy by which another path must be ahead at a path's end for it to be dropped."""
-END_TOLERANCE = 400
-"""Maximum distance in samples between the ends of two paths that are compared."""
 
 
 class Rendering(Signal, Protocol):
@@ -62,13 +55,10 @@ class Rendering(Signal, Protocol):
 class RenderedVoice(Protocol):
     """The words of one voice, at one rate."""
 
-    @property
-    def voice(self) -> str:
-        """The voice's name."""
-
-    @property
-    def others(self) -> frozenset[str]:
-        """The names of robots that have other voices, as words."""
+    voice: str
+    """The voice's name."""
+    others: frozenset[str]
+    """The names of robots that have other voices, as words."""
 
     def renderings(self, word: str, third: int) -> Sequence[Rendering]:
         """All renderings of `word` in a third (0, 1, 2) of a sentence; none if the voice cannot say it."""
@@ -228,31 +218,3 @@ def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> l
         )
         for k, word in enumerate(words)
     ]
-
-
-Tried = TypeVar("Tried", Path, Extension)
-
-
-def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
-    """Paths by their deficit in explained energy against the best path over the same sound: their ends differ."""
-    heard = [path.energy(sound) for path in paths]
-    score, energy = max(((path.score, e) for path, e in zip(paths, heard, strict=True)), default=(0.0, 0.0))
-    share = score / max(energy, TINY)
-    order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
-    return [paths[k] for k in order]
-
-
-def by_score(paths: Sequence[Path]) -> list[Path]:
-    """Paths sorted by the energy that they explain, most first."""
-    return sorted(paths, key=lambda path: -path.score)
-
-
-def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
-    """The paths that are not far behind any of those `ahead` (pruning)."""
-    return [path for path in paths if not any(_is_behind(path, leader) for leader in ahead)]
-
-
-def _is_behind(path: Path, leader: Path) -> bool:
-    """Whether another path explains much more of the same sound; what begins after its end may be another sentence."""
-    explained = leader.explained_until(path.end + END_TOLERANCE)
-    return path.starts[0] < leader.end and explained > BEHIND_SHARE * path.score + BEHIND

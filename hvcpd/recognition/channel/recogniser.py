@@ -16,8 +16,8 @@ from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, free_memory
-from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice, by_score
-from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult
+from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
+from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult, by_score
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan
 from hvcpd.recognition.fitted import fitted_probability

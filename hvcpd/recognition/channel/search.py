@@ -10,30 +10,20 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.channel.estimation import MAX_SHIFT, TAPS, Taps, WhitenedSound
-from hvcpd.recognition.channel.path import (
-    FIRST_TAPS,
-    GREETING,
-    I_AM,
-    Extension,
-    Path,
-    RenderedVoice,
-    Rendering,
-    by_deficit,
-    by_score,
-    extended,
-    may_have,
-    pruned,
-)
+from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, Taps, WhitenedSound
+from hvcpd.recognition.channel.path import GREETING, Extension, Path, RenderedVoice, Rendering, extended, may_have
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import TINY
 
+I_AM = ("i", "am")
+"""The words before a robot's own name."""
 ENERGY_PER_TAP = 6.0
 """Explained energy for each tap."""
 LAG_STEP = 16
@@ -50,6 +40,10 @@ MAX_STARTS = 20
 """Maximum number of samples at which sentences may start."""
 MIN_DISTANCE = SAMPLE_RATE_HZ // 10
 """Least distance between these samples (0.1 s)."""
+BEHIND_SHARE, BEHIND = 1.25, 150.0
+"""Ratio and difference of explained energy by which another path must be ahead at a path's end for it to be dropped."""
+END_TOLERANCE = 400
+"""Maximum distance in samples between the ends of two paths that are compared."""
 BEAM_WIDTH = 8
 """Maximum number of active paths that start at one of them, over all voices."""
 MAX_EXTENSIONS = 48
@@ -206,6 +200,34 @@ def _by_start(begun: Sequence[Path], least: float) -> Iterator[list[Path]]:
         at = left[0].starts[0]
         yield [path for path in left if abs(path.starts[0] - at) < MIN_DISTANCE][:BEAM_WIDTH]
         left = [path for path in left if abs(path.starts[0] - at) >= MIN_DISTANCE]
+
+
+Tried = TypeVar("Tried", Path, Extension)
+
+
+def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
+    """Paths by their deficit in explained energy against the best path over the same sound: their ends differ."""
+    heard = [path.energy(sound) for path in paths]
+    score, energy = max(((path.score, e) for path, e in zip(paths, heard, strict=True)), default=(0.0, 0.0))
+    share = score / max(energy, TINY)
+    order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
+    return [paths[k] for k in order]
+
+
+def by_score(paths: Sequence[Path]) -> list[Path]:
+    """Paths sorted by the energy that they explain, most first."""
+    return sorted(paths, key=lambda path: -path.score)
+
+
+def pruned(paths: Sequence[Path], ahead: Sequence[Path]) -> list[Path]:
+    """The paths that are not far behind any of those `ahead` (pruning)."""
+    return [path for path in paths if not any(_is_behind(path, leader) for leader in ahead)]
+
+
+def _is_behind(path: Path, leader: Path) -> bool:
+    """Whether another path explains much more of the same sound; what begins after its end may be another sentence."""
+    explained = leader.explained_until(path.end + END_TOLERANCE)
+    return path.starts[0] < leader.end and explained > BEHIND_SHARE * path.score + BEHIND
 
 
 def stretch_energies(correlations: NDArray[np.floating]) -> NDArray[np.float64]:
