@@ -139,7 +139,7 @@ class BargeInDetector:
 
     Push the played and the recorded sound, block by block. Where the loudspeaker left something out or was late, the
     residual has the robot's own words in it. So after `disturb` the word is believed only when it is said twice, and
-    one that is correlated with what was played is never believed; both only hold the robot for a moment.
+    one that is correlated with what was played is never believed; both only hold the robot for a moment (`Held`).
     """
 
     def __init__(self, net: KeywordNet) -> None:
@@ -188,10 +188,7 @@ class BargeInDetector:
             self._playing = np.concatenate([self._playing, samples])
 
     def hear(self, samples: Samples, speaking: bool) -> list[KeywordEvent]:
-        """Push the next samples, shape (n,), float32, with or without the own voice; returns the word, if any.
-
-        A word that may be the robot's own (see `disturb`) is `Held`, and `Urgent` when it is heard again.
-        """
+        """Push the next samples, shape (n,), float32, with or without the own voice; returns the word, if any."""
         self._follow(len(samples), speaking)
         released = self._released(len(samples))
         self._doubt_left = max(self._doubt_left - len(samples), 0)

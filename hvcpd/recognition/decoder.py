@@ -8,9 +8,6 @@ operations.
 
 All costs are relative to the filler, a path that explains any sound; a filler therefore always costs 0, sentences
 begin at any frame at cost 0, and a sentence that fits better than the filler has a negative cost.
-
-Every few frames, all but the promising paths are dropped (`network`), so a large network costs little more than a small
-one.
 """
 
 from __future__ import annotations

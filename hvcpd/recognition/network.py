@@ -4,13 +4,9 @@ Each voice has its own copy of the word graph, because one speaker utters the wh
 holds, for every template of its word, a word instance, a row of states, one a frame.
 
 Pruning is beam search (B. Lowerre, "The HARPY speech recognition system", 1976): a path that costs much more than the
-best one is hardly ever the right one. Beside the beam the number of instances is limited (V. Steinbiss et al.,
-"Improvements in beam search", ICSLP 1994): in loud noise nothing costs much more than anything.
-
-The active set consists of stretches of word instances, their states one after the other in one vector. A path may be at
-any gain hypothesis, so each entry is a pair of hypothesis and instance. Extra states stand before each stretch, so that
-the decoder's steps need no special case at its beginning. For an instance that is active from its first frame, the last
-of them is where sentences enter.
+best one is hardly ever the right one, so a large network costs little more than a small one. Beside the beam the number
+of instances is limited (V. Steinbiss et al., "Improvements in beam search", ICSLP 1994): in loud noise nothing costs
+much more than anything.
 """
 
 from __future__ import annotations
@@ -107,7 +103,9 @@ PADDING = 3
 
 @dataclass(frozen=True, eq=False)
 class ActiveStates:
-    """Stretches ascending by `pair` = hypothesis * n_instances + instance, and their states.
+    """Stretches of word instances at gain hypotheses, ascending by `pair` = hypothesis * n_instances + instance, and
+    their states, one after the other in one vector. Before each stretch stand PADDING more states, so that the
+    decoder's steps need no special case at its beginning.
 
     For each pair (n_pairs): `low` and `high`, its template's frames low up to high; `begin`, its first state.
     For each state (n_states): `key`, ascending and the same in all layouts; `row`, its frame in the template bank.

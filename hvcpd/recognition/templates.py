@@ -183,9 +183,7 @@ class TemplateBank:
 
 def noise_features(noise: Noise) -> NDArray[np.float32]:
     """Features of the noise alone, shape (N_FEATURES,): its cepstrum, and no change over time."""
-    out = np.zeros(N_FEATURES, np.float32)
-    out[:N_CEPSTRA] = cepstra_of(noise.reshape(1, N_BANDS))[0]
-    return out
+    return np.pad(cepstra_of(noise.reshape(1, N_BANDS))[0], (0, N_FEATURES - N_CEPSTRA))
 
 
 RECOMPOSE_NEPER = 0.12

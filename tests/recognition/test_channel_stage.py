@@ -11,7 +11,7 @@ import pytest
 
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER
-from hvcpd.recognition.channel.estimation import _blocks_of
+from hvcpd.recognition.channel.estimation import blocks_of
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.channel.stage import CLATTER, MEMORY_TIME, ChannelStage, contradicts
@@ -305,10 +305,10 @@ def test_what_was_garbled_late_in_a_sentence_does_not_hide_its_beginning() -> No
 def test_what_a_search_made_is_forgotten_once_nobody_has_spoken_for_a_while() -> None:
     listening = recogniser(Script([(END + 2000, guess())]))
     run(listening)
-    assert _blocks_of.cache_info().currsize > 0
+    assert blocks_of.cache_info().currsize > 0
     quiet = np.zeros(MEMORY_TIME + SAMPLE_RATE_HZ, np.float32)
     run(listening, 0, len(quiet), quiet)
-    assert _blocks_of.cache_info().currsize == 0
+    assert blocks_of.cache_info().currsize == 0
 
 
 def test_a_worker_that_never_answers_keeps_no_old_stretches_in_memory() -> None:

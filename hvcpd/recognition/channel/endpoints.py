@@ -5,8 +5,6 @@ Most sentences begin with a greeting, which in a robot's voice is a known signal
 it, and the energy of the correlation in a window as long as a short response is compared with the median of all such
 windows: a detector of constant false-alarm rate (M. Richards, "Fundamentals of Radar Signal Processing", 2nd ed.,
 2014, chapter 7). It needs neither a channel estimate nor voice activity.
-
-Other onsets are found by their energy at the frequencies where robots' voices stand out from the noise.
 """
 
 from __future__ import annotations
@@ -89,14 +87,9 @@ class OnsetDetector:
     def find(self, heard: Samples, noise: Samples) -> Onset | None:
         """The first onset in `heard`, shape (SIZE,): a greeting within the first STEP samples, or else where a voice
         rises over the noise; None if there is none. `noise`: sound without speech, shape (n,), n ≥ FRAME."""
-        if not self._greetings:
-            return None
-        if (greeting := self._greeting(heard, noise)) is not None:
-            return Onset(greeting, greeting=True)
-        rise = self._rise(heard, noise)
-        return Onset(rise, greeting=False) if rise is not None else None
+        return (self._greeting(heard, noise) or self._rise(heard, noise)) if self._greetings else None
 
-    def _greeting(self, heard: Samples, noise: Samples) -> int | None:
+    def _greeting(self, heard: Samples, noise: Samples) -> Onset | None:
         inverse = inverse_spectrum(heard, noise)
         weighted = heard * loudness_weights(heard, noise, inverse)
         there = interpolated(inverse, SIZE)
@@ -106,10 +99,9 @@ class OnsetDetector:
         way, block = divmod(int(energies.argmax()), energies.shape[1])
         if energies[way, block] < LEAST_RATIO * max(quantile(energies, 0.5), TINY):
             return None
-        lead: int = self._greetings[way].lead
-        return int(block) * LAG_STEP + lead
+        return Onset(int(block) * LAG_STEP + self._greetings[way].lead, greeting=True)
 
-    def _rise(self, heard: Samples, noise: Samples) -> int | None:
+    def _rise(self, heard: Samples, noise: Samples) -> Onset | None:
         """The end of the first window in which the power rises over the noise in the bins of a voice.
 
         In steady noise the ratio of a bin's power to its mean is distributed exponentially. The logarithm of half that
@@ -126,7 +118,8 @@ class OnsetDetector:
         counts /= np.maximum(np.linalg.norm(counts, axis=1, keepdims=True), TINY)
         total = np.cumsum(np.pad(rises @ counts.T, ((1, 0), (0, 0))), axis=0)
         risen = (total[RISE_FRAMES:] - total[:-RISE_FRAMES]).max(axis=1) > LEAST_RISE * RISE_FRAMES**0.5
-        return (int(risen.argmax()) + RISE_FRAMES) * FRAME // 2 if risen.any() else None
+        at = (int(risen.argmax()) + RISE_FRAMES) * FRAME // 2
+        return Onset(at, greeting=False) if risen.any() else None
 
 
 QUIET = SAMPLE_RATE_HZ // 2

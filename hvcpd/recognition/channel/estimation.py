@@ -139,7 +139,7 @@ class SignalFit:
 
 
 @dataclass(frozen=True, eq=False)
-class _Blocks:
+class Blocks:
     """A known signal in blocks of BLOCK samples: their `spectra`, conjugate, shape (n_blocks, SIZE / 2 + 1); the power
     `densities` around each block's beginning, and around the end, shape (n_blocks + 1, SIZE / 2 + 1); and how the power
     is spread in `time` there, in steps of CELL_STEP, shape (n_blocks + 1, SIZE / CELL_STEP), each row of sum 1."""
@@ -150,7 +150,8 @@ class _Blocks:
 
 
 @lru_cache(CACHED_WORDS)
-def _blocks_of(said: Signal) -> _Blocks:
+def blocks_of(said: Signal) -> Blocks:
+    """The blocks of a signal; the words used last are kept."""
     n_blocks = -(-said.length // BLOCK)
     sound = np.zeros((n_blocks + 2) * BLOCK, np.float32)
     sound[BLOCK : BLOCK + said.length] = said.samples
@@ -160,12 +161,7 @@ def _blocks_of(said: Signal) -> _Blocks:
     slopes = np.diff(around, axis=1, prepend=0.0)  # whitened, low frequencies count little
     time = np.square(slopes).reshape(n_blocks + 1, -1, CELL_STEP).sum(axis=2) + 1e-12
     time /= time.sum(axis=1, keepdims=True)
-    return _Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
-
-
-def free_memory() -> None:
-    """Free the memory of words' spectra; later searches make them again."""
-    _blocks_of.cache_clear()
+    return Blocks(spectra, np.asarray(both.real**2 + both.imag**2, np.float32), np.asarray(time, np.float32))
 
 
 class WhitenedSound:
@@ -201,7 +197,7 @@ class WhitenedSound:
     def correlation(self, said: Signal, first: int, n: int) -> Taps:
         """The correlation with the signal beginning at each of `n` samples from `first` on, over the root of the
         signal's energy; as if the weights did not change during the signal."""
-        blocks = _blocks_of(said)
+        blocks = blocks_of(said)
         n_blocks, at, off = len(blocks.spectra), *divmod(first, GRID)
         n_frames = -(-(n + off) // BLOCK)
         heard = self._fixed_weights[self._block_indices(at, n_frames + n_blocks - 1)]
@@ -220,7 +216,7 @@ class WhitenedSound:
             own = np.empty(both.shape, np.float32)
             offs = []
             for k, (said, at) in enumerate(some):
-                blocks = _blocks_of(said)
+                blocks = blocks_of(said)
                 number, off = divmod(at - MAX_SHIFT - PRE_TAPS, GRID)
                 heard = self._frames[self._block_indices(number, len(blocks.spectra))]
                 np.einsum("ij,ij->j", blocks.spectra, heard, out=both[k])

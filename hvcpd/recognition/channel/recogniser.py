@@ -8,14 +8,13 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
-from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, free_memory
+from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, blocks_of
 from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
 from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult, by_score
 from hvcpd.recognition.channel.whitening import FRAME
@@ -71,8 +70,7 @@ def worst_fit(sound: WhitenedSound, path: Path) -> float:
     words with little expected energy do not count."""
     last, half = path.renderings[-1], path.renderings[-1].length // 2
     end = _SignalPart(last.length - half, last.samples[half:])
-    words = zip(path.renderings, path.starts, strict=True)
-    there: Iterable[tuple[Signal, int]] = chain(words, [(end, path.starts[-1] + half)])
+    there: list[tuple[Signal, int]] = [*zip(path.renderings, path.starts, strict=True), (end, path.starts[-1] + half)]
     fits = [1.0]
     for fit in sound.fits(there):
         expected = float(path.tap_weights @ fit.density)
@@ -162,7 +160,7 @@ class ChannelRecogniser:
 
     def free_memory(self) -> None:
         """Free cached spectra and waveforms: nobody has spoken for a while. Any thread may call this."""
-        free_memory()
+        blocks_of.cache_clear()
         for book in self._books:
             book.free_memory()
 
