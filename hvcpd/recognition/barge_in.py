@@ -11,6 +11,7 @@ voice in it, about 20 dB fainter, and fainter than any person whom the robot mus
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.whitening import smoothed
 from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
-from hvcpd.recognition.frontend import HOP_SAMPLES, Energies, power_ratio
+from hvcpd.recognition.frontend import HOP_SAMPLES, power_ratio
 from hvcpd.recognition.keyword.net import DELAY_FRAMES, WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
 from hvcpd.recognition.keyword.verification import ACCEPT_PROBABILITY, HOLD_TIME
 from hvcpd.recognition.stream import FrameStream
@@ -146,7 +147,7 @@ class BargeInDetector:
         self._net = net
         self._echo = EchoCanceller()
         self._latency_s = 0.0
-        self._own_powers = np.zeros(0)
+        self._own_powers: deque[float] = deque(maxlen=RECENT_FRAMES)
         self._doubt_left = self._hold_left = 0
         self.begin(0, 0.0)
         self._listens = False
@@ -167,7 +168,7 @@ class BargeInDetector:
         self._net.reset()
         self._spotter = KeywordSpotter(self._net)
         self._trace = OwnTrace()
-        self._residual_powers = np.zeros(0)
+        self._residual_powers: deque[float] = deque(maxlen=WORD_FRAMES)
         self._reported_until, self._may_rise = 0, False
         delay = max(round((self._latency_s - DELAY_TOLERANCE_S) * SAMPLE_RATE_HZ), 0)
         self._playing: Samples = np.zeros(delay, np.float32)
@@ -216,13 +217,13 @@ class BargeInDetector:
         residual = self._echo.take(played, samples)
         self._trace.push(played, residual)
         for chunk in self._residual.push(residual, False):
-            self._residual_powers = _recent(self._residual_powers, chunk.energies, WORD_FRAMES)
+            self._residual_powers += chunk.energies.sum(axis=1, dtype=np.float64).tolist()
             word = self._spotter.push(chunk)
             if (
                 word is not None
                 and word.start_frame * HOP_SAMPLES < self._own_until
                 and word.probability >= LEAST_PROBABILITY
-                and quantile(self._residual_powers, LEVEL_QUANTILE) >= least
+                and quantile(np.array(self._residual_powers), LEVEL_QUANTILE) >= least
             ):
                 found += self._reported(word)
         return found
@@ -230,10 +231,10 @@ class BargeInDetector:
     def _least_level(self, samples: Samples) -> float:
         """Least power that counts as the word, relative to the own voice's."""
         for chunk in self._heard.push(samples, False):
-            self._own_powers = _recent(self._own_powers, chunk.energies, RECENT_FRAMES)
-        if not len(self._own_powers):
+            self._own_powers += chunk.energies.sum(axis=1, dtype=np.float64).tolist()
+        if not self._own_powers:
             return 0.0
-        return quantile(self._own_powers, LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
+        return quantile(np.array(self._own_powers), LEVEL_QUANTILE) * power_ratio(LEAST_LEVEL_DB)
 
     def _reported(self, word: Detection) -> list[KeywordEvent]:
         is_new = word.end_frame >= self._reported_until
@@ -292,8 +293,3 @@ def _whitened(sound: Samples, size: int) -> NDArray[np.float64]:
     spectrum = np.fft.rfft(np.diff(sound, prepend=0.0), size)
     power = smoothed(np.square(np.abs(spectrum)), SMOOTHED_REACH)
     return np.fft.irfft(spectrum / np.maximum(power, 1e-12) ** 0.25)
-
-
-def _recent(powers: NDArray[np.float64], energies: Energies, most: int) -> NDArray[np.float64]:
-    """The powers of the last frames, including these."""
-    return np.concatenate([powers, energies.sum(axis=1, dtype=np.float64)])[-most:]

@@ -84,11 +84,7 @@ def mel_edges_hz(low_hz: float, high_hz: float, n_bands: int) -> NDArray[np.floa
 
 
 def mel_filterbank() -> NDArray[np.float32]:
-    """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS).
-
-    No filter is narrower to either side than the distance between a high voice's harmonics. Narrower filters would
-    resolve single harmonics.
-    """
+    """Triangular filters of unit height on the mel scale, shape (FFT_SIZE // 2 + 1, N_BANDS)."""
     edges_hz = mel_edges_hz(LOW_HZ, HIGH_HZ, N_BANDS)
     bins_hz = np.fft.rfftfreq(FFT_SIZE, 1.0 / SAMPLE_RATE_HZ)[:, None]
     rising = (bins_hz - edges_hz[1:-1]) / np.maximum(edges_hz[1:-1] - edges_hz[:-2], HARMONICS_HZ) + 1.0

@@ -196,8 +196,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
             segment.result = SearchResult()
             return
         sound, lead = self.first_pass.history.unmasked(segment.begin - LEAD, segment.begin, self._now)
-        origin = segment.begin - lead
-        segment.job = ChannelSegment(sound, origin, lead, cut, earlier)
+        segment.job = ChannelSegment(sound, segment.begin - lead, lead, cut, earlier)
         self._searched_at = self._now
         if not self._worker.submit(segment.job, self._searcher):
             segment.result = SearchResult()

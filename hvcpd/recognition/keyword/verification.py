@@ -149,8 +149,7 @@ class CallVerifier:
         before = next((d for d in self._detections if d.start == start), None)
         detection = _Detection(start, end, probability, now, now + (SENTENCE_WAIT if awaited else 0))
         if before is not None:
-            highest = max(probability, before.probability)
-            detection = replace(before, end=end, probability=highest)
+            detection = replace(before, end=end, probability=max(probability, before.probability))
         if self._last_sentence is not None and self._belongs_to(self._last_sentence, detection):
             return None
         self._recheck_at = self._recheck_at or now + WORD_DELAY
