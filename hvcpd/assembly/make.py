@@ -35,7 +35,7 @@ from hvcpd.recognition.network import Beam
 from hvcpd.recognition.people_stage import PeopleStage
 from hvcpd.recognition.shared_front_end import SharedFrontEnd
 from hvcpd.recognition.stages import SpeechRecogniser, Stage, SynchronousWorker, Worker
-from hvcpd.recognition.template_recogniser import MIN_SPELLED_CONFIDENCE, RecogniserSettings, TemplateRecogniser
+from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser
 from hvcpd.robot.measures import Measures
 from hvcpd.robot.performer import Performer
 from hvcpd.robot.robot import Robot
@@ -50,7 +50,9 @@ SLOW = 1.0 / SLOW_STRETCH
 SEALED_PAIRS = 400
 """Word instances followed where any of 64 code words may come: each has two templates at three gains. With
 100, as for sentences alone, most are lost (5 of 12 sealed sentences right in pink noise at 0 dB; with 300, 12)."""
-
+MIN_SPELLED_CONFIDENCE = 0.95
+"""Least confidence of a spelled name, of which one wrong letter makes another one. Spelled names have 0.98 and more
+down to 0 dB; of 80 other sentences one was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
 
 Books = Sequence[WaveformBook]
 """Words that robots say, for all listeners of one robot: each word is read and measured once."""

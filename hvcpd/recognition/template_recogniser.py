@@ -29,9 +29,6 @@ SLEEP_FRAMES = 60
 """Time (0.6 s) without a sign of speech after which the decoder sleeps."""
 LATE_WAKE_FRAMES = 12
 """Time (0.12 s) after the first replayed frame within which a sentence that begins may have begun before it."""
-MIN_SPELLED_CONFIDENCE = 0.95
-"""Least confidence of a spelled name, of which one wrong letter makes another one. Spelled names have 0.98 and more
-down to 0 dB; of 80 other sentences one was taken for a name, at 0.77 (`benchmarks/spelling.py`)."""
 
 
 @dataclass(frozen=True)
