@@ -6,6 +6,8 @@ Knows Protocol 2.0 devices in general, no motor in particular; the drivers build
 from __future__ import annotations
 
 import errno
+import os
+import termios
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -266,4 +268,7 @@ def port_remedy(path: str, error: Exception) -> str:
             f"{path}: the port is in use. Stop the other program "
             "(another hvcpd, or ModemManager: sudo systemctl disable --now ModemManager)"
         )
-    return f"{path}: the port does not open ({error}). Check that it is the motors' serial port"
+    if isinstance(error.__context__, termios.error) and error.__context__.args[0] == errno.ENOTTY:
+        return f"{path}: the port does not open (it is no serial port). Set wheels.port to the motors' (auto finds it)"
+    reason = os.strerror(number) if number else error
+    return f"{path}: the port does not open ({reason}). Check that it is the motors' serial port"

@@ -41,7 +41,8 @@ def test_no_such_port(tmp_path: Path) -> None:
 
 def test_a_file_is_no_port(tmp_path: Path) -> None:
     (tmp_path / "tty").write_text("")
-    assert "does not open" in refusal_at(str(tmp_path / "tty"))
+    assert "does not open (it is no serial port)" in refusal_at(str(tmp_path / "tty"))
+    assert "does not open (Is a directory)" in refusal_at(str(tmp_path)), "the library tells it twice"
 
 
 @pytest.mark.parametrize(
