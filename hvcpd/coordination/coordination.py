@@ -193,6 +193,10 @@ class Coordination:
         """Say a sentence for the robot's owner when its turn comes. Returns why it will not be said, or None."""
         return saying.request(self.knowledge, utterance, now)
 
+    def announced(self, utterance: m.Utterance) -> m.Utterance:
+        """The sentence that is said for the owner's, once `say` has taken that."""
+        return saying.announced(self.knowledge, utterance)
+
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
         """The robot's place and its battery's voltage; None: not known now. Its first place is its home."""
         body = self.knowledge.body

@@ -86,7 +86,6 @@ class RequestHandler:
         robot = self._robot()
         try:
             utterance = for_robots(robot.phrasebook.parse_text(text))
-            written = robot.phrasebook.write(utterance)
         except PhraseError as error:
             raise RefusalError("not_in_phrasebook", str(error)) from None
         if isinstance(utterance.statement, Stop) and is_for(robot.coordination.knowledge, utterance.addressee):
@@ -94,7 +93,7 @@ class RequestHandler:
         reason = robot.coordination.say(utterance, robot.now)
         if reason is not None:
             raise RefusalError("refused", reason)
-        return {"text": written}
+        return {"text": robot.phrasebook.write(robot.coordination.announced(utterance))}
 
     async def task(self, arguments: Arguments, _client: Client) -> Result:
         wanted, number = arguments.get("do"), arguments.get("number", 0)

@@ -131,6 +131,9 @@ def test_a_task_is_added_and_removed(ctl: Ctl, robot: RunningRobot) -> None:
 def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
     assert ctl("say", "hi bot i am rob what are you doing") == "Rob says: Hi Bot, I am Rob, what are you doing\n"
     assert json.loads(ctl("say", "stop", "--json"))["text"] == "Stop"
+    told = "Rob says: Hi all, I am Rob, skip task one, change "
+    assert ctl("say", "Hi Bot, I am Rob, skip task one").startswith(told), "a change has a number, and is for all"
+    assert "task one again, change " in ctl("say", "Hi all, I am Rob, task one again")
     assert "only when it is so" in ctl("say", "Hi all, I am Rob, task one complete", status=1)
     assert "not in the phrasebook" in ctl("say", "Hi Bot, I am Rob, dance", status=2)
     assert "this robot is Rob" in ctl("say", "Hi Rob, I am Bot, stop", "--name", "Rob", status=1)
