@@ -141,9 +141,12 @@ def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
 
 def test_say_knows_a_sealed_sentence_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It waited a minute for the sentence without its seal, and then told that the robot could not say it."""
+    order, code = "Hi Bot, I am Rob, water the green rose", "code one two three four five six"
     with RunningRobot(tmp_path, Sealing(Guard("Rob", KeyRing(TeamKey(bytes(KEY_BYTES)))))) as robot:
-        assert main(["say", "Hi Bot, I am Rob, water the green rose", "--socket", str(robot.bench.path)]) == 0
-    assert capsys.readouterr().out == "Rob says: Hi Bot, I am Rob, water the green rose\n"
+        for text in (order, f"{order}, {code}"):
+            assert main(["say", text, "--socket", str(robot.bench.path)]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Rob says")]
+    assert told == [f"Rob says: {order}"] * 2, "a code is shown to nobody"
 
 
 @pytest.mark.slow
