@@ -11,7 +11,9 @@ import pytest
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import TaskDefinition, Wait
 from hvcpd.control.cli import main
+from hvcpd.control.keys.key import today
 from hvcpd.reporting.occurrences import JUST_DUE_S, Occurrence, occurrences
+from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
 
 TASKS = """tasks:
   - {number: 1, name: water the green rose, every: "FREQ=DAILY;BYHOUR=8,18", deadline: 30 min, actions: [{wait: 5}]}
@@ -54,6 +56,18 @@ def test_the_shift_has_what_the_first_robot_understood_and_every_robots_team(
     garbled, heard = (sum(shift[key] for shift in shifts) for key in ("garbled", "heard"))
     assert 0.2 < garbled / (heard + garbled) < 0.4
     assert all({member["team"] for member in shift["members"]} == {"plant"} for shift in shifts)
+
+
+def test_what_cannot_be_done_is_told_before_it_begins(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """That was told of missions in sound alone; and of a revoked robot in none."""
+    tasks, key = tmp_path / "tasks.yaml", tmp_path / "team.key"
+    tasks.write_text("tasks:\n- {number: 1, name: lift the table, robots: 2, actions: [{wait: 1}]}\n")
+    team = ["simulate", "--tasks", str(tasks), "--robots", "Rob,Bot"]
+    main([*team, "--mode", "coordinate", "--hours", "0.1"])
+    assert f"hvcpctl: warning: {tasks}: task 1" in capsys.readouterr().err
+    write_key_file(key, KeyFile((fresh_entry(today()),)).with_revoked("bot"), replaces=False)
+    assert main([*team, "--key", str(key), "--report", "/dev/null/none"]) == 2
+    assert f"hvcpctl: warning: Bot is revoked in {key}: nobody believes what it says" in capsys.readouterr().err
 
 
 def test_where_the_report_is_written_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

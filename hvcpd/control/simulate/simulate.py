@@ -23,6 +23,7 @@ from hil_fakes.loudspeakers import IDEAL, USUAL
 from hil_fakes.room import Air, FreeField
 from hil_fakes.skills import FakeDevice, FakePump, usual_devices
 from hvcpd.assembly.plan import speech_of
+from hvcpd.config.command_line import print_error
 from hvcpd.config.files import make_writable
 from hvcpd.config.settings import SpeechSettings
 from hvcpd.config.task_doubts import doubts
@@ -63,16 +64,21 @@ def run(options: argparse.Namespace) -> int:
         options, robots, allow_confusable=options.allow_confusable, sealed=keys is not None, encrypted=options.encrypted
     )
     options.pick, options.talk = options.pick or team.settings.pick, options.talk or team.settings.talk
+    coordinator = _coordinator(options, robots)
+    for text in doubts(team.tasks, len(robots) - 1 if coordinator is not None else None):
+        print_error("hvcpctl", f"warning: {team.settings.tasks}: {text}")
+    for name in robots:
+        if keys is not None and keys.is_revoked(name):
+            print_error("hvcpctl", f"warning: {name} is revoked in {options.key}: nobody believes what it says")
     if options.hours is not None:
         if options.report is not None:
             _make_directory(options.report)
-        speech = _speech(options, team.settings.speech)
-        return run_hours(options, team, _coordinator(options, robots), speech)
+        return run_hours(options, team, coordinator, _speech(options, team.settings.speech))
     plan = BenchPlan(
         names=robots,
         tasks=team.tasks,
         seed=options.seed,
-        coordinator=_coordinator(options, robots),
+        coordinator=coordinator,
         team=team.settings.team,
         nearest_first=options.pick == "nearest",
         strangers=options.strangers,
@@ -89,8 +95,6 @@ def run(options: argparse.Namespace) -> int:
         refuse_confusable(team)
     if options.report is not None:
         _make_directory(options.report)  # before a long mission, not after it
-    for text in doubts(team.tasks, len(robots) - 1 if plan.coordinator is not None else None):
-        sys.stderr.write(f"hvcpctl: warning: {team.settings.tasks}: {text}\n")
     with _shown(options.json) as show, pacing(options) as pace:
         bench = Bench(plan, team.sound, show, pace)
         record = bench.run()
