@@ -7,6 +7,7 @@ microphones), it is extrapolated from the lower bands.
 from __future__ import annotations
 
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -105,10 +106,7 @@ def mean_of_quiet_frames(energies: NDArray[np.floating], lead: int) -> NDArray[n
 
 def noise_subtracted(bands: Bands, noise: NDArray[np.float64]) -> Bands:
     """Band energies after spectral subtraction of the `noise`, shape (N_BANDS,)."""
-    smooth = np.empty_like(bands)
-    level = bands[0]
-    for frame, energy in enumerate(bands):
-        level = smooth[frame] = SMOOTH * level + (1.0 - SMOOTH) * energy
+    smooth = np.array(list(accumulate(bands, lambda level, energy: SMOOTH * level + (1.0 - SMOOTH) * energy)))
     gain = np.clip(1.0 - noise / np.maximum(smooth, LEAST), LEAST_GAIN, 1.0)
     sums = np.cumsum(np.pad(gain, ((0, 0), (1, 0))), axis=1)
     begin = np.maximum(np.arange(N_BANDS) - GAIN_BANDS, 0)

@@ -76,9 +76,8 @@ class SecondPassRecogniser:
         if self._strangers and go_on():
             _ = self._searches
         for person in self._people.values() if self._strangers else ():
-            if not go_on():
-                return
-            self._layers(person.sentences)
+            if go_on():
+                self._layers(person.sentences)
 
     def search(self, segment: Segment) -> Found:
         """The sentence in a segment, with its confidence. If none is sure enough, garbled speech for this robot by

@@ -96,8 +96,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self._stretches += self._talk.push(self.first_pass.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
-        quiet = self._now - self._spoke_until >= TORN_WITHIN
-        whole = quiet and 0 < n_samples <= SHORT
+        whole = self._now - self._spoke_until >= TORN_WITHIN and 0 < n_samples <= SHORT
         until = self._now + n_samples + (SHORT if whole else TORN_WITHIN)
         self._torn_until = max(self._torn_until, until)
 

@@ -207,11 +207,9 @@ Tried = TypeVar("Tried", Path, Extension)
 
 def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
     """Paths by their deficit in explained energy against the best path over the same sound: their ends differ."""
-    heard = [path.energy(sound) for path in paths]
-    score, energy = max(((path.score, e) for path, e in zip(paths, heard, strict=True)), default=(0.0, 0.0))
+    score, energy = max(((path.score, path.energy(sound)) for path in paths), default=(0.0, 0.0))
     share = score / max(energy, TINY)
-    order = sorted(range(len(paths)), key=lambda k: share * heard[k] - paths[k].score)
-    return [paths[k] for k in order]
+    return sorted(paths, key=lambda path: share * path.energy(sound) - path.score)
 
 
 def by_score(paths: Sequence[Path]) -> list[Path]:

@@ -99,8 +99,7 @@ def with_cell_weights(sound: Samples, weights: Spectrum) -> Samples:
 
 
 def _cell_spectra(sound: Samples) -> NDArray[np.complex64]:
-    padded = np.pad(sound, (CELL // 2, CELL))
-    frames = np.lib.stride_tricks.sliding_window_view(padded, CELL)[::CELL_STEP]
+    frames = np.lib.stride_tricks.sliding_window_view(np.pad(sound, (CELL // 2, CELL)), CELL)[::CELL_STEP]
     return np.asarray(rfft(frames * _CELL_WINDOW), np.complex64)
 
 
