@@ -115,9 +115,7 @@ class Segmenter:
         `under_way`: the recogniser may still make a sentence of it.
         """
         wait = LONGER_WAIT_FRAMES if under_way else WAIT_FRAMES
-        if self._start is None or frame - self._end < wait:
-            return None
-        return self.close(self._end)
+        return self.close(self._end) if frame - self._end >= wait else None
 
     def close(self, frame: int) -> Garbled | None:
         """End the current segment at `frame` at the latest; return it if it was speech."""

@@ -142,9 +142,7 @@ class ChannelSearch:
         """The paths extended by one word."""
         extensions = [each for path in level for each in self._extensions(sound, path)]
         promising = by_deficit(sound, extensions)[:MAX_EXTENSIONS]
-        if not promising:
-            return []
-        enough = max(max(each.score for each in promising) / ENERGY_PER_TAP, 1.0)
+        enough = max([1.0, *(each.score / ENERGY_PER_TAP for each in promising)])
         n_taps = min(TAPS, max(FIRST_TAPS, 1 << int(np.log2(enough))))
         paths = by_deficit(sound, extended(sound, promising, n_taps))
         return pruned(paths, by_score(paths)[:4])[:BEAM_WIDTH]
