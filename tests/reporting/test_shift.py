@@ -326,6 +326,13 @@ def test_times_tell_as_much_as_the_shifts_length_asks_for(hours: float, expected
     assert re.fullmatch(expected, wall_clock(began + 60.0, found))
 
 
+def test_times_on_the_timeline_of_a_few_minutes_in_a_long_shift_differ() -> None:
+    talk = ((0.0, "said", "Rob", "Hi all, I am Rob"), (330.0, "said", "Rob", "Hi all, I am Rob"))
+    found = read_shift(rows(talk), BOOK, plants(3), (BEGIN_S, BEGIN_S + 8 * HOUR_S))
+    told = re.findall(r'<text class="scale"[^>]*>([^<]+)</text>', page(found))
+    assert len(told) == len(set(told)) > 1
+
+
 @pytest.mark.parametrize("end_s", [60.0, 900.0, 3600.0, 8 * HOUR_S, 3 * 24 * HOUR_S, 40 * 24 * HOUR_S])
 def test_times_on_the_timeline_do_not_overlap(end_s: float) -> None:
     talk = ((0.0, "said", "Rob", "Hi all, I am Rob"), (end_s, "said", "Rob", "Hi all, I am Rob"))
