@@ -197,7 +197,7 @@ def _tasks(shift: Shift) -> Markup:
         acts = [f"{wall_clock(shift.begin_s + act.at_s, shift)} by {act.robot}" for act in task.performed]
         name = tag("th", badge(task.icon, task.name), task.name, scope="row")
         half = "half done: " if acts and not done_often[task.number] else ""
-        done = tag("td", half + (", ".join(acts) or "not done"), data_head="Done")
+        done = tag("td", half + (", ".join(acts) or "no report heard"), data_head="Done")
         rows.append(tag("tr", tag("td", task.number, data_head="No."), name, done))
     return table(heads, rows)
 

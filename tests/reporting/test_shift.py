@@ -299,7 +299,7 @@ def test_every_number_on_the_page_and_in_the_text_is_the_memorys(
     doers = {number: name for name, number in account.done}
     for number, row in tasks.items():
         assert row[2].partition(" by ")[2] == doers.get(number, ""), row
-        assert (row[2] == "not done") == (number not in doers)
+        assert (row[2] == "no report heard") == (number not in doers)
     assert text.count(", water the") == len(account.done) + len(account.failed)
 
     assert len([item for item in seen.items if item]) == troubles
