@@ -1,7 +1,7 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people] [--boxes] [--part train|calibration|test] [--kokoro DIR]
+        [--people] [--boxes] [--part train|calibration|test] [--kokoro DIR] [--usual]
 
 Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
 (`recorded`), and noise in which nobody speaks.
@@ -151,7 +151,7 @@ def save(path: Path, takes: Sequence[Take]) -> None:
 
 def by_voices(o: argparse.Namespace, known: Mapping[str, Sequence[str]], lexicon: Lexicon) -> Iterator[Said]:
     """Texts by synthetic voices."""
-    texts, chooser = Texts(known, o.seed), random.Random(o.seed)
+    texts, chooser = Texts(known, o.seed, o.usual), random.Random(o.seed)
     if o.part == "train":
         voices = talkers(lexicon, o.kokoro)
     else:
@@ -183,6 +183,7 @@ def main() -> None:
     parser.add_argument("--takes", type=int, default=2, help="of each text, as it is heard in different places")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kokoro", type=Path, help="voices, as the npm package kokoro-js has them in package/voices")
+    parser.add_argument("--usual", action="store_true", help="usual names and tasks, and more of their sentences")
     parser.add_argument("--people", action="store_true", help="by people")
     parser.add_argument("--boxes", action="store_true", help="all in simulated rooms (needs pyroomacoustics)")
     parser.add_argument(

@@ -12,8 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.people_material import DIGITS
+from benchmarks.people_rooms import requests
 from hvcpd.assembly.sound import make_phrasebook
-from hvcpd.config.tasks import TaskDefinition, TaskRepository
+from hvcpd.config.settings import DEFAULT_TEAMS
+from hvcpd.config.task_file import load_tasks
+from hvcpd.config.tasks import TaskDefinition, TaskRepository, default_tasks_path
 from hvcpd.errors import VocabularyError
 from hvcpd.language.phrasebook import Phrasebook
 
@@ -39,6 +42,10 @@ FREE_PHRASES = (
 )
 TEAMS_OF = 400
 """Phrasebooks, each of three names."""
+DEFAULT_TASKS = 0.5
+"""Share of usual phrasebooks with the default tasks."""
+USUAL, REQUESTS = 0.5, 0.2
+"""Share of usual texts that are sentences of the phrasebook, and of requests that people make among all texts."""
 LONGEST = 9
 """Words of a piece of prose."""
 
@@ -87,8 +94,10 @@ def docstrings() -> list[list[str]]:
 class Texts:
     """Draws texts whose words' pronunciations are known."""
 
-    def __init__(self, known: Mapping[str, Sequence[str]], seed: int) -> None:
-        """`known`: phones of common words that our lexicon may lack."""
+    def __init__(self, known: Mapping[str, Sequence[str]], seed: int, usual: bool = False) -> None:
+        """`known`: phones of common words that our lexicon may lack. `usual`: robots and people have NAMES, tasks are
+        mostly the default ones, and more texts are sentences of the phrasebook, which a net can learn to expect."""
+        self._usual = usual
         self._chooser = random.Random(seed)
         self._runs = [kept for run in docstrings() for kept in _stretches(run, known)]
         self._common = sorted({word for run in self._runs for word in run})
@@ -104,7 +113,9 @@ class Texts:
 
     def _any_book(self) -> Phrasebook:
         chooser = self._chooser
-        names = [name.capitalize() for name in chooser.sample(self._common, 3)]
+        names = [name.capitalize() for name in chooser.sample(NAMES if self._usual else self._common, 3)]
+        if self._usual and chooser.random() < DEFAULT_TASKS:
+            return make_phrasebook(names, DEFAULT_TEAMS, load_tasks(default_tasks_path()))
         tasks = (" ".join(chooser.sample(self._common, chooser.randint(2, 4))) for _ in range(5))
         defined = (TaskDefinition(number, name, None, ()) for number, name in enumerate(tasks, 1))
         return make_phrasebook(names, chooser.sample(self._common, 2), TaskRepository(tuple(defined)))
@@ -113,6 +124,11 @@ class Texts:
         """One text, now of one kind and now of another."""
         chooser = self._chooser
         kind = chooser.random()
+        if self._usual and kind < USUAL:
+            book = chooser.choice(self._books)
+            me, _, person = book.vocabulary.names
+            mine = requests(book, me, person, 1, chooser)[0] if kind < REQUESTS else book.phrases(book.sample(chooser))
+            return Text(tuple(tuple(phrase) for phrase in mine))
         if kind < 0.28:
             return self.prose()
         if kind < 0.5:
