@@ -22,6 +22,11 @@ FENCED = re.compile(r"^```.*?^```$|^    .*$|`[^`\n]+`", re.M | re.S)
 EXAMPLE = re.compile(r"<!-- own \w+ -->\n +```yaml\n(.*?)```", re.S)
 
 
+def linked(path: Path) -> list[str]:
+    """The files and anchors that a page links to."""
+    return LINK.findall(FENCED.sub("", path.read_text(encoding="utf-8")))
+
+
 def anchors(path: Path) -> set[str]:
     """The anchors of a page's headings, as GitHub and mkdocs make them of plain words."""
     heads = re.findall(r"^#+ +(.+)$", path.read_text(encoding="utf-8"), re.M)
@@ -29,10 +34,16 @@ def anchors(path: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", head.lower()).strip().replace(" ", "-") for head in plain}
 
 
+def test_every_page_is_linked_from_another_one() -> None:
+    links = {(path, (path.parent / link.partition("#")[0]).resolve()) for path in TEXTS for link in linked(path)}
+    found = {target for path, target in links if target != path}
+    pages = {path for path in TEXTS if path.is_relative_to(ROOT / "docs")}
+    assert pages - found == set()
+
+
 @pytest.mark.parametrize("path", TEXTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 def test_every_link_leads_somewhere(path: Path) -> None:
-    text = FENCED.sub("", path.read_text(encoding="utf-8"))
-    for link in LINK.findall(text):
+    for link in linked(path):
         file, _, anchor = link.partition("#")
         target = (path.parent / file).resolve() if file else path
         assert target.exists(), link
