@@ -268,7 +268,9 @@ def port_remedy(path: str, error: Exception) -> str:
             f"{path}: the port is in use. Stop the other program "
             "(another hvcpd, or ModemManager: sudo systemctl disable --now ModemManager)"
         )
-    if isinstance(error.__context__, termios.error) and error.__context__.args[0] == errno.ENOTTY:
+    if isinstance(error.__context__, termios.error):  # pyserial has its number only as a part of the text
+        number = error.__context__.args[0]
+    if number == errno.ENOTTY:
         return f"{path}: the port does not open (it is no serial port). Set wheels.port to the motors' (auto finds it)"
     reason = os.strerror(number) if number else error
     return f"{path}: the port does not open ({reason}). Check that it is the motors' serial port"

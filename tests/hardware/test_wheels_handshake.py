@@ -1,11 +1,14 @@
 """What `open` says when something is missing or wrong: all of it, with the remedy."""
 
+import errno
 import grp
 import os
+import termios
 from functools import partial
 from pathlib import Path
 
 import pytest
+import serial
 
 from hil_fakes.dynamixel.bus import FakeBus
 from hil_fakes.dynamixel.faults import ReplyFault
@@ -55,6 +58,13 @@ def test_a_file_is_no_port(tmp_path: Path) -> None:
 )
 def test_each_cause_has_its_remedy(error: OSError, remedy: str) -> None:
     assert remedy in port_remedy("/dev/ttyACM0", error)
+
+
+def test_a_port_without_hardware_is_told_in_plain_words() -> None:
+    """As /dev/ttyS1 on many a computer."""
+    error = serial.SerialException("Could not configure port: (5, 'Input/output error')")
+    error.__context__ = termios.error(errno.EIO, "Input/output error")  # where pyserial raises it
+    assert "does not open (Input/output error). " in port_remedy("/dev/ttyS1", error)
 
 
 def test_the_group_is_the_ports_own(tmp_path: Path) -> None:
