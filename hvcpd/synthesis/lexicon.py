@@ -89,8 +89,6 @@ class Lexicon:
         if extra is None:
             return ours
         theirs = _read(extra)
-        if not _STOP.issuperset(theirs.entries.get("stop", ())):
-            raise ConfigError(f"{extra}: 'stop' must stay S T AA1 P or S T AO1 P, or nobody could stop the robots")
         kept = {word: places for word, places in ours.places.items() if word not in theirs.entries}
         own = frozenset(theirs.entries)
         return cls({**ours.entries, **theirs.entries}, {**kept, **theirs.places}, own, extra, accent=accent)
@@ -200,7 +198,7 @@ def _read(path: Path) -> Lexicon:
     return Lexicon({word: tuple(dict.fromkeys(said)) for word, said in entries.items()}, places)
 
 
-_STOP = {("S", "T", "AA1", "P"), ("S", "T", "AO1", "P")}
+_STOP = ("S T AA1 P", "S T AO1 P")
 """What the keyword's net was trained to hear."""
 
 _WRITTEN = frozenset(phone + digit for phone in ARPABET for digit in ("012" if is_vowel(phone) else ("",)))
@@ -227,4 +225,6 @@ def _fault(fields: list[str]) -> str:
             return f"unknown phone '{phone}'; {hint}"
         if is_vowel(base) != (phone[-1] in "012"):
             return f"phone '{phone}': a vowel takes a stress digit 0, 1 or 2, a consonant none"
+    if word.lower() == "stop" and " ".join(fields[1:]).upper() not in _STOP:
+        return f"'stop' must stay {' or '.join(_STOP)}, or nobody could stop the robots"
     return ""
