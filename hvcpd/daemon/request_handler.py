@@ -18,9 +18,9 @@ from hvcpd.daemon.control_server import Client, ControlServer
 from hvcpd.daemon.control_status import Body, status_of, tasks_of
 from hvcpd.daemon.reloading import Reloader
 from hvcpd.errors import HvcpdError, NotDoneError, PhraseError, StoreError, did_you_mean
+from hvcpd.language.marks import without_mark
 from hvcpd.language.messages import Resume, Stop, ToAll, Utterance, for_robots
 from hvcpd.robot.robot import Robot
-from hvcpd.robot.sealing import written
 
 MAX_ROWS = 100
 """Lines of a transcript in one reply, about 30 kB."""
@@ -94,7 +94,7 @@ class RequestHandler:
         reason = robot.coordination.say(utterance, robot.now)
         if reason is not None:
             raise RefusalError("refused", reason)
-        return {"text": written(robot.coordination.announced(utterance), robot.phrasebook)}
+        return {"text": robot.phrasebook.write(without_mark(robot.coordination.announced(utterance)))}
 
     async def task(self, arguments: Arguments, _client: Client) -> Result:
         wanted, number = arguments.get("do"), arguments.get("number", 0)

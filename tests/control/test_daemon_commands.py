@@ -9,6 +9,7 @@ import os
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -23,6 +24,7 @@ from hvcpd.control.live.status_screen import duration
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import SYSTEM_FOLDER
 from hvcpd.daemon.logging import set_up_logging
+from hvcpd.language.messages import Seal
 from hvcpd.robot.sealing import Sealing
 from hvcpd.security.guard import Guard
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
@@ -140,13 +142,15 @@ def test_say_goes_through_the_robot_whose_name_is_in_it(ctl: Ctl) -> None:
 
 
 def test_say_knows_a_sealed_sentence_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It waited a minute for the sentence without its seal, and then told that the robot could not say it."""
+    """It waited a minute for the sentence as it was typed, and then told that the robot could not say it."""
     order, code = "Hi Bot, I am Rob, water the green rose", "code one two three four five six"
     with RunningRobot(tmp_path, Sealing(Guard("Rob", KeyRing(TeamKey(bytes(KEY_BYTES)))))) as robot:
-        for text in (order, f"{order}, {code}"):
+        book = robot.bench.bench.robot.phrasebook
+        seal_of_another_time = book.write(replace(book.parse_text(order), mark=Seal(12345)))
+        for text in (order, f"{order}, {code}", seal_of_another_time):
             assert main(["say", text, "--socket", str(robot.bench.path)]) == 0
     told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("Rob says")]
-    assert told == [f"Rob says: {order}"] * 2, "a code is shown to nobody"
+    assert told == [f"Rob says: {order}"] * 3, "a code is shown to nobody"
 
 
 @pytest.mark.slow
