@@ -194,7 +194,7 @@ class Coordination:
         return saying.request(self.knowledge, utterance, now)
 
     def announced(self, utterance: m.Utterance) -> m.Utterance:
-        """The sentence that is said for the owner's, once `say` has taken that."""
+        """The sentence that the robot says for the owner's request, once `say` has accepted it."""
         return saying.announced(self.knowledge, utterance)
 
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:

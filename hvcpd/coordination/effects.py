@@ -297,7 +297,7 @@ def leave_to_others(me: Knowledge, now: float) -> None:
 
 
 def say_only_reports(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) -> None:
-    """Say nothing more but the reports that have not been confirmed, those that already wait for the floor included."""
+    """Withdraw everything but the unconfirmed reports, including those that already wait for the floor."""
     for intent in me.floor.clear():
         if intent.topic.startswith(REPORTS) and intent.call is None:
             me.floor.want(replace(intent, urgency=urgency, slot=slot), now)

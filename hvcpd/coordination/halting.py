@@ -20,7 +20,7 @@ def release(me: Knowledge, now: float) -> None:
 
 
 def want_farewell(me: Knowledge, now: float) -> None:
-    """Give the task back and say so; first repeat the report of a finished task that was not yet confirmed."""
+    """Give the task back and say so; first repeat the reports that were not yet confirmed."""
     effects.give_tasks_back(me)
     effects.say_only_reports(me, Urgency.ALARM, now, _farewell_slot(me, now))
     me.current.clear()

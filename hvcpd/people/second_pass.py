@@ -29,7 +29,7 @@ MIN_WITHIN_TALK = 0.9
 for a robot."""
 MIN_ADDRESSED = 0.7
 """Least probability that one of the sentences for this robot by name was said, where it is not sure which. 36 of
-110 are, and 8 of 385 for others (docs/decisions/phones.md)."""
+110 such sentences are so likely, and 8 of 385 for others (docs/decisions/phones.md)."""
 MOST_LAYERS = 2
 """People's adapted layers that are tried: each costs as much as the one for anybody."""
 LAYERS_KEPT = 64
@@ -148,7 +148,7 @@ class SecondPassRecogniser:
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
     def _through_layers(self, hypotheses: Hypotheses, activations: Sequence[LogBands]) -> list[Hypotheses]:
-        """The same by people's own layers, MOST_LAYERS of those that are surest of their phones."""
+        """The hypotheses with the posteriors of people's own layers, of the MOST_LAYERS surest of their phones."""
         people = (self._layers(person.sentences) for person in self._people.values())
         found = [
             [layer.log_posteriors(each) for layer, each in zip(layers, activations, strict=True)]

@@ -108,8 +108,8 @@ def driving(trail: Trail) -> list[tuple[float, float]]:
 
 def _axis(end_s: float, scale: float, height: float, as_time: Callable[[float], str], clock_s: float) -> Markup:
     wide = _CHARACTER * max(len(as_time(at_s)) for at_s in (0.0, end_s))
-    told = [step for step in _TICKS_S if as_time(step - clock_s) != as_time(-clock_s)]  # without seconds: minutes
-    step_s = next((step for step in told if step * scale >= wide + _PAD), _TICKS_S[-1])
+    distinct = [step for step in _TICKS_S if as_time(step - clock_s) != as_time(-clock_s)]  # without seconds: minutes
+    step_s = next((step for step in distinct if step * scale >= wide + _PAD), _TICKS_S[-1])
     parts = []
     for k in range(math.ceil(clock_s / step_s), int((clock_s + end_s) / step_s) + 1):
         at_s = k * step_s - clock_s

@@ -125,8 +125,8 @@ def choose_medium(
             backend = load_backend()
             microphone = find_device(backend, "input", audio.input_device)
             find_device(backend, "output", audio.output_device)
-            card = (audio.input_device, audio.output_device, audio.input_channel)
-            shared = AudioSettings(*card)  # in blocks as long as the room's
+            # The other settings keep their defaults: the room has blocks of the default length.
+            shared = AudioSettings(audio.input_device, audio.output_device, audio.input_channel)
             return SharedCard(lambda: AudioStream(shared, backend)), _CARD.format(microphone=microphone.name)
         except DeviceError as error:
             if options.as_name:

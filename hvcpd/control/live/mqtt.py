@@ -1,7 +1,7 @@
 """`hvcpctl mqtt`: a running robot at an MQTT broker, as Home Assistant finds it. The daemon itself has no network.
 
-Messages and topics: docs/integrations.md. Discovery: Home Assistant,
-"MQTT", "Device discovery payload".
+Messages and topics: docs/integrations.md. Discovery: Home Assistant's documentation, "MQTT",
+"Device discovery payload".
 """
 
 from __future__ import annotations
