@@ -1,7 +1,7 @@
 """Training speech as a microphone records it: in rooms, and in noise.
 
     python -m benchmarks.phones.material --data DIR --out FILE.npz [--texts 5000] [--takes 2] [--seed 1]
-        [--people] [--boxes] [--part train|calibration|test] [--kokoro DIR] [--usual]
+        [--people | --kokoro DIR [--usual]] [--boxes] [--part train|calibration|test]
 
 Synthetic voices say the texts (`texts`, `voices`). With `--people`, instead: words of people, alone and in strings
 (`recorded`), and noise in which nobody speaks.
@@ -190,6 +190,8 @@ def main() -> None:
         "--part", choices=("train", "calibration", "test"), default="train", help="of the voices and people"
     )
     o = parser.parse_args()
+    if o.kokoro is None and not o.people:
+        parser.error("texts need the voices of --kokoro: `npm pack kokoro-js`, package/voices")
     lexicon, known = Lexicon.load(), common_words()
     air = Air(o.seed, o.data, o.boxes)
     found = []
