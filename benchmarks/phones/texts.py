@@ -94,7 +94,9 @@ def docstrings() -> list[list[str]]:
 class Texts:
     """Draws texts whose words' pronunciations are known."""
 
-    def __init__(self, known: Mapping[str, Sequence[str]], seed: int, usual: bool = False) -> None:
+    def __init__(
+        self, known: Mapping[str, Sequence[str]], seed: int, usual: bool = False, n_books: int = TEAMS_OF
+    ) -> None:
         """`known`: phones of common words that our lexicon may lack. `usual`: robots and people have NAMES, tasks are
         mostly the default ones, and more texts are sentences of the phrasebook, which a net can learn to expect."""
         self._usual = usual
@@ -102,7 +104,7 @@ class Texts:
         self._runs = [kept for run in docstrings() for kept in _stretches(run, known)]
         self._common = sorted({word for run in self._runs for word in run})
         self._known = sorted(word for word in known if word.isalpha() and len(word) > 2)
-        self._books = [self._book() for _ in range(TEAMS_OF)]
+        self._books = [self._book() for _ in range(n_books)]
         self._names = [name.lower() for name in NAMES]
 
     def _book(self) -> Phrasebook:
