@@ -193,10 +193,6 @@ class Coordination:
         """Say a sentence for the robot's owner when its turn comes. Returns why it will not be said, or None."""
         return saying.request(self.knowledge, utterance, now)
 
-    def announced(self, utterance: m.Utterance) -> m.Utterance:
-        """The sentence that the robot says for the owner's request, once `say` has accepted it."""
-        return saying.announced(self.knowledge, utterance)
-
     def sensed(self, here: Place | None = None, battery_v: float | None = None) -> None:
         """The robot's place and its battery's voltage; None: not known now. Its first place is its home."""
         body = self.knowledge.body

@@ -123,7 +123,7 @@ def find_confusable(wiring: Wiring, allowable: bool = True) -> Finding:
 
 def find_revoked(name: str, keys: KeyFile) -> Iterator[Finding]:
     """Whether the team's key file says that nobody shall believe this robot."""
-    if name.casefold() in {revoked.casefold() for revoked in keys.revoked}:
+    if keys.is_revoked(name):
         text = f"this robot, {name}, is revoked: the team believes nothing that it says; remove `revoked {name}` from"
         yield Finding("key", f"{text} the key file, or give the robot another name", doubtful=True)
 

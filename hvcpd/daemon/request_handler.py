@@ -11,6 +11,7 @@ import structlog
 
 from hvcpd import __version__
 from hvcpd.coordination.addressing import is_for
+from hvcpd.coordination.saying import announced
 from hvcpd.daemon import base_request_handler, skill_service
 from hvcpd.daemon.control_events import FREQUENT, KINDS
 from hvcpd.daemon.control_protocol import NUMBER, PROTOCOL, RefusalError, Request, checked_arguments
@@ -85,16 +86,17 @@ class RequestHandler:
         if not 0 < len(text) <= MAX_TEXT_LENGTH:
             raise RefusalError("bad_argument", f"text: give a sentence of 1 to {MAX_TEXT_LENGTH} characters")
         robot = self._robot()
+        knowledge = robot.coordination.knowledge
         try:
             utterance = for_robots(robot.phrasebook.parse_text(text))
         except PhraseError as error:
             raise RefusalError("not_in_phrasebook", str(error)) from None
-        if isinstance(utterance.statement, Stop) and is_for(robot.coordination.knowledge, utterance.addressee):
+        if isinstance(utterance.statement, Stop) and is_for(knowledge, utterance.addressee):
             self._halt()  # it does not hear itself
         reason = robot.coordination.say(utterance, robot.now)
         if reason is not None:
             raise RefusalError("refused", reason)
-        return {"text": robot.phrasebook.write(without_mark(robot.coordination.announced(utterance)))}
+        return {"text": robot.phrasebook.write(without_mark(announced(knowledge, utterance)))}
 
     async def task(self, arguments: Arguments, _client: Client) -> Result:
         wanted, number = arguments.get("do"), arguments.get("number", 0)

@@ -83,9 +83,11 @@ class KeyFile:
         alive = () if ends_now else tuple(entry for entry in ending if entry.until is None or entry.until >= day)
         return replace(self, entries=(*alive, fresh_entry(day, spoken_from)))
 
+    def is_revoked(self, name: str) -> bool:
+        return name.casefold() in {other.casefold() for other in self.revoked}
+
     def with_revoked(self, name: str) -> KeyFile:
-        known = {other.casefold() for other in self.revoked}
-        return self if name.casefold() in known else replace(self, revoked=(*self.revoked, name))
+        return self if self.is_revoked(name) else replace(self, revoked=(*self.revoked, name))
 
 
 def fresh_entry(today: date, spoken_from: date | None = None) -> Entry:

@@ -120,12 +120,11 @@ class DaemonClient:
         _raise_refusal(reply)
         raise NotDoneError("the daemon gave no reason")
 
-    def events(self, timeout_s: float | None = None) -> Iterator[dict[str, Any]]:
-        """The events after a `subscribe`, until the daemon ends. Raises NotDoneError if none comes for `timeout_s`."""
-        self._greeted()
-        while True:
-            self._socket.settimeout(timeout_s)
-            yield self._read()
+    def events(self, within_s: float) -> Iterator[dict[str, Any]]:
+        """The events after a `subscribe` that come within this time. Raises NotRunningError."""
+        until_s = time.monotonic() + within_s
+        while (left_s := until_s - time.monotonic()) > 0.0 and (event := self.event_within(left_s)) is not None:
+            yield event
 
     def event_within(self, timeout_s: float) -> dict[str, Any] | None:
         """The next event after a `subscribe`; None if none comes within this time. Raises NotRunningError."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-import time
 from contextlib import closing
 from typing import Any
 
@@ -23,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
         robot = _peer(daemon, options.robot)["name"]
         daemon.ask("subscribe", events=["heard", "noted"])
         daemon.ask("say", text=f"Hi {robot}, I am {daemon.name}, how far are you")
-        text = _measured(daemon, robot, time.monotonic() + WITHIN_S)
+        text = _measured(daemon, robot)
         away = _peer(daemon, robot)["away"]
     sys.stdout.write(json.dumps({"robot": robot, **away}) + "\n" if options.json else f"{clean(text)}\n")
     return EX_OK
@@ -39,11 +38,8 @@ def _peer(daemon: DaemonClient, name: str) -> dict[str, Any]:
     raise PhraseError(f"{daemon.name} has heard no robot '{name}'; it knows {known}")
 
 
-def _measured(daemon: DaemonClient, robot: str, until_s: float) -> str:
-    while (left_s := until_s - time.monotonic()) > 0.0:
-        event = daemon.event_within(left_s)
-        if event is None:
-            break
+def _measured(daemon: DaemonClient, robot: str) -> str:
+    for event in daemon.events(WITHIN_S):
         if str(event.get("speaker")).lower() != robot.lower():
             continue
         text = str(event.get("text"))

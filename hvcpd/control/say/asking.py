@@ -6,7 +6,6 @@ import argparse
 import json
 import re
 import sys
-import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -36,12 +35,8 @@ def have_it_said(options: argparse.Namespace, daemon: DaemonClient) -> int:
     """Wait for the robot's turn; returns the exit status. Raises NotDoneError where it does not come."""
     daemon.ask("subscribe", events=["said"])
     text = daemon.ask("say", text=options.text)["text"]
-    until_s = time.monotonic() + SAID_WITHIN_S
-    while (wait_s := until_s - time.monotonic()) > 0.0:
-        said = daemon.event_within(wait_s)
-        if said is not None and _without_seal(said) == text:
-            break
-    else:
+    said = next((event for event in daemon.events(SAID_WITHIN_S) if _without_seal(event) == text), None)
+    if said is None:
         raise NotDoneError(f"{daemon.name} had no chance to say it for {SAID_WITHIN_S:g} s")
     if options.json:
         sys.stdout.write(json.dumps(said) + "\n")

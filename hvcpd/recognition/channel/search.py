@@ -205,9 +205,10 @@ Tried = TypeVar("Tried", Path, Extension)
 
 def by_deficit(sound: WhitenedSound, paths: Sequence[Tried]) -> list[Tried]:
     """Paths by their deficit in explained energy against the best path over the same sound: their ends differ."""
-    score, energy = max(((path.score, path.energy(sound)) for path in paths), default=(0.0, 0.0))
+    heard = [(path.score, path.energy(sound), path) for path in paths]
+    score, energy = max((each[:2] for each in heard), default=(0.0, 0.0))
     share = score / max(energy, TINY)
-    return sorted(paths, key=lambda path: share * path.energy(sound) - path.score)
+    return [path for *_, path in sorted(heard, key=lambda each: share * each[1] - each[0])]
 
 
 def by_score(paths: Sequence[Path]) -> list[Path]:
