@@ -35,8 +35,8 @@ LEAD_S = 1.0
 NOTHING_EVERY = 8
 """One take in so many texts is noise alone."""
 
-ORDERS_TIMES = {"train": 3, "calibration": 0, "test": 1}
-"""As often as other texts by people is each order of coffee said."""
+ORDERS_TIMES = 3
+"""As often as other texts by people is each order of coffee said to train on: they are few."""
 
 Said = tuple[Sequence[str], Samples]
 
@@ -163,15 +163,15 @@ def by_voices(o: argparse.Namespace, known: Mapping[str, Sequence[str]], lexicon
 
 
 def by_people(o: argparse.Namespace) -> Iterator[Said]:
-    """Every word of the speakers, and after each a string of words; and sentences, of which nobody knows the speaker,
-    and which are few: to train on, each some times."""
+    """Every word of the speakers, and after each a string of words; and sentences, of which nobody knows the
+    speaker."""
     chooser = random.Random(o.seed)
     said = bare_words(o.data, o.part, DIGITS)
     for utterance in said:
         string = string_of(said, chooser)
         yield utterance.words, utterance.sound
         yield string.words, string.sound
-    for utterance in ORDERS_TIMES[o.part] * orders_of_coffee(o.data, o.part):
+    for utterance in (ORDERS_TIMES if o.part == "train" else 1) * orders_of_coffee(o.data, o.part):
         yield utterance.words, utterance.sound
 
 

@@ -1,8 +1,8 @@
 """The speakers: synthetic voices of several makers, none of which `benchmarks.people` tests.
 
-Held out, and never drawn: three of Kokoro's voices, espeak-ng's plain ones and its variants f3 and m3, all of flite's,
-festival's slt; for calibration: one of Kokoro's, festival's kal, espeak-ng's variants of CALIBRATION. From the fifth of
-Kokoro's many like it are made to train on.
+Held out, and never drawn: Kokoro's KOKORO_TESTS, espeak-ng's plain voices and its variants f3 and m3, all of flite's,
+festival's slt; for calibration: KOKORO_CALIBRATION, festival's kal, espeak-ng's variants of CALIBRATION. Between the
+others of Kokoro's many like them are made to train on.
 """
 
 from __future__ import annotations
@@ -51,9 +51,6 @@ KOKORO_TESTS = (
 """Those of Kokoro's voices that nothing learns from (a: American, b: British, j, h, i, z: of other languages)."""
 KOKORO_CALIBRATION = ("jf_gongitsune", "af_nova", "am_eric", "bf_lily", "bm_fable", "zm_yunyang")
 """Those by which the confidence of sentences is fitted."""
-KOKORO_SPREAD = 0.4
-"""How far a voice that is drawn is at most from those between which it is, in timbre and in manner: voices of the
-package are 0.7 to 4 from each other."""
 CALIBRATION = ("m7", "klatt2", "RicishayMax", "UniRobot", "Tweaky")
 
 NEURAL_RATE_HZ = 24000
@@ -170,7 +167,8 @@ def kokoro(folder: Path | None = None) -> dict[str, Talker]:
 
 
 def kokoro_training(folder: Path) -> Talker:
-    """Kokoro-82M, each sentence in a voice of its own between two of the folder's that are to train on."""
+    """Kokoro-82M, each sentence in a voice of its own between two of the folder's that are to train on: in timbre and
+    in manner, the halves of a style."""
     known = _styles(folder)
     styles = [known[name] for name in sorted(known) if name not in (*KOKORO_TESTS, *KOKORO_CALIBRATION)]
     if not styles:
@@ -179,7 +177,7 @@ def kokoro_training(folder: Path) -> Talker:
     def drawn(chooser: random.Random) -> Style:
         one, other = chooser.choice(styles), chooser.choice(styles)
         share = np.repeat([chooser.choice((0.0, chooser.random())) for _ in range(2)], 128).astype(np.float32)
-        return np.asarray(one + share * (other - one) + _displacement(chooser), np.float32)
+        return np.asarray(one + share * (other - one), np.float32)
 
     return _Kokoro().talker(drawn)
 
@@ -218,13 +216,6 @@ def _always(style: Style, _chooser: random.Random) -> Style:
 
 def _styles(folder: Path) -> dict[str, Style]:
     return {path.stem: np.fromfile(path, "<f4").reshape(-1, 1, 256) for path in sorted(folder.glob("*.bin"))}
-
-
-def _displacement(chooser: random.Random) -> Style:
-    """What is added to a style of Kokoro's: up to KOKORO_SPREAD in any direction, in timbre and in manner."""
-    halves = np.array([[chooser.gauss(0.0, 1.0) for _ in range(128)] for _ in range(2)])
-    lengths = np.array([[chooser.uniform(0.0, KOKORO_SPREAD)] for _ in range(2)])
-    return np.asarray(lengths * halves / np.linalg.norm(halves, axis=1, keepdims=True), np.float32).ravel()
 
 
 def any_voice(chooser: random.Random) -> Voice:
@@ -270,7 +261,7 @@ def calibrators(kokoro_voices: Path | None = None) -> list[Talker]:
     return found + _of_kokoro(kokoro_voices, KOKORO_CALIBRATION)
 
 
-def held_out(kokoro_voices: Path | None = None) -> list[Talker]:
+def held_out(kokoro_voices: Path) -> list[Talker]:
     """Those to test with: as often festival's slt as one of Kokoro's."""
     slt = festival("cmu_us_slt_arctic_hts")
     return [found for each in _of_kokoro(kokoro_voices, KOKORO_TESTS) for found in (each, slt)]
