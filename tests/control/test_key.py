@@ -294,6 +294,12 @@ def test_a_sheet_for_who_only_commands_has_no_key(made: Path, tmp_path: Path) ->
     assert "words" not in sheet.read_text()
 
 
+def test_a_sheet_without_codes_does_not_speak_of_them(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("sheet", "--key", str(made), "--codes", "0") == 0
+    printed = capsys.readouterr().out
+    assert "One-time" not in printed and not printed.endswith("\n\n")
+
+
 def recovery_words(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
     run("sheet", "--key", str(path), "--codes", "0")
     return " ".join(capsys.readouterr().out.splitlines()[5:9]).split()

@@ -179,13 +179,15 @@ def sheet(key: TeamKey, team: str, day: date, first: int, codes: int, recovery: 
         lines += [f"The key in {RECOVERY_WORDS} words (hvcpctl key restore):", ""]
         lines += [*_rows(words_of(checked_number(key.secret), RECOVERY_WORDS)), ""]
     lines += ["For a telephone's authenticator:", "", f"  {authenticator_uri(key.clock_key, team)}", ""]
-    lines += [
-        'One-time codes. Say "code" and the six digits after a sentence, as in "Rob, move forward one metre, code one',
-        'two three four five six". Use them in order, and cross out what was said.',
-        "",
-    ]
+    if codes:
+        lines += [
+            'One-time codes. Say "code" and the six digits after a sentence, as in "Rob, move forward one metre, code one',
+            'two three four five six". Use them in order, and cross out what was said.',
+            "",
+        ]
     numbers = range(first - 1, first - 1 + codes)
-    return "\n".join(lines + _rows(f"{n + 1:4} {counted_code(key.sheet_key, n)}" for n in numbers)) + "\n"
+    lines += _rows(f"{n + 1:4} {counted_code(key.sheet_key, n)}" for n in numbers)
+    return "\n".join(lines).rstrip() + "\n"
 
 
 def _rows(cells: Iterable[str]) -> list[str]:
