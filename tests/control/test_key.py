@@ -297,7 +297,8 @@ def test_a_sheet_for_who_only_commands_has_no_key(made: Path, tmp_path: Path) ->
 def test_a_sheet_without_codes_does_not_speak_of_them(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("sheet", "--key", str(made), "--codes", "0") == 0
     printed = capsys.readouterr().out
-    assert "One-time" not in printed and not printed.endswith("\n\n")
+    assert "One-time" not in printed
+    assert not printed.endswith("\n\n")
 
 
 def recovery_words(path: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:

@@ -181,8 +181,8 @@ def sheet(key: TeamKey, team: str, day: date, first: int, codes: int, recovery: 
     lines += ["For a telephone's authenticator:", "", f"  {authenticator_uri(key.clock_key, team)}", ""]
     if codes:
         lines += [
-            'One-time codes. Say "code" and the six digits after a sentence, as in "Rob, move forward one metre, code one',
-            'two three four five six". Use them in order, and cross out what was said.',
+            'One-time codes. Say "code" and the six digits after a sentence, as in "Rob, move forward one metre, code',
+            'one two three four five six". Use them in order, and cross out what was said.',
             "",
         ]
     numbers = range(first - 1, first - 1 + codes)
