@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,19 @@ def test_a_cold_cache_is_filled_without_rendering(shipped: Path, tmp_path: Path)
         assert np.array_equal(template, rendered)
     content = (lexicon.pronounce("rob"), VOICES[0], "medial", 1.0)
     UnitCache(tmp_path, ShippedUnits(tmp_path / "none")).get(content, refuse)  # it is kept, and read from there
+
+
+def test_threads_that_read_at_once_find_each_its_own(shipped: Path) -> None:
+    """On a disk that cannot be written nothing is kept, and the robot's threads read all words from the package."""
+    found = ShippedUnits(shipped)
+    units = dict(unit for word in WORDS for unit in Speaker(VOICES[0], Lexicon.load()).keyed(word))
+
+    def wrong(key: str) -> int:
+        again = [found.get(key) for _ in range(200)]
+        return sum(each is None or not np.array_equal(each, units[key]) for each in again)
+
+    with ThreadPoolExecutor(4) as threads:
+        assert sum(threads.map(wrong, units)) == 0
 
 
 def test_other_names_and_pitches_are_rendered(shipped: Path, tmp_path: Path) -> None:
