@@ -3,12 +3,14 @@
 python -m release.acoustic_net HIBARI.ONNX [FILE.npz]
 
 To be run once, by whoever takes over a new version of hibari-tts (Apache-2.0): `pip install hibari-tts onnx`; the file
-is `hibari/assets/hibari.onnx`. The 8-bit weights stay as they are, all else is kept in half precision.
+is `hibari/assets/hibari.onnx`. The 8-bit weights stay as they are, all else is kept in half precision. The digest that
+it prints belongs into `acoustic_net.WEIGHTS_SHA256`.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import importlib
 import sys
 from collections.abc import Sequence
@@ -69,7 +71,8 @@ def main(arguments: Sequence[str]) -> int:
     options = parser.parse_args(arguments)
     onnx = importlib.import_module("onnx")
     np.savez(options.file, **converted(onnx.load(options.network).graph, onnx.numpy_helper.to_array))  # type: ignore[arg-type]  # names as keywords
-    sys.stdout.write(f"{options.file}: {options.file.stat().st_size / 1e6:.1f} MB\n")
+    data = options.file.read_bytes()
+    sys.stdout.write(f"{options.file}: {len(data) / 1e6:.1f} MB, SHA-256 {hashlib.sha256(data).hexdigest()}\n")
     return 0
 
 

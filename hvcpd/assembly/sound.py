@@ -48,8 +48,8 @@ class Sound:
         return replace(voice, natural=self.natural)
 
     def made_natural(self, weights: Path = WEIGHTS) -> Sound:
-        """The same with natural voices. Raises ConfigError where the network's weights are missing, or where
-        the accent is not its talker's."""
+        """The same with natural voices. Raises ConfigError where the network's weights cannot be used, or where the
+        accent is not its talker's."""
         if self.lexicon.accent != "us":
             raise ConfigError(
                 "accent: natural voices are American; leave out `accent`, or choose `synthesizer: formant`"

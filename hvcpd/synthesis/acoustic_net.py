@@ -10,6 +10,7 @@ another order differ by up to -53 dB at the end of a word; so they differ by -89
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,6 +25,10 @@ Array = NDArray[np.floating]
 
 WEIGHTS = Path(__file__).parent / "acoustic_net.npz"
 """As `release/acoustic_net.py` writes them; of the Debian packages, hvcpd-natural has them."""
+
+WEIGHTS_SHA256 = "5cd5f3f937c33ef3d01b208e4d3ed429d045437dd5224bfdad56cb0275b6f6b0"
+"""Of that file: a peer with other weights would not know the samples. As a part of this source it also has units that
+were made with other weights not found any more (`unit_cache.recipe`)."""
 
 PRECISE = "pn."
 """Weights of what tells durations and pitch begin so."""
@@ -222,16 +227,23 @@ def _gelu(x: Array) -> Array:
     return np.asarray(np.maximum(x, 0.0) - tail)
 
 
+@lru_cache
 def require_weights(weights: Path = WEIGHTS) -> None:
-    """Raise ConfigError, with the remedy, where the network's weights are missing."""
-    if not weights.exists():
-        remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", "./hvcpd-natural_*_all.deb", str(weights))
-        raise ConfigError(f"synthesizer: natural voices are not installed: {remedy}; or set it to formant")
+    """Raise ConfigError, with the remedy, where the network's weights are missing, damaged, or another version's."""
+    try:
+        digest = hashlib.sha256(weights.read_bytes()).hexdigest()
+    except OSError:
+        digest = None
+    if digest == WEIGHTS_SHA256:
+        return
+    fault, again = ("are damaged or of another version", "--reinstall ") if digest else ("are not installed", "")
+    remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", f"{again}./hvcpd-natural_*_all.deb", str(weights))
+    raise ConfigError(f"synthesizer: natural voices {fault}: {remedy}; or set it to formant")
 
 
 @lru_cache(maxsize=1)
 def shared_net() -> AcousticNet:
-    """The package's own network, read once. Raises ConfigError where it is missing."""
+    """The package's own network, read once. Raises ConfigError as `require_weights`."""
     require_weights()
     with np.load(WEIGHTS) as file:
         return AcousticNet({name: file[name] for name in file.files})

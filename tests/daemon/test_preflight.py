@@ -33,6 +33,7 @@ from hvcpd.hardware.groups import group_of
 from hvcpd.memory.latch import Latched, Permit, StopLatch
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, fresh_entry
+from hvcpd.synthesis.acoustic_net import WEIGHTS
 from hvcpd.synthesis.likeness import name_fault
 
 
@@ -228,6 +229,13 @@ def test_natural_voices_without_their_weights_tell_what_to_install(folder: str, 
         make_sound().made_natural(Path(folder) / "nowhere.npz")
     assert remedy in str(error.value)
     assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("data", [b"", b"other weights", WEIGHTS.read_bytes()[:-9]], ids=["empty", "other", "cut"])
+def test_weights_of_which_the_peers_would_not_know_the_sound_are_refused(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "net.npz").write_bytes(data)
+    with pytest.raises(ConfigError, match="damaged or of another version: pip install"):
+        make_sound().made_natural(tmp_path / "net.npz")
 
 
 def test_a_clash_of_the_vocabulary_is_a_fault(tmp_path: Path) -> None:
