@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
@@ -19,7 +19,7 @@ from hvcpd.synthesis.dictionary import Dictionary, Pronunciation
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.inflection import american_spellings, derive, with_ending
 from hvcpd.synthesis.letter_to_sound import LETTER_NAMES, letter_to_sound
-from hvcpd.synthesis.phones import ARPABET, is_vowel
+from hvcpd.synthesis.phones import ARPABET, BRITISH, is_vowel
 
 BUILTIN_PATH = Path(__file__).with_name("lexicon.txt")
 DICTIONARY_PATH = Path(__file__).with_name("cmudict.bin")
@@ -97,13 +97,13 @@ class Lexicon:
         """How a word is said, and where that is from. Without any letter or digit it is said as nothing."""
         word = word.lower()
         entry = self._american(word)
-        if self.accent == "us" or entry.origin is Origin.NUMBER:
+        if self.accent == "us" or entry.origin in (Origin.NUMBER, Origin.LETTERS):
             return entry
         said = tuple(dict.fromkeys(british(word, phones) for phones in entry.said))
         return replace(entry, said=said, places={at: british(word, said) for at, said in entry.places.items()})
 
     def _american(self, word: str) -> Entry:
-        """As `find`, before the rules of the accent; but of a number, which is read by its words, after them."""
+        """As `find`, before the rules of the accent; but of what is read by its words or letters, after them."""
         if said := self._otherwise(word):
             origin = Origin.OWN if word in self.own else Origin.BUILTIN
             return Entry(said, origin, self.places.get(word, {}))
@@ -161,12 +161,17 @@ class Lexicon:
         phones: list[str] = []
         parts = _PART.findall(plain_letters(word).lower().replace("'", ""))
         for part in parts:
-            if part.isdigit() or (len(parts) > 1 and len(part) <= SPELT_BESIDE_DIGITS):
-                phones += [phone for sign in part for phone in LETTER_NAMES[sign].split()]
+            if part.isdigit():
+                phones += self.pronounce(number_words(int(part))[0])
+            elif len(parts) > 1 and len(part) <= SPELT_BESIDE_DIGITS:
+                phones += [phone for letter in part for phone in self._accented(letter, LETTER_NAMES[letter].split())]
             else:
                 known = self.listed(part)
-                phones += known[0] if known else letter_to_sound(part)
+                phones += self._accented(part, known[0] if known else letter_to_sound(part))
         return tuple(phones)
+
+    def _accented(self, word: str, phones: Sequence[str]) -> Pronunciation:
+        return tuple(phones) if self.accent == "us" else british(word, phones)
 
 
 def common_words() -> tuple[str, ...]:
@@ -219,6 +224,8 @@ def _fault(fields: list[str]) -> str:
         if phone in _WRITTEN:
             continue
         base = phone.upper().rstrip("012")
+        if base in BRITISH:
+            return f"phone '{phone}': write the American pronunciation; `accent: gb` makes the British one of it"
         if base not in ARPABET or len(phone) - len(base) > 1:
             near = alike(base, sorted(ARPABET), 0.5)
             hint = f"did you mean {near}?" if near else f"the phones are {' '.join(sorted(ARPABET))}"

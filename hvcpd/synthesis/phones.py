@@ -189,7 +189,7 @@ ARPABET = frozenset(PHONES) - {"AX"}
 UNFLAPPED = {"T": "TT", "D": "DD"}
 """Names of a T and a D that British English keeps where American English has a tap."""
 
-PHONES |= {
+BRITISH = {
     "OH": _vowel((600, 1060, 2500), (90, 100, 80), 190, 80, follow=ROUNDED),
     "AO:": _vowel((475, 830, 2600), (90, 90, 80), 210, 100, follow=ROUNDED),
     "AX:": _vowel((478, 1436, 2488), (80, 80, 140), 190, 90),
@@ -205,6 +205,8 @@ pronunciation", JIPA 27, 1997). OH and AO: are more open than theirs: with 558 H
 net for "stop" gave .68 instead of .88 (mean of eight voices), and with 430 Hz "four" came near "two". The ends of the
 diphthongs and the durations follow the vowels above.
 """
+
+PHONES |= BRITISH
 
 
 def is_vowel(phone: str) -> bool:

@@ -67,6 +67,8 @@ US, GB = Lexicon.load(), Lexicon.load(accent="gb")
         ("basket", "B AA1 S K IH0 T"),
         ("tomatoes", "T AH0 M AA1 TT AXW0 Z"),  # single words
         ("z3", "Z IY1 TH R IY1"),
+        ("r2d2", "AA1 T UW1 D IY1 T UW1"),  # digits are words
+        ("luna2", "L UW1 N AH0 T UW1"),
         ("24", "T W EH1 N T IY0 F AO:1"),
         ("three", "TH R IY1"),  # no difference
     ],

@@ -241,6 +241,14 @@ def test_all_faults_of_an_own_lexicon_are_named_with_their_lines(tmp_path: Path)
     assert "QQ" in text
 
 
+def test_a_british_phone_of_an_own_lexicon_is_named_as_such(tmp_path: Path) -> None:
+    """As `hvcpctl pronounce` shows it with `accent: gb`."""
+    own = tmp_path / "own.txt"
+    own.write_text("bot B OH1 T\n")
+    with pytest.raises(ConfigError, match=r"own\.txt:1: phone 'OH1': write the American pronunciation"):
+        Lexicon.load(own, "gb")
+
+
 def test_an_own_lexicon_does_not_change_stop(tmp_path: Path) -> None:
     own = tmp_path / "own.txt"
     own.write_text("stop S T AO1 P\n")
