@@ -52,16 +52,17 @@ _DATES = "|".join(sorted(_CALENDAR, key=len)[::-1])
 _DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] ))({_DATES})\b\.?")
 """A month or a day of the week beside a number; "sun" and "Jan" alone are words."""
 
-_END = r"(\d{1,2})((?::\d\d)?(?: ?[ap]m)?)"
+_END = r"(\d{1,2}(?:\.\d{1,2})?)((?::\d\d)?(?: ?[ap]m)?)"
 _RANGE = re.compile(rf"(?<![\w.,:/–—-]){_END}[–—-]{_END}(?![\d.,:/–—-]*\d|[–—-])", re.IGNORECASE)
 _CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE)
 _GLUED = re.compile(r"(?<![\w-])(\d+(?:\.\d+)?)(?!(?:st|nd|rd|th)\b|(?<=0)s\b)(?=[A-Za-z]+\b)")
 """Not the 90s."""
 _SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
 _UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
-_DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,]\d)")
-"""Not 1.000, which is a thousand in much of Europe, and no part of a date or a version."""
-_PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d)")
+_DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,–—-]\d)")
+"""Not 1.000, which is a thousand in much of Europe, and no part of a date, a version or a range that falls."""
+_PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d|[–—-][$€£]?\d|[A-Za-z])")
+"""Neither $5-10, which as "five dollars ten" would be $5.10, nor $5m."""
 _NUMBERED = re.compile(r"(?:#|\b[Nn]o\. ?)(?=\d)")
 
 
@@ -92,7 +93,7 @@ def unsayable(text: str) -> str | None:
 
 def _range(found: re.Match[str]) -> str:
     """The ends of a range that rises, or of times; what falls may be a score or a date."""
-    rises = int(found[1]) < int(found[3]) or found[2] != ""
+    rises = float(found[1]) < float(found[3]) or found[2] != ""
     return f"{found[1]}{found[2]} to {found[3]}{found[4]}" if rises else found[0]
 
 
@@ -110,4 +111,4 @@ def _quantity(found: re.Match[str]) -> str:
 
 def _price(found: re.Match[str]) -> str:
     one, more = _NAMES[found[1]]
-    return f"{found[2]} {one if found[2] == '1' else more} {found[3] or ''}".rstrip()
+    return f"{found[2]} {one if found[2] == '1' else more} {int(found[3] or 0) or ''}".rstrip()

@@ -23,6 +23,8 @@ SAFETY_WORDS = frozenset({"stop", "resume"})
 """Spoken alone they halt and release robots, so that nothing of a team's own may have one in it."""
 NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""
+MAX_DIGITS = 2
+"""Of a number that is said as one: in 007 the zeros count."""
 
 _ORDINAL = re.compile("([0-9]{1,4})(?:st|nd|rd|th)")
 _ROUND = re.compile("([1-9][0-9]??)(000|00)")
@@ -46,9 +48,10 @@ def number_words(number: int) -> tuple[str, ...]:
 
 def ordinal_words(number: int) -> tuple[str, ...]:
     """An ordinal from 0 to 9999 in words: 121 is ("one", "hundred", "twenty", "first"). Raises ValueError outside."""
-    hundreds, rest = divmod(number, 100)
-    if hundreds:
-        return (*number_words(hundreds), *(("hundred", *ordinal_words(rest)) if rest else ("hundredth",)))
+    count, rest = divmod(number, 100)
+    if count:
+        count, unit = (count, "hundred") if count % 10 else (count // 10, "thousand")
+        return (*number_words(count), *((unit, *ordinal_words(rest)) if rest else (f"{unit}th",)))
     *tens, last = number_words(number)
     regular = f"{last[:-1]}ieth" if last.endswith("y") else f"{last}th"
     return (*tens, _IRREGULAR.get(last, regular))
@@ -93,7 +96,7 @@ def _with_numbers(tokens: list[str]) -> tuple[str, ...]:
     words: list[str] = []
     for token in tokens:
         token = token.strip("'")
-        if token.isascii() and token.isdigit() and int(token[-9:]) <= NUMBER_MAX and len(token) <= 9:
+        if token.isascii() and token.isdigit() and len(token) <= MAX_DIGITS:
             words += number_words(int(token))
         elif ordinal := _ORDINAL.fullmatch(token):
             words += ordinal_words(int(ordinal[1]))

@@ -58,6 +58,10 @@ from hvcpd.language.words import spoken_words
         ("100, 1500, 20000", "one hundred fifteen hundred twenty thousand"),
         ("room 101 in 2024", "room 101 in 2024"),
         ("the 100th and 121st", "the one hundredth and one hundred twenty first"),
+        ("the 1000th, 2005th, 1500th", "the one thousandth two thousand fifth fifteen hundredth"),
+        ("room 007 on 05 Dec", "room 007 on five december"),
+        ("1.5-2 m, 2.5\N{EN DASH}3.5 m", "one point five to two metres two point five to three point five metres"),
+        ("$5.00 or £1.05", "five dollars or one pound five"),
     ],
 )
 def test_what_is_written_is_read_out(written: str, said: str) -> None:
@@ -65,7 +69,10 @@ def test_what_is_written_is_read_out(written: str, said: str) -> None:
     assert unsayable(written) is None
 
 
-@pytest.mark.parametrize("written", ["20 m²", "1.000 roses", "1,5 m", "-5 °C", "12.05.2026", "1/2 a litre", "5 m/s²"])
+@pytest.mark.parametrize(
+    "written",
+    ["20 m²", "1.000 roses", "1,5 m", "-5 °C", "12.05.2026", "1/2 a litre", "5 m/s²", "$5-10", "$5m", "3.5-1"],
+)
 def test_what_could_be_misread_is_refused(written: str) -> None:
     assert unsayable(written) is not None
 
