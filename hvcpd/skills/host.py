@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import Any
 
 import structlog
@@ -27,12 +28,31 @@ ENDING_S = 1.0
 _log = structlog.get_logger(__name__)
 
 
+@dataclass
+class _Ongoing:
+    """A call under way; one that is paused before its runner has begun with it waits for `goes_on`."""
+
+    runner: Runner
+    before: Sequence[asyncio.Task[None]]
+    goes_on: asyncio.Event = field(default_factory=asyncio.Event)
+    has_begun: bool = False
+
+    def hold(self, on: bool) -> None:
+        """Pause it, or let it go on."""
+        if self.has_begun:
+            self.runner.hold(on)
+        elif on:
+            self.goes_on.clear()
+        else:
+            self.goes_on.set()
+
+
 class Host:
     """Serves one connection. `runners` by the names of their skills."""
 
     def __init__(self, runners: Mapping[str, Runner]) -> None:
         self._runners = runners
-        self._calls: dict[int, tuple[Runner, asyncio.Task[None]]] = {}
+        self._calls: dict[int, tuple[_Ongoing, asyncio.Task[None]]] = {}
         self._writer: asyncio.StreamWriter | None = None
         self._lease: asyncio.TimerHandle | None = None
         self.refusal = ""
@@ -73,13 +93,14 @@ class Host:
         if runner is None:
             self._send({"command": "failed", "call": number, "reason": "it is not offered here"})
             return
-        before = [task for _, task in self._calls.values()]
-        task = asyncio.get_running_loop().create_task(self._perform(runner, call, before))
-        self._calls[number] = runner, task
+        ongoing = _Ongoing(runner, [task for _, task in self._calls.values()])
+        ongoing.goes_on.set()
+        task = asyncio.get_running_loop().create_task(self._perform(ongoing, call))
+        self._calls[number] = ongoing, task
         task.add_done_callback(lambda _: self._calls.pop(number, None))
 
-    async def _perform(self, runner: Runner, call: Call, before: Sequence[asyncio.Task[None]]) -> None:
-        """Carry a call out once those `before` it, which are cancelled, have left all safe."""
+    async def _perform(self, ongoing: _Ongoing, call: Call) -> None:
+        """Carry a call out once those before it, which are cancelled, have left all safe."""
 
         loop = asyncio.get_running_loop()
         began_s, told_s = loop.time(), -math.inf
@@ -92,10 +113,12 @@ class Host:
                 self._send({"command": "progress", "call": call.number, "text": text, **progress})
 
         try:
-            if before:
-                await asyncio.wait(before)
+            if ongoing.before:
+                await asyncio.wait(ongoing.before)
+            await ongoing.goes_on.wait()
+            ongoing.has_begun = True
             self._send({"command": "progress", "call": call.number})
-            results = await runner.perform(call, tell)
+            results = await ongoing.runner.perform(call, tell)
         except asyncio.CancelledError:
             self._send({"command": "failed", "call": call.number, "reason": CANCELLED})
             _log.info("skill cancelled", skill=call.skill)

@@ -38,6 +38,7 @@ class PinRunner:
         """On for the call's time, off at its end, however it ends."""
         amount = number_of(call, self._settings.amount)
         needed_s, on_s, reported_s, loop = amount / self._settings.per_s, 0.0, 0.0, asyncio.get_running_loop()
+        self.hold(False)  # a call that was cancelled while it was held ended held
         try:
             while needed_s - on_s > SLACK_S:
                 await self._goes_on.wait()

@@ -125,9 +125,11 @@ class ProgramRunner:
         self._safe = safe
         self._guard = guard
         self._process: asyncio.subprocess.Process | None = None
+        self._is_held = False
 
     async def perform(self, call: Call, tell: Tell) -> Mapping[str, Any]:
         """Run it to its end."""
+        self._is_held = False
         arguments = dict(call.arguments)
         safe = filled(self._safe, arguments)
         if self._guard is not None:
@@ -139,6 +141,8 @@ class ProgramRunner:
                 process = self._process = await asyncio.shield(starting)
             except OSError as error:
                 raise FailedError(f"{self._run[0]}: {error.strerror}") from None
+            if self._is_held:  # it was held while it started
+                self.hold(True)
             if self._guard is not None:
                 self._guard.arm(process.pid, safe)
             while await next_report(process, said, tell) is not None:
@@ -171,6 +175,7 @@ class ProgramRunner:
 
     def hold(self, on: bool) -> None:
         """Freeze it, and all that it has started, where it is."""
+        self._is_held = on
         if self._process is not None:
             signal_group(self._process.pid, signal.SIGSTOP if on else signal.SIGCONT)
 

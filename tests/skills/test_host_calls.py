@@ -24,6 +24,7 @@ class Lingering:
         self.safe = asyncio.Event()
         self.begun: list[int] = []
         self.under_way = 0
+        self.held: list[bool] = []
 
     async def perform(self, call: Call, tell: Tell) -> dict[str, Any]:
         self.under_way += 1
@@ -36,7 +37,8 @@ class Lingering:
             self.under_way -= 1
         return {}
 
-    def hold(self, on: bool) -> None: ...
+    def hold(self, on: bool) -> None:
+        self.held.append(on)
 
     async def close(self) -> None: ...
 
@@ -70,35 +72,67 @@ def test_a_mistake_of_a_runner_fails_its_call_at_once() -> None:
     run(play())
 
 
+class Ends:
+    """The robot's end of the connection."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._reader, self._writer = reader, writer
+
+    def send(self, number: int, *events: str, skill: str = "hold") -> None:
+        for event in events:
+            call = {"task": 1, "skill": skill, "arguments": {}, "limit_s": 60.0}
+            self._writer.write(json.dumps({"event": event, "call": number, **call}).encode() + b"\n")
+
+    async def told(self, command: str, number: int) -> None:
+        while (line := json.loads(await self._reader.readline())).get("command") != command or line["call"] != number:
+            pass
+
+    async def all_taken(self) -> None:
+        """Wait until the host has taken all that was sent."""
+        self.send(99, "perform", skill="unknown")
+        await self.told("failed", 99)
+
+
 def test_a_call_begins_only_when_the_cancelled_one_before_it_is_safe() -> None:
     """A Python object that was called again within milliseconds of its cancel went on to the end of its time limit."""
 
     async def play() -> None:
         runner = Lingering()
-        async with serving("hold", runner) as (reader, writer):
-
-            def send(event: str, number: int, skill: str = "hold") -> None:
-                call = {"task": 1, "skill": skill, "arguments": {}, "limit_s": 60.0}
-                writer.write(json.dumps({"event": event, "call": number, **call}).encode() + b"\n")
-
-            async def told(command: str, number: int) -> None:
-                while (line := json.loads(await reader.readline())).get("command") != command or line["call"] != number:
-                    pass
-
-            send("perform", 1)
-            await told("progress", 1)
-            for number in (1, 2):
-                send("cancel", number)
-                send("perform", number + 1)
-            send("perform", 4, "unknown")
-            await told("failed", 4)  # it has taken all that was sent before
+        async with serving("hold", runner) as connection:
+            robot = Ends(*connection)
+            robot.send(1, "perform")
+            await robot.told("progress", 1)
+            robot.send(1, "cancel")
+            robot.send(2, "perform", "cancel")
+            robot.send(3, "perform")
+            await robot.all_taken()
             assert runner.begun == [1]
             runner.safe.set()
-            await told("failed", 1)
-            await told("progress", 3)
-            send("cancel", 3)
-            await told("failed", 3)
+            await robot.told("failed", 1)
+            await robot.told("progress", 3)
+            robot.send(3, "cancel")
+            await robot.told("failed", 3)
             assert runner.begun == [1, 3]
+
+    run(play())
+
+
+def test_a_call_that_is_paused_before_it_has_begun_begins_when_it_goes_on() -> None:
+    """The runner was told to hold, and then carried the call out while the robot stood."""
+
+    async def play() -> None:
+        runner = Lingering()
+        runner.safe.set()
+        async with serving("hold", runner) as connection:
+            robot = Ends(*connection)
+            robot.send(1, "perform", "pause")
+            await robot.all_taken()
+            assert runner.begun == []
+            robot.send(1, "resume")
+            await robot.told("progress", 1)
+            robot.send(1, "pause", "resume", "cancel")
+            await robot.told("failed", 1)
+            assert (runner.begun, runner.held) == ([1], [True, False])
 
     run(play())
 

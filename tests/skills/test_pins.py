@@ -74,6 +74,25 @@ def test_a_pin_that_is_cancelled_is_off_at_once_and_a_held_one_keeps_its_time() 
     run_virtually(scene())
 
 
+def test_a_call_after_one_that_was_cancelled_while_it_was_held_is_carried_out() -> None:
+    """A robot that halted for what might be "stop", and was then stopped for good, never poured again."""
+    pins = Pins()
+
+    async def scene() -> None:
+        pin = PinRunner(PinSettings(17), pins.factory)
+        first = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
+        await pass_time(1.0)
+        pin.hold(True)
+        first.cancel()
+        await asyncio.wait([first])
+        second = asyncio.create_task(pin.perform(call(seconds=3.0), lambda _share, _text: None))  # type: ignore[arg-type]
+        assert await pins.time_on(5.0) == pytest.approx(3.0, abs=0.03)
+        await second
+        await pin.close()
+
+    run_virtually(scene())
+
+
 def test_a_float_that_closes_ends_a_pumps_call_and_an_empty_tank_does_not_begin_one() -> None:
     pins = Pins()
 

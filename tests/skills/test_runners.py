@@ -178,6 +178,30 @@ def test_a_program_that_is_held_stands_still(tmp_path: Path) -> None:
     run(scene())
 
 
+def stopped_children() -> int:
+    """Number of this process's children that are stopped."""
+    stats = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):
+            stats.append(path.read_text().rpartition(")")[2].split()[:2])
+    return sum(state in STOPPED and int(parent) == os.getpid() for state, parent in stats)
+
+
+def test_a_program_that_is_held_while_it_starts_stands_still() -> None:
+    """It ran on while the robot stood."""
+    program = shell("sleep 60")
+
+    async def scene() -> None:
+        task = asyncio.create_task(program.perform(call(), lambda _share, _text: None))  # type: ignore[arg-type]
+        await asyncio.sleep(0)
+        program.hold(True)
+        await met(lambda: stopped_children() == 1, "the program is stopped")
+        task.cancel()
+        await asyncio.wait([task])
+
+    run(scene())
+
+
 @pytest.mark.usefixtures("package")
 def test_a_python_object_lives_on_from_call_to_call_and_one_that_hangs_is_killed() -> None:
     wave = PythonRunner("wave")
