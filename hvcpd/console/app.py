@@ -175,7 +175,8 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
         if word in _FOR_ONE:
             return {"told": f"task {number} {_FOR_ONE[word]}; the others are not told: do the same for each", **done}
         return {"told": f"task {number} {_FOR_ALL[word]}: {name} tells the others", **done}
-    done = await ask(word)
+    stopping = asyncio.ensure_future(ask(word))
+    await asyncio.sleep(0)  # asked for first; it is answered once it is on the disk, and the others do not wait
     text = f"{name} is stopped"
     if is_for_all:
         try:
@@ -183,7 +184,7 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
             text += ", and says “stop” to all others"
         except HvcpdError as error:
             text += f"; but the others could not be told: {error}"
-    return {"told": text, **done}
+    return {"told": text, **await stopping}
 
 
 def _resumed(done: dict[str, Any], name: str, is_for_all: bool) -> dict[str, Any]:

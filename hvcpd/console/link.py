@@ -18,8 +18,8 @@ from hvcpd.errors import HvcpdError, NotDoneError, NotRunningError
 
 LOOK_S = 1.0
 """Interval between two requests for the state."""
-ANSWER_S = 5.0
-"""A daemon that lives answers within about 0.05 s."""
+ANSWER_S = 10.0
+"""A daemon that lives answers within about 0.05 s; to a stop, where the disk does not answer, after LATCH_S."""
 LEARNING = ("add", "remove")
 """Requests about tasks that take as long as LEARN_S."""
 RETRY_S = (0.25, 0.5, 1.0, 2.0)

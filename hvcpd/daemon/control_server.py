@@ -1,4 +1,7 @@
-"""The control socket's clients: each is served line by line, and none of them can hold up the robot.
+"""The control socket's clients: each line is served as it comes, and none of them can hold up the robot.
+
+A request with an id is served at once, whatever its client still waits for: a stop never waits for a new task's words
+to be compared, or for a disk. A request without an id is answered before the next line is read.
 
 All of it runs in the event loop between two blocks of sound, so everything is bounded: clients, bytes of a line,
 requests a second, bytes that a client leaves unread.
@@ -11,7 +14,7 @@ import socket
 from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import structlog
@@ -36,6 +39,8 @@ STOP_PLACES = 16
 """Further places for clients that begin with "stop", for while all others are taken."""
 MAX_FOLLOWERS = 12
 """Maximum number of clients that may stay for events; the other places are for requests, such as "stop"."""
+MAX_PENDING = 8
+"""Maximum number of unanswered requests of a client; its next line is read once one of them is answered."""
 PAUSE_S = 0.01
 """After each request of a client, so that 16 that ask without end take less than a tenth of a processor's time."""
 PATIENCE_S = 5.0
@@ -55,8 +60,10 @@ class Client:
     caller: Caller
     asked_s: float
     """When it last asked something, by the event loop's clock."""
-    is_waiting: bool = True
-    """Whether a request of the client is not yet answered."""
+    is_new: bool = True
+    """Whether its first line is still to be served."""
+    pending: set[asyncio.Task[None]] = field(default_factory=set)
+    """Its requests that are not yet answered."""
     writer: asyncio.StreamWriter | None = None
     wanted: frozenset[str] = frozenset()
     """The kinds of events that it follows."""
@@ -138,7 +145,7 @@ class ControlServer:
     def _make_room(self) -> bool:
         """Of who follows nothing and waits for no answer, one of the process with most connections, who asked something
         longest ago, is most likely hanging. False if there is none."""
-        idle = [client for client in self._clients if not client.wanted and not client.is_waiting]
+        idle = [client for client in self._clients if not (client.wanted or client.is_new or client.pending)]
         if not idle:
             return False
         most = Counter(client.caller.pid for client in self._clients)
@@ -168,17 +175,17 @@ class ControlServer:
             transport, _ = await loop.connect_accepted_socket(lambda: protocol, visitor.connection)
             stack.pop_all()
         client.writer = asyncio.StreamWriter(transport, protocol, reader, loop)
-        try:
-            while await self._serve_line(client, reader):
-                async with asyncio.timeout(PATIENCE_S):
-                    await client.writer.drain()
-                client.is_waiting = False
+        async with asyncio.TaskGroup() as replies:
+            while (line := await _line(client, reader)) is not None:
+                client.asked_s, client.is_new = loop.time(), False
+                reply = replies.create_task(self._reply(client, client.writer, line))
+                client.pending.add(reply)
+                reply.add_done_callback(client.pending.discard)
+                if id_of(line) is None:
+                    await asyncio.wait([reply])
+                elif len(client.pending) >= MAX_PENDING:
+                    await asyncio.wait(client.pending, return_when=asyncio.FIRST_COMPLETED)
                 await asyncio.sleep(PAUSE_S)
-        except TimeoutError:
-            client.writer.transport.abort()
-            self._let_go(client)
-        except ConnectionError:
-            return
 
     def _let_go(self, client: Client) -> None:
         client.wanted = frozenset()
@@ -186,19 +193,17 @@ class ControlServer:
             "control client disconnected", reason="it does not read", pid=client.caller.pid, uid=client.caller.uid
         )
 
-    async def _serve_line(self, client: Client, reader: asyncio.StreamReader) -> bool:
-        """Whether more may come after this line."""
+    async def _reply(self, client: Client, writer: asyncio.StreamWriter, line: bytes) -> None:
+        if not client.send(await self._answer(client, line)):
+            return
         try:
-            line = await reader.readuntil(b"\n")
-        except asyncio.IncompleteReadError:
-            return False
-        except asyncio.LimitOverrunError:
-            text = f"a line has at most {MAX_LINE_BYTES} bytes"
-            client.send(refusal_line(None, RefusalError("too_long", text)))
-            return False
-        client.asked_s = asyncio.get_running_loop().time()
-        client.is_waiting = True
-        return client.send(await self._answer(client, line))
+            async with asyncio.timeout(PATIENCE_S):
+                await writer.drain()
+        except TimeoutError:
+            writer.transport.abort()
+            self._let_go(client)
+        except ConnectionError:
+            return
 
     async def _answer(self, client: Client, line: bytes) -> bytes:
         try:
@@ -209,3 +214,15 @@ class ControlServer:
             return reply_line(request.id, await self._serve(request, client))
         except RefusalError as refusal:
             return refusal_line(request.id, refusal)
+
+
+async def _line(client: Client, reader: asyncio.StreamReader) -> bytes | None:
+    """The client's next line; None if none can come."""
+    try:
+        return await reader.readuntil(b"\n")
+    except asyncio.LimitOverrunError:
+        text = f"a line has at most {MAX_LINE_BYTES} bytes"
+        client.send(refusal_line(None, RefusalError("too_long", text)))
+    except (asyncio.IncompleteReadError, ConnectionError):
+        pass
+    return None

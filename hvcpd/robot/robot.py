@@ -159,6 +159,7 @@ class Robot:
             self._understand(event, now)
         for word in over_own_voice:
             self._hold(word, self._barge_in, now)
+        self._heed_button(now)
         wheels = self._perform(now, reading)
         if now >= self.coordination.next_deadline():
             self.coordination.tick(now)
@@ -188,7 +189,8 @@ class Robot:
         self._locate(reading)
         for event in self._recogniser.lost(lost):
             self._understand(event, now)
-        self._act(now)  # nobody need speak to stop it
+        self._heed_button(now)  # nobody need speak to stop it
+        self._act(now)
         if self.performer.busy:
             self.performer.rest(now)
         return self._output(0, STANDSTILL)
@@ -280,9 +282,13 @@ class Robot:
         self._records.append(HeardRecord(now, stop, text, start_s, end_s, math.nan, math.nan, ""))
         self.coordination.heard(stop, now, confidence=0.0, began_s=start_s)
 
+    def _heed_button(self, now: float) -> None:
+        if self.is_held_down and not self.coordination.knowledge.latched:
+            self.coordination.stop(now)
+
     def _perform(self, now: float, reading: WheelReading | None) -> WheelCommand:
         may_drive = self.coordination.may_drive(self.performer.way, now)
-        if not self.performer.busy:
+        if not self.performer.busy or self.coordination.knowledge.latched:  # a stop in this block ends it in `_act`
             return STANDSTILL
         if self._holding.since_s is not None or not may_drive:
             self.performer.rest(now)
@@ -304,8 +310,6 @@ class Robot:
 
     def _act(self, now: float) -> bool:
         """Carry out coordination's actions. Returns whether it asked for a halt."""
-        if self.is_held_down and not self.coordination.knowledge.latched:
-            self.coordination.stop(now)
         halted = False
         pending = list(self.coordination.actions(now))
         while pending:

@@ -108,8 +108,10 @@ class Bridge:
 
     def begin(self, now_s: float) -> None:
         """A daemon is there: follow it, and tell ROS how things are."""
+        unanswered = self._asked.get(self._stop_id or 0)
         self._asked.clear()
-        self._base_id = None
+        if unanswered == "stop":  # there was no daemon, or it ended first
+            self._stop_id = self._ask("stop")
         self._odometry_s = now_s
         self._driving.begin(now_s)
         if not self._active:
@@ -123,7 +125,6 @@ class Bridge:
     def lost(self, now_s: float) -> None:
         """The daemon has ended."""
         self._status = None
-        self._asked.clear()
         self._carry_out(self._driving.stand(now_s))
         self._act(self._skills.leave())
 
@@ -320,9 +321,7 @@ class Bridge:
         self._publish(topics.DIAGNOSTICS, diagnostics_of(status, stamp_s, "", self._driving_values()))
 
     def _driving_values(self) -> dict[str, str]:
-        if self._way_left_m is None:
-            return {}
-        return {"distance to the goal, m": f"{self._way_left_m:.2f}"}
+        return {} if self._way_left_m is None else {"distance to the goal, m": f"{self._way_left_m:.2f}"}
 
     def _carry_out(self, orders: list[Order]) -> None:
         for order in orders:

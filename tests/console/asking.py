@@ -77,11 +77,17 @@ class Robot:
         self.refusals: dict[str, HvcpdError] = {}
         self.replies: dict[str, dict[str, Any]] = {}
         """What is in the replies to a command besides or instead of the usual."""
+        self.turns: dict[str, int] = {}
+        """How many turns of the event loop the reply to a command takes."""
+        self.answered: list[str] = []
 
     async def ask(self, command: str, **arguments: Any) -> dict[str, Any]:
         self.asked.append((command, arguments))
         if command in self.refusals:
             raise self.refusals[command]
+        for _ in range(self.turns.get(command, 0)):
+            await asyncio.sleep(0)
+        self.answered.append(command)
         return {"stopped": command == "stop"} | self.replies.get(command, {})
 
 

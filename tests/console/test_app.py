@@ -17,6 +17,14 @@ def test_stopping_halts_this_robot_first_and_then_tells_the_others() -> None:
     assert "Rob is stopped" in answer.json()["told"]
 
 
+def test_the_others_are_told_before_the_stop_is_on_the_disk() -> None:
+    """A slow disk kept them going for up to 5 s."""
+    page = Page()
+    page.robot.turns["stop"] = 10
+    page.act({"do": "stop", "all": True})
+    assert page.robot.answered == ["say", "stop"]
+
+
 def test_a_stop_counts_even_if_the_others_cannot_be_told() -> None:
     page = Page()
     page.robot.refusals["say"] = NotDoneError("8 sentences wait")

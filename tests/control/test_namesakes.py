@@ -36,6 +36,26 @@ def test_a_stop_stops_both(named: tuple[str, ...], namesakes: tuple[RunningRobot
     assert [robot.state for robot in namesakes] == [State.STOPPED, State.STOPPED]
 
 
+@pytest.mark.parametrize("setting", ["name: Bot", "name: Rob", "control: {{socket: {0}/a/state/rob.sock}}"])
+def test_the_systems_settings_spare_nobody_a_stop(
+    setting: str,
+    namesakes: tuple[RunningRobot, RunningRobot],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Of several robots on a bench, the one that they name was stopped, and the others drove on; settings that are
+    given with the command choose one."""
+    file = tmp_path / "hvcpd.yaml"
+    file.write_text(setting.format(tmp_path))
+    monkeypatch.setenv("HVCPD_CONFIG", str(file))
+    assert main(["stop"]) == 0
+    assert [robot.state for robot in namesakes] == [State.STOPPED, State.STOPPED]
+    if "Bot" in setting:
+        assert main(["stop", "--config", str(file)]) == 3
+        assert "Bot does not run here" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("named", [(), ("--name", "Rob")])
 @pytest.mark.usefixtures("namesakes")
 def test_anything_else_is_for_one_of_them_by_its_socket(

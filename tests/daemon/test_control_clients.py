@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,8 +15,8 @@ from hypothesis import strategies as st
 from structlog.testing import capture_logs
 
 from hvcpd.daemon.control_lobby import MAX_WAITING
-from hvcpd.daemon.control_protocol import MAX_LINE_BYTES
-from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES
+from hvcpd.daemon.control_protocol import MAX_LINE_BYTES, Request
+from hvcpd.daemon.control_server import MAX_CLIENTS, MAX_FOLLOWERS, MAX_UNREAD_BYTES, Client, ControlServer
 from hvcpd.errors import RunningError
 from tests.daemon.control_bench import ControlBench, Talk, control, run
 from tests.daemon.test_control_service import ORDER
@@ -86,6 +87,36 @@ def test_places_are_kept_for_who_has_something_to_ask(tmp_path: Path) -> None:
             await lives_on(bench, talks[0])
             for talk in (*talks, late):
                 await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Path) -> None:
+    """It waited while the words of a new task were compared, on a Raspberry Pi for 20 s, and the robot drove on."""
+    compared = asyncio.Event()
+
+    async def serve(request: Request, _: Client) -> dict[str, str]:
+        if request.command == "task":
+            await compared.wait()
+        return {"done": request.command}
+
+    async def scene() -> None:
+        server, listener = ControlServer(serve, lambda: {"event": "hello"}), socket.socket(socket.AF_UNIX)
+        listener.bind(str(tmp_path / "a.sock"))
+        listener.listen()
+        await server.open(listener)
+        talk, other = [Talk(*await asyncio.open_unix_connection(tmp_path / "a.sock")) for _ in range(2)]
+        stopped = await talk.say(b'{"id": 1, "command": "task"}\n{"id": 2, "command": "stop"}\n')
+        assert stopped == {"id": 2, "ok": True, "result": {"done": "stop"}}
+        in_order = asyncio.create_task(other.say(b'{"command": "task"}\n{"command": "tasks"}\n'))
+        for _ in range(3):
+            await talk.say(b'{"id": 3, "command": "status"}\n')
+        compared.set()
+        assert (await in_order)["result"] == {"done": "task"}
+        assert (await talk.line() or {})["id"] == 1
+        await talk.hang_up()
+        await other.hang_up()
+        await server.close()
 
     run(scene())
 

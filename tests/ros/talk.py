@@ -57,8 +57,13 @@ class Talk:
 
     def __init__(self, ros_drives: bool = True, parameters: Parameters | None = None) -> None:
         self.bridge = Bridge(ros_drives, parameters or Parameters())
+        self.out: list[Output] = []
+        self.begin()
+
+    def begin(self) -> list[Output]:
+        """A daemon is there."""
         self.bridge.begin(AT_S)
-        self.out: list[Output] = self.bridge.outputs()
+        return self._fetch()
 
     def answer(self, command: str, result: dict[str, Any] | None = None, **error: str) -> list[Output]:
         """The daemon replies to the last request of that command."""

@@ -9,7 +9,7 @@ import pytest
 
 from hvcpd.ports import PlaceGoal
 from hvcpd.ros import topics
-from hvcpd.ros.bridge import NOT_PRESSED, SILENT_S, Log
+from hvcpd.ros.bridge import NOT_PRESSED, SILENT_S, Ask, Log
 from hvcpd.ros.driving import Cancel, Go
 from hvcpd.ros.messages import (
     Bool,
@@ -54,6 +54,22 @@ def test_a_stop_that_is_said_again_and_again_is_asked_for_once_at_a_time() -> No
     assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
     talk.answer("stop", {})
     assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
+
+
+def test_a_stop_without_a_daemon_stops_the_next_one_before_anything_else() -> None:
+    """It was lost, and the robot drove as soon as its daemon had started."""
+    talk = Talk()
+    talk.bridge.lost(AT_S)
+    talk.ros(topics.ESTOP, Bool(True))
+    for answered in (False, False, True):
+        first, *others = talk.begin()
+        assert isinstance(first, Ask)
+        assert first.command == "stop"
+        assert asked("stop", others) == []
+        if answered:
+            talk.answer("stop", {"stopped": True, "before": False})
+        talk.bridge.lost(AT_S)
+    assert asked("stop", talk.begin()) == []
 
 
 def test_a_switch_that_nobody_presses_does_not_release_a_robot_that_was_stopped_by_voice() -> None:

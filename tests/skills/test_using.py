@@ -8,10 +8,10 @@ from hvcpd.config.skills import Parameter, Skill, SkillEntry
 from hvcpd.config.tasks import Tend, Use, Wait
 from hvcpd.coordination.states import State
 from hvcpd.ports import STANDSTILL
-from hvcpd.recognition.events import Held, Released
+from hvcpd.recognition.events import Held, Released, Urgent
 from hvcpd.robot.records import PerformedRecord, SaidRecord, SkillRecord
 from hvcpd.skills.life import TOO_LONG, Begin, Cancel, Order, Pause, Report, Resume, SkillState
-from tests.robot.test_hold import Bench
+from tests.robot.test_hold import BLOCK_S, Bench
 
 POUR = Skill("pour", SkillEntry({"litres": Parameter()}, 20.0, ("the tank is empty",)))
 USE = Use("pour", (("litres", 0.5),), 20.0)
@@ -60,6 +60,22 @@ def test_a_skill_is_asked_for_and_the_task_done_when_it_is() -> None:
     assert any(isinstance(record, PerformedRecord) for record in bench.records)
     assert bench.states() == [SkillState.WAITING, SkillState.RUNNING, SkillState.FINISHED]
     assert bench.said()[-1].endswith("task one complete")
+
+
+@pytest.mark.parametrize("source", ["voice", "button", "socket"])
+def test_a_stop_in_the_block_in_which_a_skill_would_begin_begins_nothing(source: str) -> None:
+    """It began, and was cancelled at once: a pump gave a jet."""
+    free, bench = SkilledBench(Wait(1.0), USE), SkilledBench(Wait(1.0), USE)
+    free.until_asked()
+    while bench.robot.now + 1.5 * BLOCK_S < free.robot.now:
+        bench.live()
+    if source == "socket":
+        bench.robot.coordination.stop(bench.robot.now)
+    bench.robot.is_held_down = source == "button"
+    bench.live(*([Urgent(0, 1)] if source == "voice" else []))
+    assert bench.stopped
+    bench.run(1.0)
+    assert bench.orders == []
 
 
 @pytest.mark.parametrize(

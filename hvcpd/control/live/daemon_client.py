@@ -224,6 +224,13 @@ def sockets_meant(settings: Settings, name: str | None) -> list[Path]:
     return _running(socket_folders(settings), name)
 
 
+def sockets_here(settings: Settings) -> list[Path]:
+    """The sockets of all robots that run here, as far as the settings tell where they are."""
+    own = settings.control.socket
+    there = [own] if own is not None and own.exists() and _answers(own) else []
+    return _each_once([*there, *_running(socket_folders(settings))])
+
+
 def find_daemon_of(name: str, options: argparse.Namespace) -> DaemonClient | None:
     """The daemon of that robot, if it runs here and may be asked. Who goes on without it tells of errors in the
     settings."""

@@ -10,7 +10,14 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from hvcpd.control.live.daemon_client import DaemonClient, daemon_in, find_daemon, lenient_settings, sockets_meant
+from hvcpd.control.live.daemon_client import (
+    DaemonClient,
+    daemon_in,
+    find_daemon,
+    lenient_settings,
+    sockets_here,
+    sockets_meant,
+)
 from hvcpd.control.live.show_config import value_text
 from hvcpd.daemon.control_protocol import LEARN_S
 from hvcpd.errors import EX_OK, HvcpdError, NotDoneError
@@ -22,9 +29,10 @@ def run(options: argparse.Namespace) -> int:
         _give(options, find_daemon(options))
         return EX_OK
     settings, name = lenient_settings(options)
-    several = sockets_meant(settings, name)
+    is_chosen = options.config is not None or options.name is not None  # the system's settings choose no robot
+    several = sockets_meant(settings, name) if is_chosen else sockets_here(settings)
     if len(several) < 2:
-        _give(options, daemon_in(settings, name, options.config))
+        _give(options, DaemonClient(several[0]) if several else daemon_in(settings, name, options.config))
         return EX_OK
     with ThreadPoolExecutor(len(several)) as pool:  # no robot waits for one that does not answer
         given = [pool.submit(_stop, options, path) for path in several]
