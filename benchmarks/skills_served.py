@@ -112,7 +112,7 @@ class Daemon:
 
     async def live(self) -> None:
         """Step until cancelled."""
-        await self._server.open(self._file.listen())
+        self._server.open(self._file.listen())
         try:
             while True:
                 self.step()

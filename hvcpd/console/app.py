@@ -184,7 +184,8 @@ async def _act(wanted: dict[str, Any], ask: Ask, name: str) -> dict[str, Any]:
             text += ", and says “stop” to all others"
         except HvcpdError as error:
             text += f"; but the others could not be told: {error}"
-    return {"told": text, **await stopping}
+    done = await stopping
+    return {"told": text if done["stopped"] else f"{name} was released meanwhile", **done}
 
 
 def _resumed(done: dict[str, Any], name: str, is_for_all: bool) -> dict[str, Any]:

@@ -76,7 +76,8 @@ class Lobby:
         self._failing = False
 
     def open(self, listener: socket.socket) -> None:
-        """Begin to accept connections."""
+        """Begin to accept connections, at this listener instead of an earlier one."""
+        self._close_listener()
         listener.setblocking(False)
         self._listener = listener
         asyncio.get_running_loop().add_reader(listener, self._let_in)
@@ -86,15 +87,18 @@ class Lobby:
         loop = asyncio.get_running_loop()
         if self._turn is not None:
             self._turn.cancel()
-        if self._listener is not None:
-            loop.remove_reader(self._listener)
-            self._listener.close()
-            self._listener = None
+        self._close_listener()
         for visitor in [*self._silent, *self._asking]:
             loop.remove_reader(visitor.connection)
             visitor.connection.close()
         self._silent.clear()
         self._asking.clear()
+
+    def _close_listener(self) -> None:
+        if self._listener is not None:
+            asyncio.get_running_loop().remove_reader(self._listener)
+            self._listener.close()
+            self._listener = None
 
     def _let_in(self) -> None:
         if self._listener is None:

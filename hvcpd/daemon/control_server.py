@@ -93,8 +93,8 @@ class ControlServer:
         self.on_gone: Callable[[Client], None] = lambda _: None
         """Told of each client that is gone."""
 
-    async def open(self, listener: socket.socket) -> None:
-        """Begin to serve."""
+    def open(self, listener: socket.socket) -> None:
+        """Begin to serve who connects to this listener, and no longer to an earlier one."""
         self._lobby.open(listener)
 
     async def close(self) -> None:

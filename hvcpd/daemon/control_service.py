@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -14,10 +15,14 @@ from hvcpd.daemon.control_socket import SocketFile, socket_path
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.reloading import Reloader, Rereading
 from hvcpd.daemon.request_handler import RequestHandler
+from hvcpd.errors import RunningError
 from hvcpd.ports import Samples, WheelReading
 from hvcpd.reporting.events import Memory, as_json
 from hvcpd.robot.records import RobotOutput, SkillRecord
 from hvcpd.robot.robot import Robot
+
+CHECK_S = 5.0
+"""Interval (sample clock) at which the socket's file is checked, by one stat() of it."""
 
 _log = structlog.get_logger(__name__)
 
@@ -35,6 +40,8 @@ class ControlService:
         self._events = EventSource(body.wiring.settings.name, body.meter)
         self._tap = SoundTap()
         self._file: SocketFile | None = None
+        self._fault = ""
+        self._check_s = 0.0
         self._memory = Memory(0.0, body.wiring.settings.name, None, None, None)
 
     async def open(self) -> None:
@@ -42,20 +49,35 @@ class ControlService:
         settings = self.body.wiring.settings
         if not settings.control.enabled:
             return
-        path = socket_path(settings)
-        self._file = SocketFile(path, settings.name)
+        self._file = SocketFile(socket_path(settings), settings.name)
+        self._listen(self._file)
+
+    def _listen(self, file: SocketFile) -> None:
         try:
-            await self._server.open(self._file.listen())
+            self._server.open(file.listen())
         except OSError as error:
-            self._file.remove()
-            _log.warning(
-                "no control socket",
-                path=str(error.filename or path),
-                reason=error.strerror or str(error),
-                remedy="make its folder, writable for the daemon's user, or set `control.socket` to another file",
-            )
+            file.remove()
+            if (fault := str(error)) != self._fault:
+                _log.warning(
+                    "no control socket",
+                    path=str(error.filename or file.path),
+                    reason=error.strerror or fault,
+                    remedy="make its folder, writable for the daemon's user, or set `control.socket` to another file",
+                )
+            self._fault = fault
         else:
-            _log.info("control socket", path=str(path))
+            self._fault = ""
+            _log.info("control socket", path=str(file.path))
+
+    def _keep_socket(self, now: float) -> None:
+        """Make the socket again where it is gone: otherwise nobody could stop the robot by it."""
+        if self._file is None or now < self._check_s:
+            return
+        self._check_s = now + CHECK_S
+        if not self._file.is_there:
+            self._file.remove()
+            with suppress(RunningError):  # another daemon of this name has been started meanwhile
+                self._listen(self._file)
 
     async def close(self) -> None:
         """Stop serving, and close all connections."""
@@ -90,6 +112,7 @@ class ControlService:
             self.publish(as_json(event))
         if reading is not None and self._server.followed("odom"):
             self.publish(as_json(odom_of(robot, reading)))
+        self._keep_socket(robot.now)
         self._pass_sound(heard, robot.now)
         self._note_memory(robot.now)
         self._move_base(robot)

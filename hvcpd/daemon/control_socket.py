@@ -78,7 +78,15 @@ class SocketFile:
         self.path = path
         self._robot = robot
         self._lock: int | None = None
-        self._made = False
+        self._made: os.stat_result | None = None
+
+    @property
+    def is_there(self) -> bool:
+        """Whether who connects to the path reaches this socket: its folder may be removed, as a user's is at logout."""
+        try:
+            return self._made is not None and os.path.samestat(self.path.lstat(), self._made)
+        except OSError:
+            return False
 
     def listen(self) -> socket.socket:
         """Return the listening socket; a file left behind by a daemon that has ended is replaced.
@@ -92,7 +100,7 @@ class SocketFile:
         try:
             with short_address(self.path) as address:
                 listener.bind(address)
-            self._made = True
+            self._made = self.path.lstat()
             self.path.chmod(MODE)  # nobody can connect before `listen`, so nobody slips in
             listener.listen(BACKLOG)
         except OSError:
@@ -102,10 +110,10 @@ class SocketFile:
 
     def remove(self) -> None:
         """Remove the socket and release the lock; the lock's own file stays, so that nobody locks another one."""
-        if self._made:
+        if self.is_there:
             with suppress(OSError):
                 self.path.unlink()
-            self._made = False
+        self._made = None
         if self._lock is not None:
             os.close(self._lock)
             self._lock = None

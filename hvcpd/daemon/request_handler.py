@@ -115,8 +115,7 @@ class RequestHandler:
 
     async def stop(self, _: Arguments, _client: Client) -> Result:
         before = self._halt()
-        unkept = await self._body.journal.stop_kept()
-        return {"stopped": True, "before": before, "kept": unkept is None, "reason": unkept}
+        return {"before": before, **await self._kept()}
 
     def _halt(self) -> bool:
         """Stop the robot. Returns whether it was stopped before."""
@@ -142,9 +141,13 @@ class RequestHandler:
             call = Utterance(self._body.wiring.settings.name, ToAll(), None, Resume())
             untold = robot.coordination.say(call, robot.now)
         self._body.journal.stop(False)
+        return {"before": before, **await self._kept(), "untold": untold}
+
+    async def _kept(self) -> Result:
+        """Wait until it is on the disk that the robot is stopped or free; which of them it then is."""
         unkept = await self._body.journal.stop_kept()
-        stopped = robot.coordination.knowledge.latched
-        return {"stopped": stopped, "before": before, "kept": unkept is None, "reason": unkept, "untold": untold}
+        stopped = self._body.robot is None or self._body.robot.coordination.knowledge.latched
+        return {"stopped": stopped, "kept": unkept is None, "reason": unkept}
 
     async def base(self, arguments: Arguments, _client: Client) -> Result:
         if self._body.base is None:

@@ -25,6 +25,12 @@ def test_the_others_are_told_before_the_stop_is_on_the_disk() -> None:
     assert page.robot.answered == ["say", "stop"]
 
 
+def test_a_stop_that_somebody_has_undone_meanwhile_says_so() -> None:
+    page = Page()
+    page.robot.replies["stop"] = {"stopped": False}
+    assert page.act({"do": "stop"}).json()["told"] == "Rob was released meanwhile"
+
+
 def test_a_stop_counts_even_if_the_others_cannot_be_told() -> None:
     page = Page()
     page.robot.refusals["say"] = NotDoneError("8 sentences wait")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import shutil
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -104,7 +105,7 @@ def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Pat
         server, listener = ControlServer(serve, lambda: {"event": "hello"}), socket.socket(socket.AF_UNIX)
         listener.bind(str(tmp_path / "a.sock"))
         listener.listen()
-        await server.open(listener)
+        server.open(listener)
         talk, other = [Talk(*await asyncio.open_unix_connection(tmp_path / "a.sock")) for _ in range(2)]
         stopped = await talk.say(b'{"id": 1, "command": "task"}\n{"id": 2, "command": "stop"}\n')
         assert stopped == {"id": 2, "ok": True, "result": {"done": "stop"}}
@@ -154,6 +155,47 @@ def test_without_a_place_for_the_socket_the_robot_lives_on(tmp_path: Path) -> No
         async with control(tmp_path, **{"control.enabled": False}) as bench:
             assert not bench.path.exists()
             await bench.live(blocks=2)
+
+    run(scene())
+
+
+def test_a_socket_whose_folder_is_removed_is_made_again_as_soon_as_it_can_be(tmp_path: Path) -> None:
+    """A robot that was started in a terminal could not be stopped by command after its user had logged out."""
+    runtime = tmp_path / "run"
+    runtime.mkdir()
+
+    async def scene() -> None:
+        async with control(tmp_path, **{"control.socket": str(runtime / "hvcpd" / "rob.sock")}) as bench:
+            before = await bench.connect()
+            shutil.rmtree(runtime)
+            runtime.write_text("no folder can be made here")
+            with capture_logs() as logs:
+                await bench.live(blocks=600)
+            assert [line["event"] for line in logs] == ["no control socket"]
+            runtime.unlink()
+            await bench.live(blocks=300)
+            talk = await bench.connect()
+            assert (await talk.ask("stop"))["ok"]
+            assert (await before.ask("status"))["result"]["stopped"]
+            await before.hang_up()
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_socket_of_another_daemon_is_left_alone(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            shutil.rmtree(tmp_path / "state")
+            second = ControlBench(tmp_path)
+            await second.open()
+            await bench.live(blocks=300)
+            talk = await second.connect()
+            assert (await talk.ask("status"))["ok"]
+            await talk.hang_up()
+            bench.service.release()
+            assert second.path.exists()
+            await second.close()
 
     run(scene())
 

@@ -95,6 +95,21 @@ def test_a_stop_outdoes_a_resume_of_all_that_was_not_said_yet_and_its_reply_says
     run(scene())
 
 
+def test_the_reply_to_a_stop_that_was_undone_meanwhile_says_so(tmp_path: Path) -> None:
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk, robot = await bench.connect(), bench.bench.robot
+            stopping = asyncio.create_task(talk.ask("stop"))
+            while not robot.coordination.knowledge.latched:
+                await asyncio.sleep(0)
+            robot.coordination.resume(robot.now)
+            result = (await stopping)["result"]
+            assert (result["before"], result["stopped"]) == (False, False)
+            await talk.hang_up()
+
+    run(scene())
+
+
 def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_why(tmp_path: Path) -> None:
     async def scene() -> None:
         async with control(tmp_path) as bench:
@@ -210,9 +225,15 @@ def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
     run(scene())
 
 
-def test_a_resume_that_a_stop_has_outdone_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It said that the robot took on tasks again."""
-    reply = {"stopped": True, "before": True, "kept": True, "reason": None, "untold": None}
+@pytest.mark.parametrize(
+    ("command", "stopped", "told"),
+    [("resume", True, "Rob was stopped again"), ("stop", False, "Rob was released")],
+)
+def test_what_somebody_has_outdone_says_so(
+    command: str, stopped: bool, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It said that the robot took on tasks again, or that it stood still."""
+    reply = {"stopped": stopped, "before": True, "kept": True, "reason": None, "untold": None}
     lines = ({"event": "hello", "protocol": PROTOCOL, "name": "Rob"}, {"ok": True, "result": reply})
     with socket.socket(socket.AF_UNIX) as listening:
         listening.bind(str(tmp_path / "rob.sock"))
@@ -226,6 +247,6 @@ def test_a_resume_that_a_stop_has_outdone_says_so(tmp_path: Path, capsys: pytest
 
         thread = threading.Thread(target=serve)
         thread.start()
-        assert main(["resume", "--socket", str(tmp_path / "rob.sock")]) == 1
+        assert main([command, "--socket", str(tmp_path / "rob.sock")]) == 1
         thread.join()
-    assert capsys.readouterr() == ("", "hvcpctl: Rob was stopped again meanwhile\n")
+    assert capsys.readouterr() == ("", f"hvcpctl: {told} meanwhile\n")

@@ -17,6 +17,7 @@ from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.hardware.kinematics import BURGER, Odometry
 from hvcpd.hardware.navigator import Navigator
+from hvcpd.language.messages import Stop, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Pose, Samples, WheelReading
 from hvcpd.ranging.ranging import Ranging
 from hvcpd.recognition.events import Event, Held, Recognised, Released, Urgent
@@ -214,6 +215,21 @@ def test_who_speaks_breaks_off_and_says_stop_at_once() -> None:
     assert not bench.robot.speaking
     bench.run(2.0 * BLOCK_S)
     assert [r.text for r in bench.records if isinstance(r, SaidRecord)][1:] == ["Stop"]
+
+
+def test_a_stopped_robot_breaks_off_what_it_says_to_call_stop_for_its_owner() -> None:
+    """Whoever pressed the console's button again had the others wait for the end of "I have stopped"."""
+    bench = Bench(Forward(2.0), mouth=Mouth(3 * SAMPLE_RATE_HZ))
+    bench.until_driving()
+    bench.robot.coordination.stop(bench.robot.now)
+    while not bench.robot.speaking:
+        bench.live()
+    for _ in range(3):  # the second and third call come while "Stop" is said
+        assert bench.coordination.say(Utterance(None, statement=Stop()), bench.robot.now) is None
+        bench.run(2.0 * BLOCK_S)
+        assert bench.robot.speaking
+    texts = [record.text for record in bench.records if isinstance(record, SaidRecord)]
+    assert texts[-2:] == ["Hi all, I am Rob, I have stopped", "Stop"]
 
 
 def test_two_calls_in_a_row_are_one_hold() -> None:

@@ -55,13 +55,13 @@ def _give(options: argparse.Namespace, daemon: DaemonClient) -> None:
         if options.command == "reload":
             daemon.patience_s = LEARN_S
         result = daemon.ask(options.command)
-        is_stopped_again = options.command == "resume" and result["stopped"]
+        is_outdone = options.command != "reload" and result["stopped"] is (options.command == "resume")
         if options.json:
             sys.stdout.write(json.dumps({"name": daemon.name, **result}) + "\n")
-        elif not is_stopped_again:
+        elif not is_outdone:
             sys.stdout.writelines(f"{line}\n" for line in result_lines(options.command, daemon.name, result))
-        if is_stopped_again:
-            raise NotDoneError(f"{daemon.name} was stopped again meanwhile")
+        if is_outdone:
+            raise NotDoneError(f"{daemon.name} was {'stopped again' if result['stopped'] else 'released'} meanwhile")
         if result.get("kept") is False:
             now = "stands still" if result["stopped"] else "takes on tasks"
             raise NotDoneError(f"{daemon.name} {now}, but {result['reason']}")
