@@ -142,6 +142,7 @@ class Reloader:
                 restart.append(new.key)
         self.sources = tuple(sources)
         wiring = self._body.wiring
+        restart += [key for key in _other_files(wiring, read) if key not in restart]
         tasks, people = wiring.tasks, wiring.people
         if not set(PEOPLE_FROM).intersection(restart):
             # Whom the settings name is one of the robots until an enrolment, in whose turns people do not take part.
@@ -183,6 +184,18 @@ class Reloader:
         c, wiring = robot.coordination, self._body.wiring
         role = replace(wiring.with_live(c.role), unable=self._body.unable())
         c.reconfigure(robot.now, role, wiring.tasks.tasks)
+
+
+def _other_files(before: Wiring, now: Wiring) -> list[str]:
+    """The settings whose files say other things now, and are built into the voice and the recogniser, too."""
+    lexicons = [(wiring.sound.lexicon.entries, wiring.sound.lexicon.places) for wiring in (before, now)]
+    voices, others = before.sound.recorded, now.sound.recorded
+    is_other = {
+        "lexicon": lexicons[0] != lexicons[1],
+        "voice_folder": any(not voices[name].same_as(others[name]) for name in voices.keys() & others.keys()),
+        "security.key": before.keys != now.keys,
+    }
+    return [key for key, other in is_other.items() if other]
 
 
 def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> list[dict[str, Any]]:

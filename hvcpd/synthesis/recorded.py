@@ -28,6 +28,11 @@ class RecordedSpeaker(Speaker):
         self._strict = stand_in is None
         self._recordings = {word.lower(): prepared(sound) for word, sound in recordings.items()}
 
+    def same_as(self, other: RecordedSpeaker) -> bool:
+        """Whether the other one has the same words, said alike to the sample."""
+        mine, theirs = self._recordings, other._recordings
+        return mine.keys() == theirs.keys() and all(np.array_equal(mine[word], theirs[word]) for word in mine)
+
     def missing(self, words: Iterable[str]) -> list[str]:
         """Which of the words have no recording, or one without sound; each once, sorted."""
         return sorted({word.lower() for word in words if not len(self._recordings.get(word.lower(), ()))})

@@ -5,17 +5,20 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import date, datetime
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hvcpd.config.settings import SecuritySettings, Settings
 from hvcpd.daemon.reloading import Reloader
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import NotDoneError
+from hvcpd.hardware.soundfile import write_wav
 from hvcpd.memory.people import person_path, remove_person, write_person
 from hvcpd.people.enrolled import Person
+from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
 from tests.daemon.control_bench import ONE_TASK, control, run
 from tests.daemon.test_control_service import shown
 
@@ -221,6 +224,34 @@ def test_reload_takes_new_words_and_whoever_is_new_or_gone(tmp_path: Path) -> No
             assert change["now"] == ["Ben"]
             assert list(bench.body.wiring.people) == ["ben"], "whom the second look listens for"
             assert joined == [[], ["Ben"], []]
+            await talk.hang_up()
+
+    run(scene())
+
+
+def test_a_file_that_says_other_things_waits_for_a_restart(tmp_path: Path) -> None:
+    tasks, lexicon, key, folder = (tmp_path / name for name in ("tasks.yaml", "lexicon.txt", "team.key", "voice"))
+    tasks.write_text(ONE_TASK)
+    lexicon.write_text("zorg Z AO1 R G\n")
+    keys = KeyFile((fresh_entry(date(2026, 11, 1)),))
+    write_key_file(key, keys, replaces=False)
+    folder.mkdir()
+    settings = Settings(name="Rob", tasks=tasks, state_dir=tmp_path / "state", security=SecuritySettings(key))
+    word = np.hanning(3_200).astype(np.float32)
+    for name in wire_up(settings).phrasebook().marked_graph.words:
+        write_wav(folder / f"{name}.wav", 0.5 * word)
+    given = {"lexicon": str(lexicon), "security.key": str(key), "voice_folder": str(folder)}
+
+    async def scene() -> None:
+        async with control(tmp_path, **given) as bench:
+            talk = await bench.connect()
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": []}
+            lexicon.write_text("# of ours\nzorg Z AO1 R JH\n")
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": ["lexicon"]}
+            write_wav(folder / "rob.wav", np.roll(word, 160) * word)
+            write_key_file(key, keys.with_revoked("Bot"), replaces=True)
+            restart = ["lexicon", "voice_folder", "security.key"]
+            assert (await talk.ask("reload"))["result"] == {"changed": [], "restart": restart}
             await talk.hang_up()
 
     run(scene())
