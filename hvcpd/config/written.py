@@ -55,6 +55,8 @@ _DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] 
 _END = r"(\d{1,2}(?:\.\d{1,2})?)((?::\d\d)?(?: ?[ap]m)?)"
 _RANGE = re.compile(rf"(?<![\w.,:/–—-]){_END}[–—-]{_END}(?![\d.,:/–—-]*\d|[–—-])", re.IGNORECASE)
 _CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE)
+_DOTTED = re.compile(r"(?<![\d.,:])(\d{1,2})\.(?=[0-5]\d(?:[–—-]\d{1,2}\.[0-5]\d)? ?[ap]\.? ?m\b)", re.IGNORECASE)
+"""A British time of day, 3.05 pm."""
 _GLUED = re.compile(r"(?<![\w-])(\d+(?:\.\d+)?)(?!(?:st|nd|rd|th)\b|(?<=0)s\b)(?=[A-Za-z]+\b)")
 """Not the 90s."""
 _SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
@@ -74,7 +76,7 @@ def with_quantities(text: str) -> str:
     if not any(sign.isdigit() for sign in text):
         return text
     text = _DATE.sub(lambda found: _CALENDAR[found[1] or found[2]], text)
-    text = _CLOCK.sub(_time, _RANGE.sub(_range, text))
+    text = _CLOCK.sub(_time, _RANGE.sub(_range, _DOTTED.sub(r"\1:", text)))
     return _UNIT.sub(_quantity, _GLUED.sub(r"\1 ", text))
 
 

@@ -24,6 +24,7 @@ from hvcpd.language.words import spoken_words
         ("at 9:00", "at nine o'clock"),
         ("at 14:00", "at fourteen hundred"),
         ("at 3:05 pm", "at three o five pm"),
+        ("at 3.05 pm, 9.30-10.30 a.m.", "at three o five pm nine thirty to ten thirty a m"),
         ("from 9:00-10:30", "from nine o'clock to ten thirty"),
         ("9 am-5 pm", "nine a m to five pm"),
         ("pages 10-12", "pages ten to twelve"),
