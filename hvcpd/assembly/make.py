@@ -18,6 +18,7 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.forms import Kind
 from hvcpd.language.marks import CIPHER_CALL
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.requests import is_harmless_request
 from hvcpd.people.enrolled import Person
 from hvcpd.people.phone_checks import loss_of_call, loss_of_sentence
 from hvcpd.people.second_pass import SecondPassRecogniser
@@ -123,7 +124,9 @@ def make_speech_recogniser(
         books = books or make_waveform_books(phrasebook, names, sound)
         stages.append(make_channel_stage(phrasebook, books, first_pass, sound, hearing.channel, hearing.prepared))
     if hearing.second is not None:
-        people = SecondPassRecogniser(phrasebook.people_graph, sound.lexicon, hearing.people, hearing.any_voice, name)
+        harmless = partial(is_harmless_request, phrasebook, name) if name is not None else None
+        graph, lexicon = phrasebook.people_graph, sound.lexicon
+        people = SecondPassRecogniser(graph, lexicon, hearing.people, hearing.any_voice, name, harmless)
         stages.append(PeopleStage(first_pass, people, hearing.second))
     weights = Weights.load()
     rescorer = KeywordRescorer(KeywordNet(weights), first_pass.history)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +19,11 @@ from hvcpd.config.tasks import default_tasks_path
 from hvcpd.control.enrol.recordings import check_take
 from hvcpd.coordination.commands import SURE
 from hvcpd.language.phrasebook import Phrasebook
+from hvcpd.language.requests import is_harmless_request
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, Person, probability
 from hvcpd.people.phones import LogBands
-from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.second_pass import MIN_REQUEST, MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment
@@ -284,6 +286,25 @@ def test_whom_a_sentence_is_for_is_known_before_its_words_are(book: Phrasebook, 
     assert bot.search(segment) is None
     assert nobody.search(segment) is None
     assert rob.search(replace(segment, within_talk=True)) is None, "in talk nobody need be answered"
+
+
+@pytest.mark.parametrize(
+    ("text", "is_enough"), [("hi rob i am anna water the yellow rose", True), ("rob resume", False)]
+)
+def test_a_request_that_is_read_back_may_be_less_sure(
+    book: Phrasebook, sound: Sound, text: str, is_enough: bool
+) -> None:
+    """Nothing is done before it is confirmed; "resume" would count at once."""
+    quiet = alone(stranger(sound), text)
+    segment = replace(quiet, sound=quiet.sound + noise(len(quiet.sound) / SAMPLE_RATE_HZ, 0.05)[: len(quiet.sound)])
+    harmless = partial(is_harmless_request, book, "Rob")
+    found = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, "Rob", harmless).search(segment)
+    if is_enough:
+        assert isinstance(found, Recognised)
+        assert " ".join(found.words) == text
+        assert MIN_REQUEST <= found.confidence < MIN_STRANGERS_PROBABILITY
+    else:
+        assert found == Garbled(segment.start, segment.end, addressed=True)
 
 
 @pytest.mark.parametrize("strangers", [True, False])
