@@ -25,7 +25,7 @@ from hvcpd.language import messages as m
 
 SURE = 0.95
 """Confidence from which an order that moves wheels is obeyed as soon as it is read back; below it, only once the
-read-back is confirmed. The recogniser reports sentences from 0.8; see docs/protocol.md."""
+read-back is confirmed; see docs/protocol.md."""
 SAID_AGAIN_S = 30.0
 """An uncertain "resume" counts if it is heard again within this time: chance speech does not give two."""
 MOVABLE = states_with(Trigger.MOTION)

@@ -58,9 +58,9 @@ class Row:
 
 
 def robot_recogniser(team: Team) -> SpeechRecogniser:
-    """A robot's ears with recognition of strangers. They have heard nothing, and know all words."""
+    """The first robot's ears with recognition of strangers. They have heard nothing, and know all words."""
     hearing = HearingPlan(channel=SynchronousWorker(), second=SynchronousWorker())
-    return make_speech_recogniser(team.book, team.names, team.sound, hearing, books=team.books)
+    return make_speech_recogniser(team.book, team.names, team.sound, hearing, books=team.books, name=team.names[0])
 
 
 class Bench:
