@@ -17,7 +17,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError
 from hvcpd.language.forms import OPEN_KINDS, SEALED_KINDS, Kind
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
-from hvcpd.synthesis.acoustic_net import WEIGHTS, require_weights
+from hvcpd.synthesis.acoustic_net import WEIGHTS, read_weights
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.recorded import RecordedSpeaker
 from hvcpd.synthesis.speaker import Speaker
@@ -54,7 +54,7 @@ class Sound:
             raise ConfigError(
                 "accent: natural voices are American; leave out `accent`, or choose `synthesizer: formant`"
             )
-        require_weights(weights)
+        read_weights(weights)
         return replace(self, natural=True)
 
     def every_voice(self) -> tuple[Voice, ...]:

@@ -14,6 +14,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -227,23 +228,22 @@ def _gelu(x: Array) -> Array:
     return np.asarray(np.maximum(x, 0.0) - tail)
 
 
-@lru_cache
-def require_weights(weights: Path = WEIGHTS) -> None:
-    """Raise ConfigError, with the remedy, where the network's weights are missing, damaged, or another version's."""
+def read_weights(weights: Path = WEIGHTS) -> bytes:
+    """The file of the network's weights. Raises ConfigError, with the remedy, where it is missing, damaged, or another
+    version's."""
     try:
-        digest = hashlib.sha256(weights.read_bytes()).hexdigest()
+        data = weights.read_bytes()
     except OSError:
-        digest = None
-    if digest == WEIGHTS_SHA256:
-        return
-    fault, again = ("are damaged or of another version", "--reinstall ") if digest else ("are not installed", "")
+        data = b""
+    if hashlib.sha256(data).hexdigest() == WEIGHTS_SHA256:
+        return data
+    fault, again = ("are damaged or of another version", "--reinstall ") if data else ("are not installed", "")
     remedy = how_to_install("--force-reinstall ./hvcpd-*.whl", f"{again}./hvcpd-natural_*_all.deb", str(weights))
     raise ConfigError(f"synthesizer: natural voices {fault}: {remedy}; or set it to formant")
 
 
 @lru_cache(maxsize=1)
 def shared_net() -> AcousticNet:
-    """The package's own network, read once. Raises ConfigError as `require_weights`."""
-    require_weights()
-    with np.load(WEIGHTS) as file:
+    """The package's own network, read once. Raises ConfigError as `read_weights`."""
+    with np.load(BytesIO(read_weights())) as file:
         return AcousticNet({name: file[name] for name in file.files})
