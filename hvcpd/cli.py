@@ -108,11 +108,11 @@ def _start(options: argparse.Namespace, devices: Devices | None, hangups: Sequen
     from hvcpd.daemon.logging import set_up_logging
     from hvcpd.daemon.notify import ServiceManager
     from hvcpd.daemon.preflight import examine
-    from hvcpd.synthesis.likeness import name_fault
+    from hvcpd.synthesis.likeness import name_check
 
     devices = devices or Devices()
     overrides = {key: getattr(options, key) for key in ("name", "team", "tasks", "mode", "log_level", "log_format")}
-    load = partial(load_with_sources, options.config, overrides, reserved=name_fault)
+    load = partial(load_with_sources, options.config, overrides, reserved=name_check)
     try:
         loaded = load()
     except HvcpdError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Literal
 
 NameCheck = Callable[[str], str | None]
@@ -15,6 +16,9 @@ VoiceName = Literal["oak", "rose", "granite", "wren", "brook", "lark", "cedar", 
 
 Accent = Literal["us", "gb"]
 """General American or Standard Southern British pronunciations."""
+
+NameCheckBy = Callable[[Path | None, Accent], NameCheck]
+"""Makes a check of names by the pronunciations of a lexicon file, if there is one, in an accent."""
 
 MAX_NAME_LENGTH = 16
 """Letters and digits of a robot's or a team's name; longer ones take longer to say than the rest of a greeting."""

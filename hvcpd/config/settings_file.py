@@ -11,7 +11,7 @@ from typing import Any
 
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
-from hvcpd.config.names import NameCheck, repeated_names
+from hvcpd.config.names import NameCheck, NameCheckBy, repeated_names
 from hvcpd.config.settings import DEFAULT_NAMES, Settings
 from hvcpd.config.skill_settings import SkillSettings, runnable
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
@@ -46,7 +46,7 @@ def load_with_sources(
     overrides: Mapping[str, object] | None = None,
     *,
     name_needed: bool = True,
-    reserved: NameCheck | None = None,
+    reserved: NameCheckBy | None = None,
     system_path: Path = SYSTEM_SETTINGS_PATH,
     environment: Mapping[str, str] = os.environ,
 ) -> Loaded:
@@ -75,7 +75,10 @@ def load_with_sources(
             document.overlay(("name",), STAND_IN_NAME, "default")
 
     def check(parts: Parts) -> None:
-        _check_reserved(parts, reserved)
+        if reserved is not None:
+            lexicon = parts.plain(("lexicon",))
+            file = _absolute(Path(lexicon), document, ("lexicon",), path) if isinstance(lexicon, str) else None
+            _check_reserved(parts, reserved(file, "gb" if parts.plain(("accent",)) == "gb" else "us"))
         _check_peers(parts)
         _check_wheels(parts)
 
@@ -146,10 +149,8 @@ def _absolute(name: Path, document: Document, key: KeyPath, path: Path | None) -
     return path.parent / name if path is not None and from_file else name
 
 
-def _check_reserved(parts: Parts, reserved: NameCheck | None) -> None:
+def _check_reserved(parts: Parts, reserved: NameCheck) -> None:
     """No name is, or sounds like, a word of the phrasebook."""
-    if reserved is None:
-        return
     for path in [("name",), *parts.elements(("names",))]:
         name = parts.get(path, str)
         if name is not None and (text := reserved(name)) is not None:

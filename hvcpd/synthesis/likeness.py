@@ -7,8 +7,12 @@ consonants (place of articulation is lost first, then voicing) and neighbourhood
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import islice, product
+from pathlib import Path
 
+from hvcpd.config.names import Accent, NameCheck
+from hvcpd.errors import ConfigError
 from hvcpd.language.clashes import RESERVED_WORDS
 from hvcpd.language.rewording import known_names
 from hvcpd.synthesis.lexicon import Lexicon
@@ -72,6 +76,16 @@ def name_fault(name: str, lexicon: Lexicon | None = None) -> str | None:
     *others, last = islice(free, PROPOSALS)
     remedy = f"take for example {', '.join(others)} or {last}"
     return f"the name {name!r} sounds like the phrasebook's word {word!r}; {remedy}"
+
+
+def name_check(lexicon: Path | None, accent: Accent) -> NameCheck:
+    """`name_fault` by the pronunciations of these settings. A file that has faults, which are told where it is used,
+    does not count."""
+    try:
+        known = Lexicon.load(lexicon, accent)
+    except ConfigError:
+        known = Lexicon.load(None, accent)
+    return partial(name_fault, lexicon=known)
 
 
 def near_names(name: str, lexicon: Lexicon) -> list[str]:

@@ -28,6 +28,7 @@ from hvcpd.config.settings_file import load_settings
 from hvcpd.config.skill_settings import StopButtonSettings
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.errors import ConfigError
+from hvcpd.synthesis.likeness import name_check
 
 ETC = Path(__file__).parents[2] / "etc"
 
@@ -197,8 +198,25 @@ def test_a_reserved_name_is_a_fault_in_its_place(tmp_path: Path) -> None:
     path = tmp_path / "hvcpd.yaml"
     path.write_text("name: Stop\nnames:\n- Rob\n- Hello\n")
     with pytest.raises(ConfigError) as error:
-        load_settings(path, reserved=lambda name: "reserved" if name in ("Stop", "Hello") else None)
+        load_settings(path, reserved=lambda *_: lambda name: "reserved" if name in ("Stop", "Hello") else None)
     assert [line.split(":")[1] for line in str(error.value).splitlines()] == ["1", "4"]
+
+
+def test_names_are_checked_as_the_settings_pronounce_them(tmp_path: Path) -> None:
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("name: Tu\nnames: [Tu, Bot]\nlexicon: own.txt\n")
+    own = tmp_path / "own.txt"
+    own.write_text("tu T UW1 L\n")
+    assert load_settings(path, reserved=name_check).name == "Tu"
+    own.write_text("bot S T AA1 P\n")
+    with pytest.raises(ConfigError) as error:
+        load_settings(path, reserved=name_check)
+    faults = str(error.value).splitlines()
+    assert ["'Tu' sounds like the phrasebook's word 'do'" in line for line in faults] == [True, True, False]
+    assert "'Bot' sounds like the phrasebook's word 'stop'" in faults[2]
+    own.write_text("tu T UW\n")
+    with pytest.raises(ConfigError, match="'Tu' sounds like"):  # what is wrong with the file is told where it is used
+        load_settings(path, reserved=name_check)
 
 
 def test_the_documented_file_is_valid_and_its_comments_are_the_defaults(tmp_path: Path) -> None:

@@ -25,9 +25,9 @@ def run(options: argparse.Namespace) -> int:
         with closing(find_daemon(options)) as daemon:
             settings: list[dict[str, Any]] = daemon.ask("config")["settings"]
     else:
-        from hvcpd.synthesis.likeness import name_fault  # not for `reload`, which loads this module, too
+        from hvcpd.synthesis.likeness import name_check  # not for `reload`, which loads this module, too
 
-        loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False, reserved=name_fault)
+        loaded = load_with_sources(options.config, {"name": options.name}, name_needed=False, reserved=name_check)
         settings = [_as_dict(each) for each in loaded.sources]
     if options.changed:
         settings = [each for each in settings if each["source"] != "default"]

@@ -22,7 +22,7 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory import PEOPLE_FOLDER
-from hvcpd.synthesis.likeness import name_fault, sounds_alike
+from hvcpd.synthesis.likeness import name_check, name_fault, sounds_alike
 
 if TYPE_CHECKING:
     from hvcpd.people.enrolled import Person
@@ -61,7 +61,7 @@ def load_team(
     With `allow_confusable`, the names of tasks and robots may sound alike; a `sealed` team has a key, and an
     `encrypted` one hides what it says. Raises ConfigError and PhraseError.
     """
-    reserved = None if names else name_fault
+    reserved = None if names else name_check
     overrides = {"tasks": options.tasks and str(options.tasks)}
     settings = load_settings(options.config, overrides, name_needed=False, reserved=reserved)
     sound = make_sound(settings.lexicon, user_cache_folder(), settings.accent)
@@ -89,7 +89,7 @@ def load_team(
 
 def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The robots that the settings name, without enrolled people. Raises ConfigError."""
-    loaded = load_with_sources(options.config, name_needed=False, reserved=name_fault)
+    loaded = load_with_sources(options.config, name_needed=False, reserved=name_check)
     people = _enrolled(loaded.settings)
     named = {name.lower(): name for name in (*loaded.settings.names, loaded.name) if name is not None}
     return tuple(name for key, name in named.items() if key not in people)
