@@ -100,6 +100,9 @@ def test_words_are_heard_in_the_voice_that_the_settings_choose(
     assert np.allclose(read_wav(tmp_path / "x.wav"), said, atol=1e-3)
     with (tmp_path / "x.csv").open() as file:
         assert all(float(row["F0"]) < 1.4 * voice_named("granite").f0_hz for row in csv.DictReader(file))
+    config.write_text("name: Rob\nsynthesizer: natural\n")
+    assert main(["pronounce", "water", "--config", str(config), "--track", str(tmp_path / "x.csv")]) == 2
+    assert "natural voices have no such frames" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

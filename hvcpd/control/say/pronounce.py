@@ -38,6 +38,8 @@ def run(options: argparse.Namespace) -> int:
     if options.paper_table:
         _print_table(lexicon, options.json)
         return 0
+    if options.track is not None and settings.synthesizer == "natural":
+        raise PhraseError("--track: natural voices have no such frames; it needs `synthesizer: formant`")
     phrases = [tuple(chain.from_iterable(sayable_phrases(text))) for text in options.words]
     require_few_words(phrases)
     if options.track is not None and sum(map(len, phrases)) != 1:
