@@ -116,7 +116,12 @@ class Performer:
             self.tell(Report(self._ongoing.call.number, SkillState.FAILED, text=NOBODY))
 
     def tell(self, report: Report) -> None:
-        """A report of the client that carries a call out."""
+        """A report of the client that carries a call out. That it goes on with one that is held changes nothing."""
+        is_held = self._ongoing is not None and self._ongoing.state is SkillState.PAUSED
+        if report.state in OVER or not is_held:
+            self._note(report)
+
+    def _note(self, report: Report) -> None:
         if self._ongoing is not None and self._ongoing.take(report):
             self._news.append((self._ongoing.call, report))
 
@@ -208,7 +213,7 @@ class Performer:
     def _go_on_with_skill(self, ongoing: OngoingCall, now: float) -> Outcome:
         if ongoing.state is SkillState.PAUSED:
             self._orders.append(Resume(ongoing.call.number))
-            self.tell(Report(ongoing.call.number, SkillState.RUNNING, ongoing.last.share))
+            self._note(Report(ongoing.call.number, SkillState.RUNNING, ongoing.last.share))
         if not ongoing.is_over and ongoing.is_late(now):
             self._orders.append(Cancel(ongoing.call.number))
             self.tell(Report(ongoing.call.number, SkillState.FAILED, ongoing.last.share, TOO_LONG))

@@ -41,6 +41,15 @@ def test_what_needs_it_says_that_it_is_not_allowed(command: str, config: Path) -
     assert "written" not in ended.stderr
 
 
+@pytest.mark.parametrize("command", ["stop", "status"])
+def test_who_may_not_look_for_a_robot_is_not_told_that_none_runs(command: str, config: Path) -> None:
+    """Who had not yet joined the group was told to start the robot that was to be stopped."""
+    config.write_text(f"state_dir: {config.parent / 'state'}\n")
+    ended = bound("-m", "hvcpd.control.cli", command, "--config", config)
+    assert (ended.returncode, ended.stdout) == (4, "")
+    assert f"no permission to ask the daemon at {config.parent}/state/*.sock; `sudo usermod -aG " in ended.stderr
+
+
 def test_the_check_of_a_robot_says_so_too(config: Path) -> None:
     """It ended with a traceback."""
     ended = bound("-m", "hvcpd.cli", "--check", "--config", config)

@@ -126,6 +126,22 @@ def test_it_is_held_for_what_may_be_stop_and_its_time_stands_still() -> None:
     assert bench.states()[1:] == [SkillState.RUNNING, SkillState.PAUSED, SkillState.RUNNING]
 
 
+def test_a_client_that_reports_while_it_is_held_is_told_to_go_on() -> None:
+    """Its report counted as going on; it was not told to, and held until its time limit."""
+    bench = SkilledBench(USE)
+    number = bench.until_asked()
+    bench.tell(number, SkillState.RUNNING)
+    bench.live(Held(0, 0))
+    bench.tell(number, SkillState.RUNNING)
+    bench.robot.performer.tell(Report(number, SkillState.RUNNING))
+    bench.live(Released(0, 0))
+    assert bench.orders[1:] == [Pause(number), Resume(number)]
+    bench.live(Held(0, 0))
+    bench.tell(number, SkillState.FINISHED)
+    bench.live(Released(0, 0))
+    assert bench.states()[-2:] == [SkillState.PAUSED, SkillState.FINISHED]
+
+
 def test_who_offers_it_breaks_off() -> None:
     bench = SkilledBench(USE)
     bench.tell(bench.until_asked(), SkillState.RUNNING)

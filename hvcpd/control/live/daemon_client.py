@@ -291,6 +291,9 @@ def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: 
         raise ConfigError(f"several robots that run here may be meant ({sockets}); choose one with --socket FILE")
     if found:
         return found[0]
+    hidden = [each for each in folders if os.access(each, os.F_OK) and not os.access(each, os.R_OK | os.X_OK)]
+    if forbidden is None and hidden:
+        forbidden = NotAllowedError(permission_fault(hidden[0] / socket_name("*"), os.getuid()))
     if forbidden is not None:
         raise forbidden
     missing = f"{name} does not run here" if name else "no robot runs here"
