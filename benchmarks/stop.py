@@ -81,6 +81,10 @@ class Stage:
             if utterance.speaker == speaker and "stop" not in self.book.render(utterance):
                 return self._speakers[voice_for(speaker).name].render(self.book.phrases(utterance))
 
+    def stop(self, speaker: str) -> Samples:
+        """A robot's "stop", cut off where it is no longer audible."""
+        return ended(self._speakers[voice_for(speaker).name].render([("stop",)]))
+
     def call(self, chooser: random.Random) -> Samples:
         """A person's call, cut off where it is no longer audible."""
         return ended(self._speakers[chooser.choice(self.people)].render([chooser.choice(CALLS)]))

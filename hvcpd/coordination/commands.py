@@ -117,15 +117,8 @@ def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     if me.latched:
         return
     fire(me, Trigger.STOP, now)
-    if _stands(me) and not isinstance(to, m.ToRobot):
-        again = m.Utterance(None, to, None, m.Stop())
-        for topic, at_s in (("stop", now), ("stop again", now + me.timing.stop_again_s)):
-            call = Intent(Urgency.ALARM, topic, lambda: again if _stands(me) else None, not_before_s=at_s, at_once=True)
-            me.floor.want(call, now)
-
-
-def _stands(me: Knowledge) -> bool:
-    return me.state is State.STOPPED
+    if me.state is State.STOPPED and not isinstance(to, m.ToRobot):
+        halting.call(me, "stop", m.Utterance(None, to, None, m.Stop()), now)
 
 
 def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:

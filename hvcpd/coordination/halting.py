@@ -51,6 +51,22 @@ def latch(me: Knowledge, _now: float) -> None:
     me.latch(True)
 
 
+def call(me: Knowledge, topic: str, stop: m.Utterance, now: float) -> None:
+    """Say "stop" at once, over any other speech, and unless it is for one robot again, for those that missed it; no
+    longer if this robot stands now and is released meanwhile."""
+    stands = me.latched
+    times_s = (now,) if isinstance(stop.addressee, m.ToRobot) else (now, now + me.timing.stop_again_s)
+    for number, at_s in enumerate(times_s):
+        said = Intent(
+            Urgency.ALARM,
+            f"{topic} {number}",
+            lambda: stop if me.latched or not stands else None,
+            not_before_s=at_s,
+            at_once=True,
+        )
+        me.floor.want(said, now)
+
+
 def fall_silent(me: Knowledge, _now: float) -> None:
     me.floor.clear()
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvcpd.coordination import changing, chatter, composing, repair
+from hvcpd.coordination import changing, chatter, composing, halting, repair
 from hvcpd.coordination.actions import Halt, Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
 from hvcpd.coordination.floor import RESUMES, Intent, Urgency
@@ -36,7 +36,7 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     if isinstance(statement, m.Stop):
         if me.state is State.STOPPED and me.floor.speaking is not None and not me.floor.speaking.at_once:
             me.do(Halt())  # it breaks off "I have stopped" for this
-        me.floor.want(Intent(Urgency.ALARM, "call to stop", lambda: utterance, at_once=True), now)
+        halting.call(me, "call to stop", utterance, now)
         return None
     kind = RESUMES if isinstance(statement, m.Resume) else "requested"
     topics = (f"{kind} {number}" for number in range(MAX_SENTENCES))

@@ -107,6 +107,23 @@ def test_a_stop_for_all_that_the_owner_has_it_say_waits_for_nobody(seed: int) ->
     assert standing(mission) == set(mission.robots)
 
 
+@pytest.mark.parametrize(("to", "released", "times"), [(None, False, 2), (None, True, 1), (m.ToRobot("Max"), False, 1)])
+def test_a_stop_that_the_owner_has_it_say_is_said_again(to: m.Addressee | None, released: bool, times: int) -> None:
+    """Said once, it was a part of the sentence that the robot had broken off for 21 of 24 other robots."""
+    mission = row(1)
+    rob, now = mission.robots["Rob"], mission.air.now
+    if to is None:
+        rob.stop(now)
+    assert rob.say(m.Utterance(None, to, None, m.Stop()), now) is None
+    mission.air.refresh()
+    mission.air.run_until(now + 0.8)
+    if released:
+        rob.resume(mission.air.now)
+        mission.air.refresh()
+    mission.air.run_until(now + 10.0)
+    assert stops(mission, now) == ["Rob"] * times
+
+
 @pytest.mark.parametrize("before_s", [0.0, 50.0])
 def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) -> None:
     mission = row(1)

@@ -190,6 +190,21 @@ def test_what_loses_sound_puts_the_latency_may_be_outbid() -> None:
         assert not life.voice.is_latency_known
 
 
+@pytest.mark.parametrize(("after_s", "silent_s"), [(0.0, 0.2), (BLOCK_S, 0.2 - BLOCK_S), (0.5, 0.0)])
+def test_what_follows_a_sentence_that_is_broken_off_does_not_begin_in_its_last_word(
+    after_s: float, silent_s: float
+) -> None:
+    """Another robot took "stop" for a part of that word."""
+    voice = OwnVoice(Acoustics(0.0), Delay(0.0))  # type: ignore[arg-type]
+    voice.begin(SPEECH, WORDS, 0.0)
+    voice.take(BLOCK)
+    voice.break_off(1.0)
+    voice.begin(SPEECH, ("stop",), 1.0 + after_s)
+    n_silent = round(silent_s * SAMPLE_RATE_HZ)
+    assert list(np.flatnonzero(voice.take(n_silent + 1))) == [n_silent]
+    assert voice.until_s == pytest.approx(1.0 + after_s + silent_s + SPEECH_S)
+
+
 def test_a_sentence_that_was_said_takes_no_memory() -> None:
     speech = SPEECH.copy()
     kept = weakref.ref(speech)
