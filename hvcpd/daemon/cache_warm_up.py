@@ -17,6 +17,7 @@ from hvcpd.assembly.make import SLOW, phrasebook_of, robot_voice, word_bank
 from hvcpd.assembly.plan import RobotPlan
 from hvcpd.assembly.sound import Sound
 from hvcpd.daemon.allocator import give_back_memory
+from hvcpd.errors import unwritable
 from hvcpd.robot.robot import Robot
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.speaker import PITCH_STEPS, Speaker, UnitPosition
@@ -127,6 +128,13 @@ class CacheWarmUp:
         """Render the templates: the words of the peers."""
         banks = {name: word_bank(self._book, self._sound.speaker_of(name)) for name in self._peers}
         self._run([RenderJob(f"{name}'s words", tuple(b), b.__getitem__) for name, b in banks.items()], go_on)
+
+    def tell_unkept(self) -> None:
+        """Log why rendered words could not be kept, if so: each start then takes as long as the first."""
+        cache = self._sound.cache
+        if cache is not None and cache.fault is not None:
+            reason = unwritable(cache.folder, cache.fault, "see who may write there")
+            _log.warning("words not kept", reason=reason, effect="each start renders them again")
 
     def before_speaking(self, go_on: GoOn = always) -> None:
         """Render all words that the robot may say, at its usual rate; until then it must not speak."""

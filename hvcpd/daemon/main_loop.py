@@ -145,6 +145,7 @@ class Daemon:
             plan = self.wiring.plan(memory, sound.latency_s, heard, here, navigator, *workers, enrolled)
             warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
             await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
+            warm_up.tell_unkept()
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
             self._control.begin(robot)
             give_back_memory()

@@ -74,7 +74,7 @@ class UnitCache:
     """
 
     def __init__(self, folder: Path, shipped: ShippedUnits | None = None) -> None:
-        self._folder = folder
+        self.folder = folder
         self._shipped = shipped or ShippedUnits()
         self._needed: set[Path] | None = set()
         """Until `tidy`."""
@@ -90,7 +90,7 @@ class UnitCache:
         needed, self._needed = self._needed or set(), None
         self._shipped.forget()
         try:
-            for path in self._folder.iterdir():
+            for path in self.folder.iterdir():
                 age_s = now_s - path.stat().st_mtime
                 if path in needed and age_s > DAY_S:
                     path.touch()
@@ -103,7 +103,7 @@ class UnitCache:
         """Return the unit of that content, shape (n,), float32, from the disk or made now; `content` must have a
         stable repr."""
         key = key_of(content)
-        path = self._folder / (key + SUFFIX)
+        path = self.folder / (key + SUFFIX)
         if self._needed is not None:
             self._needed.add(path)
         found = _load(path)
@@ -114,7 +114,7 @@ class UnitCache:
             unit = make()
         data = unit.astype(LITTLE_ENDIAN).tobytes()
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            self.folder.mkdir(parents=True, exist_ok=True)
             write_whole(path, _crc(data) + data)
         except OSError as error:  # a full or read-only disk must not silence the robot
             self.fault = error

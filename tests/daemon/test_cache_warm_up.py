@@ -83,6 +83,19 @@ def test_without_a_cache_there_is_nothing_to_do(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("is_blocked", [True, False])
+def test_words_that_cannot_be_kept_are_told_with_the_reason(tmp_path: Path, is_blocked: bool) -> None:
+    """A file stands where the folder should be, which even root cannot write into."""
+    folder = tmp_path / "units"
+    if is_blocked:
+        folder.write_text("in the way")
+    warm_up = CacheWarmUp(*planned(tmp_path, UnitCache(folder)))
+    warm_up.learn("Zelda")
+    with capture_logs() as logs:
+        warm_up.tell_unkept()
+    assert [line["reason"].startswith(f"{folder}: cannot be written: ") for line in logs] == [True] * is_blocked
+
+
 def test_whoever_ends_meanwhile_waits_for_one_word_at_most(tmp_path: Path) -> None:
     cache = CountingCache(tmp_path / "units")
     plan, sound = planned(tmp_path, cache)
