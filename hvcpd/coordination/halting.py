@@ -13,8 +13,9 @@ from hvcpd.language import messages as m
 
 def release(me: Knowledge, now: float) -> None:
     """Resume does not restart an old motion: the robot is free, and no longer says that it has stopped."""
-    for topic in ("stopped", "released how"):
+    for topic in ("stopped", "released how", "again"):
         me.floor.withdraw(topic)
+    me.repair.last_said = None
     me.latch(False)
     effects.rest(me, now)
 

@@ -66,7 +66,8 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
         note_presence(me, utterance, now)
     note_introduced(me)
     slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
-    me.repair.last_said, me.repair.last_call, me.last_heard = utterance, intent.call, None
+    is_stop = isinstance(utterance.statement, m.Stop)  # who was stopped by it may be released when it is said again
+    me.repair.last_said, me.repair.last_call, me.last_heard = None if is_stop else utterance, intent.call, None
     level_db = chatter.level_db(me, intent, utterance, now)
     for_noise = chatter.is_for_noise(me, utterance, level_db, now)
     me.do(Say(utterance, slowly, me.role.speech.times, level_db, for_noise))

@@ -185,6 +185,41 @@ def test_who_is_released_before_its_turn_no_longer_says_that_it_has_stopped(resu
     assert not any(isinstance(u.statement, m.Stopped) for _, _, u in mission.said)
 
 
+@pytest.mark.parametrize("asked", [False, True])
+@pytest.mark.parametrize("after_s", [2.0, 8.0])
+def test_who_was_stopped_and_is_released_repeats_nothing_of_that(after_s: float, asked: bool) -> None:
+    """Something that was not understood over "stop", or "say again", had a robot say "stop" or "I have stopped" seconds
+    later, and the others stopped again."""
+    mission = row(1)
+    rob, began_s = mission.robots["Rob"], mission.air.now
+    rob.heard(STOP, began_s)
+    mission.air.refresh()
+    mission.air.run_until(began_s + after_s)
+    if not asked:
+        rob.garbled(True, mission.air.now)
+    rob.resume(mission.air.now)
+    if asked:
+        rob.heard(m.Utterance("Anna", m.ToRobot("Rob"), None, m.SayAgain()), mission.air.now)
+    mission.air.refresh()
+    mission.air.run_until(began_s + 30.0)
+    assert stops(mission, began_s) == ["Rob"] * 2
+    stood = [at_s for at_s, _, u in mission.said if isinstance(u.statement, m.Stopped)]
+    assert len(stood) == (after_s > 2.4)
+
+
+def test_a_stop_that_something_was_said_over_is_not_said_a_third_time() -> None:
+    """By then another robot may be released, which it stopped again."""
+    mission = row(1)
+    rob, began_s = mission.robots["Rob"], mission.air.now
+    rob.heard(STOP, began_s)
+    mission.air.refresh()
+    mission.air.run_until(began_s + 2.0)
+    rob.garbled(True, mission.air.now)
+    mission.air.refresh()
+    mission.air.run_until(began_s + 30.0)
+    assert stops(mission, began_s) == ["Rob"] * 2
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("apart_m", [1.0, 80.0])
 def test_twelve_robots_that_miss_much_are_silent_again_soon(apart_m: float, seed: int) -> None:
