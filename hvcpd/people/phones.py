@@ -56,7 +56,7 @@ def net_inputs(segment: Segment) -> LogBands:
 
 ANY_PHONE = "*"
 """In a pronunciation: whichever phone is heard."""
-ANY_PHONE_COST = 3.0
+ANY_PHONE_COST = 1.8
 """Of each, nats (docs/decisions/phones.md)."""
 
 FRAME_SAMPLES = 320
@@ -168,14 +168,17 @@ Index = NDArray[np.int64]
 Pronounce = Callable[[str], Sequence[Sequence[str]]]
 
 _OUTPUTS = (*PHONES, ANY_PHONE)
-"""The columns that a search reads; the blank follows."""
+"""The columns that a search reads; then that of ANY_PHONE in a frame after the same phone's, and the blank."""
+_SAME = len(_OUTPUTS)
 
 
 def _with_any_phone(log_posteriors: LogPosteriors) -> LogPosteriors:
-    """With the log probability of any phone, before the blank's: shape (frames, len(PHONES) + 2)."""
-    blank = log_posteriors[:, -1:]
-    any_phone = np.log1p(-np.minimum(np.exp(blank), 1.0 - 1e-6))
-    return np.concatenate((log_posteriors[:, :-1], any_phone, blank), axis=1)
+    """With the columns of ANY_PHONE ahead of the blank's: shape (frames, len(PHONES) + 3). It is one phone, whichever;
+    one that could change from frame to frame would be any speech, however long."""
+    phones = np.exp(log_posteriors[:, :-1])
+    any_phone = np.maximum(phones.sum(axis=1, keepdims=True), 1e-6)
+    same = np.maximum((phones * _before(phones)).sum(axis=1, keepdims=True) / _before(any_phone), 1e-6)
+    return np.concatenate((log_posteriors[:, :-1], np.log(any_phone), np.log(same), log_posteriors[:, -1:]), axis=1)
 
 
 LOG_ZERO = np.float32(-1e9)
@@ -209,11 +212,13 @@ class CtcSearch:
         self._last: Index = np.cumsum(lengths) - 1
         self._first: Index = self._last - lengths + 1
         self._phones: Index = np.array([phone for _, said in ways for phone in said], np.int64)
-        self._repeated: Index = 1 + np.flatnonzero(self._phones[1:] == self._phones[:-1])
+        any_phone = _OUTPUTS.index(ANY_PHONE)
+        self._stays: Index = np.where(self._phones == any_phone, _SAME, self._phones)
+        same = (self._phones[1:] == self._phones[:-1]) & (self._phones[1:] != any_phone)
+        self._repeated: Index = 1 + np.flatnonzero(same)
         self._begins: Index = first_occurrences(self._target)
         self._nodes: Index = self._target[self._begins]
         self._word_costs = costs or {}
-        any_phone = _OUTPUTS.index(ANY_PHONE)
         total = [self._word_costs.get(arc.word, 0.0) + ANY_PHONE_COST * said.count(any_phone) for arc, said in ways]
         self._costs: Scores = np.array(total, np.float32)
 
@@ -257,7 +262,7 @@ class CtcSearch:
             entered += _before(gap)
             entered[self._first] = weight * rest[self._source]
             gap = (gap + phone) * row[-1]
-            phone = (phone + entered) * row[self._phones]
+            phone = phone * row[self._stays] + entered * row[self._phones]
             rest = rest * row[-1]
             rest[self._nodes] += np.add.reduceat(phone[self._last], self._begins)
             most = max(float(phone.max()), float(gap.max()), float(rest.max()))
@@ -301,8 +306,9 @@ class CtcSearch:
             entered[self._first], entered_began[self._first] = rest[self._source] - self._costs, frame
             gap_began = np.where(phone > gap, phone_began, gap_began)
             gap = np.maximum(phone, gap) + row[-1]
+            entered, phone = entered + row[self._phones], phone + row[self._stays]
             phone_began = np.where(entered > phone, entered_began, phone_began)
-            phone = np.maximum(entered, phone) + row[self._phones]
+            phone = np.maximum(entered, phone)
             rest = rest + row[-1]
             scores[frame], began[frame] = phone[self._last], phone_began[self._last]
             best = np.maximum.reduceat(scores[frame], self._begins)

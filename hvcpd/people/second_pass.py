@@ -50,7 +50,7 @@ DENYING = ("not", "never", "unable", "going")
 """The first words of a DENIAL: "I am not going to complete task two" was heard as an order by somebody of that name."""
 DENYING_PHONES = 6
 """Phones that may follow them, as many as "going to" has after "not"."""
-COSTS = {FRIEND: 5.0, DENIAL: 8.0}
+COSTS = {FRIEND: 5.0, DENIAL: 5.0}
 """Of a name that is not known, and of a denial, nats by each net (docs/decisions/phones.md)."""
 
 COURTESY = "please"
