@@ -167,3 +167,23 @@ def test_any_phone_stands_for_whichever_is_heard_and_costs_as_much_as_it_says() 
         assert others == pytest.approx(2.0 * ANY_PHONE_COST + cost, abs=0.01)
     assert search.instead_of("see") == {"see", "who"}
     assert search.instead_of("what") == frozenset()
+
+
+@pytest.mark.parametrize(("said", "n_phones"), [("S S IY IY", 2), ("S AE T IY", 4), ("S S AE AE T T IY IY", 4)])
+def test_any_phone_is_one_phone_however_long_it_lasts(said: str, n_phones: int) -> None:
+    """One that changed from frame to frame was a whole sentence: the name of somebody whom nobody knows."""
+    heard = np.full((len(said.split()), NONE + 1), -20.0, np.float32)
+    for frame, phone in enumerate(said.split()):
+        heard[frame, PHONES.index(phone)] = 0.0
+    graph = WordGraph(2, (Arc(0, 1, "who"),), 0, frozenset((1,)), frozenset())
+    for n in range(2, 6):
+        search = CtcSearch(graph, {"who": [(ANY_PHONE,) * n]}.__getitem__)
+        found = search.best(heard)
+        if n > len(heard):
+            assert found is None
+            continue
+        assert found is not None
+        fits = found.loss == pytest.approx(n * ANY_PHONE_COST, abs=0.01)
+        assert fits == (n >= n_phones), (n, found.loss)
+        if n < n_phones:
+            assert found.loss > 10.0
