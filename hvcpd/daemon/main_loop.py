@@ -13,7 +13,7 @@ import structlog
 
 from hvcpd.assembly.make import make_robot
 from hvcpd.assembly.name_registry import NameRegistry
-from hvcpd.assembly.plan import MemoryPlan
+from hvcpd.assembly.plan import MemoryPlan, RobotPlan
 from hvcpd.daemon.adaptation import Adaptation, CurrentPeople
 from hvcpd.daemon.allocator import give_back_memory
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
@@ -143,9 +143,7 @@ class Daemon:
             enrolled = CurrentPeople(lambda: body.wiring.people)
             heard, workers = self._journal.names, (self._channel, self._second)
             plan = self.wiring.plan(memory, sound.latency_s, heard, here, navigator, *workers, enrolled)
-            warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
-            await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
-            warm_up.tell_unkept()
+            warm_up = await self._warm_up(plan)
             robot = self.robot = await asyncio.to_thread(make_robot, plan, self.wiring.sound)
             self._control.begin(robot)
             give_back_memory()
@@ -171,6 +169,13 @@ class Daemon:
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
                 await self._live(robot, sound)
+
+    async def _warm_up(self, plan: RobotPlan) -> CacheWarmUp:
+        """With the words rendered that the robot listens for."""
+        warm_up = CacheWarmUp(plan, self.wiring.sound, self._preparation)
+        await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
+        warm_up.tell_unkept()
+        return warm_up
 
     def _end(self) -> None:
         self._ending = True

@@ -23,7 +23,7 @@ SAFETY_WORDS = frozenset({"stop", "resume"})
 """Spoken alone they halt and release robots, so that nothing of a team's own may have one in it."""
 NUMBER_MAX = 99
 """The largest number with a spoken form here: task repositories are small."""
-MAX_DIGITS = 2
+MAX_DIGITS = len(str(NUMBER_MAX))
 """Of a number that is said as one: in 007 the zeros count."""
 
 _ORDINAL = re.compile("([0-9]{1,4})(?:st|nd|rd|th)")
