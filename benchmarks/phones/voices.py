@@ -250,9 +250,9 @@ def talkers(lexicon: Lexicon, kokoro_voices: Path) -> list[tuple[Talker, float]]
     missing = [p for p in ("espeak-ng", "festival") if shutil.which(p) is None]
     if missing:
         raise SystemExit(f"not installed: {', '.join(missing)}")
-    found = [(espeak(ACCENTS, VARIANTS), 0.15), (festival("ked_diphone"), 0.03), (own(lexicon, True, False), 0.03)]
+    found = [(espeak(ACCENTS, VARIANTS), 0.15), (festival("ked_diphone"), 0.03), (own(lexicon, True, False), 0.06)]
     found += [(own(lexicon, False, True), 0.07), (neural(), 0.06), (piper(), 0.06)]
-    return [*found, (kokoro_training(kokoro_voices), 0.6)]
+    return [*found, (kokoro_training(kokoro_voices), 0.57)]
 
 
 def calibrators(kokoro_voices: Path | None = None) -> list[Talker]:
