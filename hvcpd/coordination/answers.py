@@ -60,7 +60,7 @@ def _confirms_read_back(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
     """Whether it lets this robot follow the order that it has read back, and perhaps is about to read back again."""
     was_read = me.state is State.READ_BACK or (me.state is State.READING_BACK and me.current.repeats > 0)
     names_another = s.complete or not {ref.number for ref in s.tasks}.issubset(me.my_tasks())
-    return was_read and not names_another and (me.current.partner is None or me.is_partner(speaker))
+    return was_read and not names_another and me.is_partner(speaker)
 
 
 def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
@@ -128,7 +128,8 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
     if is_for_me_alone(me, heard.to):
         is_said = me.current.task is not None or me.current.motion is not None
         claims_one = partner is None and is_said and me.state in PROPOSING
-        if claims_one or me.is_partner(heard.speaker):
+        by_people = partner is not None and me.is_person(partner) and me.is_person(heard.speaker)
+        if claims_one or by_people or me.is_partner(heard.speaker):
             fire(me, Trigger.DENIED, heard.now)
         elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs
             me.missed.last_s = heard.now

@@ -132,10 +132,11 @@ def _resume(me: Knowledge, heard: Heard, _: m.Resume) -> None:
 
 
 def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
-    """A motion moves one robot: the one addressed, or, by a call without a name, the only one there."""
+    """A motion moves one robot: the one addressed, or, if that is nobody in particular, the only one there."""
     name, now = heard.speaker, heard.now
-    alone_with = all(other == (name or "").lower() for other in me.peers.present(now))
-    if not is_for_me_alone(me, heard.to) and (heard.to is not None or not alone_with):
+    others = me.expected(now) if now < me.acquaintance.all_heard_s else me.peers.present(now)
+    is_alone = all(other == (name or "").lower() for other in others)
+    if not is_for_me_alone(me, heard.to) and not (is_alone and isinstance(heard.to, m.ToAll | None)):
         return
     same = me.current.motion == s
     refusal: m.Statement | None = None
@@ -148,9 +149,8 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
     if refusal is not None:
         composing.answer(me, name, f"answer {name}", refusal, now)
     elif me.state is not State.READING_BACK:
-        heard_twice = me.state is State.READ_BACK and same
         me.current.partner, me.current.task, me.current.task_ref, me.current.motion = name, None, None, s
-        me.current.motion_sure, me.current.repeats = heard.confidence >= SURE or heard_twice, 0
+        me.current.motion_sure, me.current.repeats = heard.confidence >= SURE, 0
         fire(me, Trigger.MOTION, now)
 
 

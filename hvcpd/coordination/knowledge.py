@@ -250,14 +250,17 @@ class Knowledge:
 
     def is_partner(self, name: str | None) -> bool:
         """Whether this speaker is the one with whom the present task or motion is being agreed on. A person may be
-        called by name one time, and FRIEND another time. Among the names that all were given are people's, too; robots
-        name their team, and people do not."""
-        partner = self.current.partner
+        called by name one time, and FRIEND another time; who ordered a motion without a name is FRIEND, too."""
+        partner = self.current.partner or (m.FRIEND if self.current.motion is not None else None)
         if name is None or partner is None:
             return False
-        peer = self.peers.get(partner if name == m.FRIEND else name)
-        is_person = peer is None or peer.team is None
-        return name == partner or (m.FRIEND in (name, partner) and is_person)
+        return name == partner or (m.FRIEND in (name, partner) and self.is_person(name) and self.is_person(partner))
+
+    def is_person(self, name: str) -> bool:
+        """Whether this speaker is no robot, as far as is known: robots name their team, and people do not. Among the
+        names that all were given are people's, too."""
+        peer = self.peers.get(name)
+        return peer is None or peer.team is None
 
     def lacks(self, entry: Entry) -> bool:
         """Whether this robot has no means for a task, or has given it up."""

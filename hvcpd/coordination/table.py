@@ -96,6 +96,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.MOVING, T.MOTION): (S.READING_BACK, ordering.halt_and_read_back),
     (S.READING_BACK, T.SPOKEN_SURE): (S.MOVING, ordering.move),
     (S.READ_BACK, T.CONFIRMED_MOTION): (S.MOVING, ordering.move),
+    (S.MOVING, T.DENIED): (S.READY, effects.drop_task),  # also the read-back of one that was sure
     (S.MOVING, T.PERFORMED): (S.READY, effects.rest),
     (S.MOVING, T.FAILED): (S.READY, effects.rest),
     # out of earshot: back to where it was heard, and say it again there

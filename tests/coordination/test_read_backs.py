@@ -1,0 +1,94 @@
+"""What a person asks for is done only if that person, or nobody in the room, objects to the read-back."""
+
+from __future__ import annotations
+
+import pytest
+
+from hvcpd.coordination.states import State
+from hvcpd.language import messages as m
+from hvcpd.security.trust import Trust
+from tests.coordination.mission import Mission, plants
+
+READ_BACK_S = 6.0
+"""After an order its read-back is out, and not yet repeated."""
+
+
+class Room:
+    """Robots that wait for orders, of which the first hears each sentence with a confidence, and makes no motion."""
+
+    def __init__(self, *robots: str) -> None:
+        self.mission = Mission(robots, plants(4), ("Anna", "Ben"), seed=5, coordinator="Nobody")
+        self.mission.air.run_until(50.0)
+        self.mission.holds_motion = True
+        self.robot = self.mission.robots[robots[0]]
+
+    def hears(self, text: str, confidence: float = 0.9, trust: Trust = Trust.OPEN, for_s: float = READ_BACK_S) -> State:
+        """The first robot's state some time after it has heard a sentence."""
+        air = self.mission.air
+        self.robot.heard(self.mission.book.parse_text(text), air.now, confidence=confidence, trust=trust)
+        air.refresh()
+        air.run_until(air.now + for_s)
+        return self.robot.state
+
+
+@pytest.mark.parametrize("again", ["Hi Rob, I am Anna, turn left", "Hi Rob, I am Ben, turn left", "Rob, turn left"])
+def test_a_motion_that_is_heard_twice_unsurely_still_waits_for_the_confirmation(again: str) -> None:
+    """What was misheard was made as soon as it was misheard again, by whomever."""
+    room = Room("Rob")
+    for text in ("Hi Rob, I am Anna, turn left", again):
+        assert room.hears(text, 0.55, for_s=4.5) is State.READ_BACK
+    assert not room.mission.performed
+
+
+def test_no_robot_confirms_a_motion_that_was_ordered_without_a_name() -> None:
+    """A robot that confirmed its own order, in whose place the motion had come, set the wheels in motion."""
+    room = Room("Rob", "Bot")
+    assert room.hears("Rob, move forward five metres") is State.READ_BACK
+    assert room.hears("Hi Rob, I am Bot, confirmed", for_s=0.0) is State.READ_BACK
+    assert room.hears("Hi Rob, I am Anna, confirmed", for_s=0.0) is State.MOVING
+
+
+def test_who_gave_a_code_and_no_name_may_confirm_without_a_code() -> None:
+    """It was told "I do not trust that"."""
+    room = Room("Rob")
+    assert room.hears("Rob, move forward one metre", trust=Trust.CODE) is State.READ_BACK
+    assert room.hears("Rob, confirmed", trust=Trust.BARE, for_s=0.0) is State.MOVING
+
+
+@pytest.mark.parametrize("order", ["turn left", "complete task two"])
+def test_anybody_in_the_room_can_say_no_for_a_person(order: str) -> None:
+    """The name that was heard with the order may be the wrong one."""
+    room = Room("Rob", "Bot")
+    assert room.hears(f"Hi Rob, I am Ben, {order}") is State.READ_BACK
+    assert room.hears("Hi Rob, I am Bot, negative", for_s=0.0) is State.READ_BACK
+    assert room.hears("Hi Rob, I am Anna, negative", for_s=0.0) is State.READY
+
+
+@pytest.mark.parametrize("no", ["Rob, negative", "Hi Rob, I am Anna, negative"])
+@pytest.mark.parametrize("order", ["Rob, move forward five metres", "Hi Rob, I am Anna, move forward five metres"])
+def test_a_motion_that_was_heard_surely_can_still_be_denied(order: str, no: str) -> None:
+    """The robot sets out as soon as it has read it back: "negative" came too late, and changed nothing."""
+    room = Room("Rob")
+    assert room.hears(order, 1.0) is State.MOVING
+    assert room.hears(no, for_s=0.0) is State.READY
+
+
+@pytest.mark.parametrize("order", ["Hi, I am Anna, turn left", "Hi all, I am Anna, turn left", "All, turn left"])
+def test_the_only_robot_there_needs_no_name(order: str) -> None:
+    """ "Hi all" and "hi" mean the same, and either may be heard for the other."""
+    assert Room("Rob").hears(order, 1.0) is State.MOVING
+    assert Room("Rob", "Bot").hears(order, 1.0) is State.READY
+
+
+def test_a_robot_that_may_not_be_the_only_one_makes_no_motion_for_nobody_in_particular() -> None:
+    """Two that had just been switched on, and had not heard each other yet, both took themselves for the only one."""
+    mission = Mission(("Rob", "Bot"), plants(1), ("Anna",), seed=5, coordinator="Nobody", late={"Bot": 9000.0})
+    mission.holds_motion = True
+    while mission.robots["Rob"].state is not State.MEETING:
+        mission.air.run_until(mission.air.now + 0.5)
+    rob, turn = mission.robots["Rob"], m.Utterance(None, None, None, m.TurnBy(90.0))
+    rob.heard(turn, mission.air.now)
+    assert rob.state is State.MEETING
+    mission.air.run_until(60.0)  # by now the other one would have spoken
+    rob.heard(turn, mission.air.now)
+    assert rob.state is State.READING_BACK
