@@ -128,7 +128,7 @@ def negative(me: Knowledge, heard: Heard, _: m.Negative) -> None:
     if is_for_me_alone(me, heard.to):
         is_said = me.current.task is not None or me.current.motion is not None
         claims_one = partner is None and is_said and me.state in PROPOSING
-        by_people = partner is not None and me.is_person(partner) and me.is_person(heard.speaker)
+        by_people = partner is not None and all(map(me.may_be_person, (partner, heard.speaker)))
         if claims_one or by_people or me.is_partner(heard.speaker):
             fire(me, Trigger.DENIED, heard.now)
         elif me.state in AT_WORK:  # others have missed its claim, or it has missed theirs

@@ -151,9 +151,9 @@ def _is_plain(task: TaskDefinition) -> bool:
 
 
 def _free_others(me: Knowledge, now: float) -> frozenset[str]:
-    """The others that have no task, in lower case: one is left for each of them."""
+    """The other robots that have no task, in lower case: one is left for each of them."""
     busy = {name.lower() for e in me.board.entries() if e.state == CLAIMED for name in e.team}
-    return me.expected(now) - busy
+    return me.expected(now) - busy - me.peers.people()
 
 
 def air_is_scarce(me: Knowledge, task: TaskDefinition, now: float) -> bool:
@@ -213,7 +213,8 @@ def _possible_orders(me: Knowledge, now: float) -> dict[str, tuple[TaskDefinitio
     """Each robot that can take an order, and the tasks for it: one for several robots only if a robot waits for others
     there, or enough of them can take that order."""
     me.expire(now)
-    ready = (p for p in me.peers.all() if p.silent_until_s <= now and me.peers.is_present(p.name, now))
+    robots = (p for p in me.peers.all() if not p.is_person)
+    ready = (p for p in robots if p.silent_until_s <= now and me.peers.is_present(p.name, now))
     free = {
         p.name: me.board.free_for(p.name, now, p.unable)
         for p in sorted(ready, key=lambda p: p.name)

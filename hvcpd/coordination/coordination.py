@@ -103,16 +103,19 @@ class Coordination:
         snr_db: float | None = None,
         trust: Trust = Trust.OPEN,
         began_s: float | None = None,
+        by_person: bool = False,
     ) -> None:
         """A sentence was understood, with a confidence of 0 to 1; `trust`: its seal's; `began_s`: when it began, if it
-        took time to understand it. Its own name is never obeyed, unless it says "stop"."""
+        took time to understand it; `by_person`: in no robot's voice. Its own name is never obeyed, unless it says
+        "stop"."""
         me = self.knowledge
         if utterance.speaker is not None and utterance.speaker.lower() == me.role.name.lower():
             hearing.hear_namesake(me, utterance, trust, now)
             return
         believed = trusting.admit(me, utterance, trust)
         told = utterance.speaker if believed else None
-        if told is not None and (peer := me.peers.heard(told, team_of(utterance), now, confidence, snr_db)) is not None:
+        team = team_of(utterance)
+        if told is not None and (peer := me.peers.heard(told, team, now, confidence, snr_db, by_person)) is not None:
             me.do(SavePeer(peer.name, peer.team, now))
             note_presence(me, utterance, now)
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0

@@ -47,8 +47,9 @@ def note(me: Knowledge, heard: Heard) -> None:
     if alone and isinstance(said, m.Order | m.Confirmed):
         waiting.asked, waiting.until_s = 0, None
     if me.role.coordinator:  # a robot that others speak to is in their earshot, so orders to it can be passed on
-        if isinstance(to, m.ToRobot) and not alone and not me.peers.is_present(to.name, heard.now):
-            me.peers.heard(to.name, None, heard.now, 1.0, None)
+        other = to.name if isinstance(to, m.ToRobot) and not alone else None
+        if other and other.lower() in (me.roster or {other.lower()}) and not me.peers.is_present(other, heard.now):
+            me.peers.heard(other, None, heard.now, 1.0, None)
         if choosing.can_order(me, heard.now):
             me.reconsider(heard.now)
 

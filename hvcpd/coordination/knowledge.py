@@ -254,11 +254,13 @@ class Knowledge:
         partner = self.current.partner or (m.FRIEND if self.current.motion is not None else None)
         if name is None or partner is None:
             return False
-        return name == partner or (m.FRIEND in (name, partner) and self.is_person(name) and self.is_person(partner))
+        return name == partner or (
+            m.FRIEND in (name, partner) and self.may_be_person(name) and self.may_be_person(partner)
+        )
 
-    def is_person(self, name: str) -> bool:
-        """Whether this speaker is no robot, as far as is known: robots name their team, and people do not. Among the
-        names that all were given are people's, too."""
+    def may_be_person(self, name: str) -> bool:
+        """Whether this speaker may be no robot: robots name their team, and people do not. Among the names that all
+        were given are people's, too."""
         peer = self.peers.get(name)
         return peer is None or peer.team is None
 

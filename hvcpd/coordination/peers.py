@@ -60,6 +60,8 @@ class Peer:
     """The tasks that it said it cannot do."""
     away: PeerDistance | None = None
     """Measured by sound, if it ever was."""
+    is_person: bool = False
+    """It has been heard in no robot's voice, and has named no team: it takes no orders."""
 
 
 def team_of(u: m.Utterance) -> str | None:
@@ -100,6 +102,10 @@ class Peers:
     def all(self) -> tuple[Peer, ...]:
         return tuple(self._peers.values())
 
+    def people(self) -> frozenset[str]:
+        """The names, in lower case, of those that are surely no robots."""
+        return frozenset(key for key, peer in self._peers.items() if peer.is_person)
+
     def present(self, now: float) -> tuple[str, ...]:
         """The names, in lower case and sorted, of all peers that are believed to be within earshot."""
         if self._present is None or now > self._present_until_s:
@@ -118,16 +124,25 @@ class Peers:
         silence_s = now - self.last_heard_s if self.last_heard_s > float("-inf") else 0.0
         return now - self._rested_s - max(silence_s - self._most_s, 0.0)
 
-    def heard(self, name: str, team: str | None, now: float, confidence: float, snr_db: float | None) -> Peer | None:
-        """Note that a peer spoke; a team once announced is kept. None for FRIEND: nobody waits for somebody who may be
-        anybody, or gives an order to it."""
+    def heard(
+        self,
+        name: str,
+        team: str | None,
+        now: float,
+        confidence: float,
+        snr_db: float | None,
+        by_person: bool | None = None,
+    ) -> Peer | None:
+        """Note that a peer spoke; a team once announced is kept. `by_person`: in no robot's voice; None: others told
+        it. None for FRIEND: nobody waits for somebody who may be anybody, or gives an order to it."""
         if name.lower() == m.FRIEND:
             return None
         if not self.is_present(name, now):
             self._present = None
         peer = self._peers.get(name.lower())
         if peer is None:
-            peer = self._peers[name.lower()] = Peer(name, team, now)
+            peer = self._peers[name.lower()] = Peer(name, team, now, is_person=by_person is True)
+        peer.is_person &= by_person is not False and team is None
         self._rested_s = now - self._counted(now)
         self.last_heard_s = now
         peer.counted_s = self._counted(now)

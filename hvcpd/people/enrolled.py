@@ -211,7 +211,7 @@ class EnrolledRecogniser:
         passed_over = float(beyond.mean()) if len(beyond) else 0.0
         sure = probability(path, deficits, passed_over, -best.cost / int(inside.sum()))
         spans = [step.span(self._net.word[step.instance], sure, origin) for step in path]
-        return Recognised.of(spans, self._net.voice_of_node(best.node), sure, Source.TEMPLATES)
+        return Recognised.of(spans, self._net.voice_of_node(best.node), sure, Source.PEOPLE)
 
 
 def probability(path: Sequence[TracedWord], deficits: Sequence[float], passed_over: float, above_noise: float) -> float:

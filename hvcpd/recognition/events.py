@@ -20,7 +20,7 @@ class Source(StrEnum):
     CHANNEL = "channel"
     """Robots' words through a channel that was estimated with them (`channel`)."""
     PEOPLE = "people"
-    """Anybody's words (`hvcpd.people`)."""
+    """A person's words (`hvcpd.people`)."""
     SPELLED = "spelled"
     """An unknown name that a robot spells."""
 

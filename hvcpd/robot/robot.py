@@ -22,7 +22,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL, Samples, WheelCommand, Wheel
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.recognition.barge_in import BargeInDetector
 from hvcpd.recognition.events import Event as HearingEvent
-from hvcpd.recognition.events import Garbled, KeywordEvent, Recognised, Released, Urgent
+from hvcpd.recognition.events import Garbled, KeywordEvent, Recognised, Released, Source, Urgent
 from hvcpd.recognition.stages import SpeechRecogniser
 from hvcpd.robot.holding import Holding
 from hvcpd.robot.measures import Measures
@@ -267,7 +267,8 @@ class Robot:
         if utterance.speaker is not None and event.voice != expected and not is_torn:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
-            self.coordination.heard(utterance, now, sure, snr_db, judged.trust, start_s)
+            by_person = event.source is Source.PEOPLE
+            self.coordination.heard(utterance, now, sure, snr_db, judged.trust, start_s, by_person)
             self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
     def _hold(self, event: KeywordEvent, detector: object, now: float) -> None:

@@ -25,7 +25,13 @@ class Room:
     def hears(self, text: str, confidence: float = 0.9, trust: Trust = Trust.OPEN, for_s: float = READ_BACK_S) -> State:
         """The first robot's state some time after it has heard a sentence."""
         air = self.mission.air
-        self.robot.heard(self.mission.book.parse_text(text), air.now, confidence=confidence, trust=trust)
+        self.robot.heard(
+            self.mission.book.parse_text(text),
+            air.now,
+            confidence=confidence,
+            trust=trust,
+            by_person=" Bot," not in text,
+        )
         air.refresh()
         air.run_until(air.now + for_s)
         return self.robot.state
@@ -76,7 +82,9 @@ def test_a_motion_that_was_heard_surely_can_still_be_denied(order: str, no: str)
 @pytest.mark.parametrize("order", ["Hi, I am Anna, turn left", "Hi all, I am Anna, turn left", "All, turn left"])
 def test_the_only_robot_there_needs_no_name(order: str) -> None:
     """ "Hi all" and "hi" mean the same, and either may be heard for the other."""
-    assert Room("Rob").hears(order, 1.0) is State.MOVING
+    room = Room("Rob")
+    room.hears("Hi Rob, I am Ben, what are you doing")  # people do not count
+    assert room.hears(order, 1.0) is State.MOVING
     assert Room("Rob", "Bot").hears(order, 1.0) is State.READY
 
 
@@ -92,3 +100,30 @@ def test_a_robot_that_may_not_be_the_only_one_makes_no_motion_for_nobody_in_part
     mission.air.run_until(60.0)  # by now the other one would have spoken
     rob.heard(turn, mission.air.now)
     assert rob.state is State.READING_BACK
+
+
+def test_a_coordinator_gives_no_orders_to_people() -> None:
+    """Anna, who had asked what a robot is doing, was ordered to water a rose, again and again."""
+    mission = Mission(("Rob", "Bot"), plants(3), ("Anna", "Ben"), seed=5, coordinator="Bot")
+
+    def hear(text: str, *robots: str) -> None:
+        for name in robots:
+            mission.robots[name].heard(mission.book.parse_text(text), mission.air.now, by_person=True)
+        mission.air.refresh()
+
+    mission.at(21.0, lambda: hear("Hi Rob, I am Anna, what are you doing", "Rob", "Bot"))
+    mission.at(60.0, lambda: hear("Hi Rob, I am Ben, what are you doing", "Rob"))  # Bot hears only the answer
+    mission.run()
+    assert mission.exactly_once
+    assert {u.addressee for _, _, u in mission.said if isinstance(u.statement, m.Order)} == {m.ToRobot("Rob")}
+
+
+@pytest.mark.parametrize("said", ["Hi Bot, I am Max, I am free", "Hi team plant, I am Max"])
+def test_who_is_once_heard_as_a_robot_is_one(said: str) -> None:
+    mission = Mission(("Bot",), plants(1), ("Max",), seed=5, coordinator="Bot")
+    mission.air.run_until(20.0)
+    bot, book = mission.robots["Bot"], mission.book
+    bot.heard(book.parse_text("Hi Bot, I am Max, what is left"), mission.air.now, by_person=True)
+    assert bot.peers.people() == {"max"}
+    bot.heard(book.parse_text(said), mission.air.now, by_person="team" in said)
+    assert bot.peers.people() == set()

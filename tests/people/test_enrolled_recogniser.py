@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from hvcpd.language.graph import Arc, WordGraph
 from hvcpd.people.enrolled import BLOCK_FRAMES, STEPS, EnrolledRecogniser, Person
 from hvcpd.recognition.decoder import Decoder
-from hvcpd.recognition.events import Recognised
+from hvcpd.recognition.events import Recognised, Source
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies
 from hvcpd.recognition.network import Beam, Network
 from hvcpd.recognition.templates import TemplateBank
@@ -84,7 +84,7 @@ def test_a_sentence_is_found_at_any_pace_and_loudness(words: tuple[str, ...], pa
     match = nearest(segment(*words, pace=pace, gain=gain))
     assert words_of(match) == words
     assert match is not None
-    assert match.voice == "anna, enrolled"
+    assert (match.voice, match.source) == ("anna, enrolled", Source.PEOPLE)
     assert abs(match.start_sample - 25 * HOP_SAMPLES) <= 6 * HOP_SAMPLES
     assert all(a.end_sample <= b.start_sample for a, b in pairwise(match.spans))
 

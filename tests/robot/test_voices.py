@@ -21,7 +21,7 @@ from hvcpd.memory.journal import Journal
 from hvcpd.memory.store import Store
 from hvcpd.people.enrolled import Person
 from hvcpd.ports import STANDSTILL, Samples
-from hvcpd.recognition.events import Event, Garbled, Recognised
+from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.robot.records import GarbledRecord, HeardRecord, SaidRecord, VoiceRecord
 from hvcpd.security.keys import KEY_BYTES, KeyRing, TeamKey
 from hvcpd.synthesis.voices import voice_for
@@ -85,6 +85,16 @@ def test_a_name_in_another_voice_is_noted(sound: Sound, words: str, voice: str, 
     Journal(store, tasks, "Rob").write(records, 0.0)
     texts = [row.text for row in store.transcript() if row.kind == "garbled"]
     assert texts == [f"another voice than {r.speaker}'s: {r.voice}, not {r.expected}" for r in noted]
+
+
+@pytest.mark.parametrize(("source", "is_person"), [(Source.PEOPLE, True), (Source.CHANNEL, False)])
+def test_who_is_heard_in_no_robots_voice_is_a_person(sound: Sound, source: Source, is_person: bool) -> None:
+    robot = make_robot(plan(load_tasks(default_tasks_path())), sound)
+    told = Told("hi rob i am anna what is left", "anna, enrolled")
+    told.event = replace(told.event, source=source)
+    robot._recogniser = told  # type: ignore[assignment]
+    robot.step(BLOCK, None)
+    assert robot.coordination.peers.people() == ({"anna"} if is_person else set())
 
 
 class Repeated(Told):
