@@ -219,6 +219,20 @@ def writing(
         raise kind(f"{option}{unwritable(path, error, otherwise)}") from None
 
 
+@contextmanager
+def reading_own(path: Path) -> Iterator[None]:
+    """Raise ConfigError, with the remedy, where a file of the package is missing or damaged, whatever its reader
+    raises."""
+    try:
+        yield
+    except HvcpdError:
+        raise
+    except Exception as error:
+        again = how_to_install("--force-reinstall ./hvcpd-*.whl", "--reinstall ./hvcpd_*.deb", str(path))
+        reason = str(error) or type(error).__name__
+        raise ConfigError(f"{path}: this file of hvcpd is missing or damaged ({reason}): {again}") from error
+
+
 def unreadable(error: Exception) -> str:
     """What is wrong with a file that cannot be opened, and what to do."""
     match error:

@@ -38,6 +38,8 @@ _UNDECOMPOSED = str.maketrans(
     | {"ß": "ss", "ẞ": "SS", "æ": "ae", "Æ": "Ae", "œ": "oe", "Œ": "Oe", "þ": "th", "Þ": "Th", "ŋ": "ng", "Ŋ": "Ng"}
 )
 """Latin letters that Unicode does not take apart into a plain letter and a mark, and typographic punctuation."""
+_MISTAKEN = str.maketrans({"№": "No.", "™": None, "º": "°", "˚": "°"})
+"""Signs that Unicode would take for letters or nothing: No 5, RobTM, 20 oC."""
 
 _ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*")
 _WORD = re.compile(r"[a-z]+")
@@ -45,7 +47,7 @@ _WORD = re.compile(r"[a-z]+")
 
 def plain_letters(text: str) -> str:
     """The text with Latin letters in their plain form: Łódź is Lodz, Straße Strasse, café cafe. Other scripts stay."""
-    decomposed = unicodedata.normalize("NFKD", text).translate(_UNDECOMPOSED)
+    decomposed = unicodedata.normalize("NFKD", text.translate(_MISTAKEN)).translate(_UNDECOMPOSED)
     return "".join(c for c in decomposed if not unicodedata.combining(c))
 
 

@@ -1,4 +1,4 @@
-"""Written quantities as they are read out: dates, times, units, ranges and decimals; and signs that have no sound."""
+"""Written quantities and addresses as they are read out: dates, times, units, ranges, decimals; signs without sound."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ import re
 from hvcpd.config.names import plain_letters
 
 _UNSAYABLE = re.compile(
-    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|(?<![0-9])[0-9]+(?:[.,][0-9]+|:0[0-9])|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
+    r"(?<![A-Za-z0-9.–—-])(?:[–—-]\.?|\.)[0-9]+|(?<![0-9])[0-9]+(?:[.,][0-9]+|:0[0-9])|\b[2-9]0s\b|[^A-Za-z0-9'\s,.!?;:\"“”()\[\]…–—-]"
 )
-"""Numbers whose minus sign, point or comma would get lost, or whose zero (8:61:05); all but letters, digits, and the
-punctuation that a reader passes over."""
+"""Numbers whose minus sign, point or comma would get lost, or whose zero (8:61:05); 90s, which may be seconds or years;
+all but letters, digits, and the punctuation that a reader passes over."""
+_INCHES = re.compile('[^"]*[0-9](")')
+"""A quotation mark that ends no quotation, and would get lost."""
 
 _UNITS = {
     "mm": "millimetre", "cm": "centimetre", "m": "metre", "km": "kilometre", "mg": "milligram", "g": "gram",
@@ -18,7 +20,9 @@ _UNITS = {
     "s": "second", "min": "minute", "h": "hour", "mV": "millivolt", "V": "volt", "mA": "milliamp",
     "mAh": "milliamp hour", "Ah": "amp hour", "W": "watt", "kW": "kilowatt", "Wh": "watt hour",
     "kWh": "kilowatt hour", "dB": "decibel", "kB": "kilobyte", "MB": "megabyte", "GB": "gigabyte", "lb": "pound",
-    "oz": "ounce", "$": "dollar", "€": "euro",
+    "oz": "ounce", "$": "dollar", "€": "euro", "cl": "centilitre", "dl": "decilitre", "hPa": "hectopascal",
+    "kPa": "kilopascal", "lbs": "pound", "yd": "yard", "yds": "yard", "sec": "second", "secs": "second",
+    "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece",
 }  # fmt: skip
 """Symbols that stand behind a number (ISO 80000), and their names. Not among them: A, C and in, which are words, or
 letters of rooms ("room 5 A")."""
@@ -34,6 +38,8 @@ _NAMES = {symbol: (name, f"{name}s") for symbol, name in _UNITS.items()} | {
     "°F": ("degree fahrenheit", "degrees fahrenheit"),
     "m/s": ("metre per second", "metres per second"),
     "km/h": ("kilometre per hour", "kilometres per hour"),
+    "mph": ("mile per hour", "miles per hour"),
+    "psi": ("p s i", "p s i"),
     "£": ("pound", "pounds"),
 }
 """Of one, and of more."""
@@ -51,31 +57,71 @@ _CALENDAR = {
 _DATES = "|".join(sorted(_CALENDAR, key=len)[::-1])
 _DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] ))({_DATES})\b\.?")
 """A month or a day of the week beside a number; "sun" and "Jan" alone are words."""
+_DAY = rf"(?:(?:{'|'.join(dict.fromkeys(_CALENDAR.values()))}) \d|\d{{1,2}} (?:{'|'.join(_CALENDAR.values())}))"
+_DAYS = re.compile(rf"(\d|{'|'.join(dict.fromkeys(_CALENDAR.values()))}) ?[–—-] ?(?={_DAY})")
+"""The dash between two dates."""
 
-_END = r"(\d{1,2}(?:\.\d{1,2})?)((?::\d\d)?(?: ?[ap]m)?)"
-_RANGE = re.compile(rf"(?<![\w.,:/–—-]){_END}[–—-]{_END}(?![\d.,:/–—-]*\d|[–—-])", re.IGNORECASE)
+_TIME = r"(?::\d\d)?(?: ?(?i:[ap]m))?"
+_UNITED = f" ?(?:{'|'.join(map(re.escape, sorted(_NAMES, key=len)[::-1]))})"
+_END = r"(\d{1,4}(?:\.\d{1,2})?)"
+_RANGE = re.compile(
+    rf"(?<![\w.,:/–—-])(?<![–—-] ){_END}({_TIME}|{_UNITED})(?:[–—-]| [–—-] ){_END}({_TIME})"
+    r"(?![\d.,:/–—-]*\d|[–—-]| [–—-] ?\d)"
+)
 _CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE)
 _DOTTED = re.compile(r"(?<![\d.,:])(\d{1,2})\.(?=[0-5]\d(?:[–—-]\d{1,2}\.[0-5]\d)? ?[ap]\.? ?m\b)", re.IGNORECASE)
 """A British time of day, 3.05 pm."""
-_GLUED = re.compile(r"(?<![\w-])(\d+(?:\.\d+)?)(?!(?:st|nd|rd|th)\b|(?<=0)s\b)(?=[A-Za-z]+\b)")
-"""Not the 90s."""
+_GLUED = re.compile(r"(?<![\w-])(?![2-9]0s\b)(\d+(?:\.\d+)?)(?!(?:st|nd|rd|th)\b)(?=[A-Za-z]+\b)")
+_DECADE = re.compile(
+    r"(?:\b(?P<of>the|early|late|mid|my|our|your|his|her|their)[ -]|(?<![\w.,:-]))'?\b"
+    r"(?P<century>1[5-9]|2[01])?(?P<tens>\d)0'?s\b",
+    re.IGNORECASE,
+)
+_DECADES = "hundreds tens twenties thirties forties fifties sixties seventies eighties nineties".split()
+_MANY = {"10": "tens", "100": "hundreds", "1000": "thousands"}
+_SO_MANY = re.compile(r"(?<![\w.,-])(10|100|1000)s(?= of\b)")
+_GROUPED = re.compile(r"(?<=\d) (?=000\b)")
+"""Thousands apart, as 20 000."""
 _SYMBOLS = "|".join((" " if each[0].isalpha() else " ?") + re.escape(each) for each in sorted(_NAMES, key=len)[::-1])
 _UNIT = re.compile(rf"(?<![A-Za-z0-9.])([\d.]*\d)({_SYMBOLS})(?![A-Za-z0-9/²³])")
 _DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,–—-]\d)")
 """Not 1.000, which is a thousand in much of Europe, and no part of a date, a version or a range that falls."""
-_PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d|[–—-][$€£]?\d|[A-Za-z])")
+_PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d| ?[–—-] ?[$€£]?\d|[A-Za-z])")
 """Neither $5-10, which as "five dollars ten" would be $5.10, nor $5m."""
 _NUMBERED = re.compile(r"(?:#|\b[Nn]o\. ?)(?=\d)")
 
+_ROMANS = dict(
+    zip(
+        "II III IV VI VII VIII IX XI XII XIII XIV XV XVI".split(), (2, 3, 4, *range(6, 10), *range(11, 17)), strict=True
+    )
+)
+_ROMAN = re.compile(rf"\b([A-Za-z]+) ({'|'.join(sorted(_ROMANS, key=len)[::-1])})\b")
+_NUMBERED_WITH = frozenset(
+    "act chapter class grade level mark part phase room section stage step type volume war".split()
+)
+"""Words with which IV is four and no drip, and XI eleven and no name."""
+
+_SUFFIXES = "com|org|net|edu|gov|info|io|uk|eu|de|txt|pdf|csv|json|yaml|wav|html"
+_ADDRESS = re.compile(
+    r"(?<![\w.-])(?:[\w.-]{1,64}@[\w-]{1,64}(?:\.[\w-]+)+"
+    rf"|(?:www\.)?[\w-]{{1,64}}(?:\.[\w-]{{1,64}}){{0,4}}\.(?:{_SUFFIXES})(?:\.[a-z][a-z])?)\b",
+    re.IGNORECASE,
+)
+"""Of a person, a site or a file: elsewhere a point between letters ends a sentence."""
+_SAID_IN_ADDRESSES = {"@": " at ", ".": " dot ", "-": " dash ", "_": " underscore "}
+
 
 def with_quantities(text: str) -> str:
-    """The text with dates ("5 Dec"), ranges ("3-5"), times of day ("9:05") and units ("20cm") in words.
+    """The text with addresses, dates ("5 Dec"), ranges ("3-5"), times of day ("9:05") and units ("20cm") in words.
 
     All other signs stay, the point and the minus sign of a number too.
     """
+    text = _ADDRESS.sub(_address, _ROMAN.sub(_roman, text))
     if not any(sign.isdigit() for sign in text):
         return text
+    text = _SO_MANY.sub(lambda found: _MANY[found[1]], _DECADE.sub(_decade, _GROUPED.sub("", text)))
     text = _DATE.sub(lambda found: _CALENDAR[found[1] or found[2]], text)
+    text = _DAYS.sub(r"\1 to ", text)
     text = _CLOCK.sub(_time, _RANGE.sub(_range, _DOTTED.sub(r"\1:", text)))
     return _UNIT.sub(_quantity, _GLUED.sub(r"\1 ", text))
 
@@ -89,13 +135,36 @@ def read_out(text: str) -> str:
 def unsayable(text: str) -> str | None:
     """A part of a sentence that would not be said as it is meant: a sign of another script, -5, 1,000, m²."""
     raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
-    found = _UNSAYABLE.search(read_out(plain_letters(text)))
-    return raised or (found and found[0])
+    plain = plain_letters(text)
+    found = _UNSAYABLE.search(read_out(plain))
+    inches = _INCHES.match(plain)
+    return raised or (found and found[0]) or (inches and inches[1])
+
+
+def _address(found: re.Match[str]) -> str:
+    return "".join(_SAID_IN_ADDRESSES.get(sign, sign) for sign in found[0])
+
+
+def _roman(found: re.Match[str]) -> str:
+    before, numeral = found.groups()
+    is_number = numeral == "II" or len(numeral) > 2 or before.lower() in _NUMBERED_WITH
+    return f"{before} {_ROMANS[numeral]}" if is_number else found[0]
+
+
+def _decade(found: re.Match[str]) -> str:
+    """Years; what may be seconds stays."""
+    of, century, tens = found["of"] or "", found["century"] or "", int(found["tens"])
+    is_marked = of != "" or "'" in found[0]
+    if not (is_marked and century if tens == 0 else is_marked or century):
+        return found[0]
+    years = "two thousands" if (century, tens) == ("20", 0) else f"{century} {_DECADES[tens]}"
+    return f"{of} {years}"
 
 
 def _range(found: re.Match[str]) -> str:
-    """The ends of a range that rises, or of times; what falls may be a score or a date."""
-    rises = float(found[1]) < float(found[3]) or found[2] != ""
+    """The ends of a range that rises, or of times or quantities; what falls may be a score or a date, and what grows to
+    four digits a number of a telephone."""
+    rises = (float(found[1]) < float(found[3]) and (len(found[3]) < 4 or len(found[1]) >= 4)) or found[2] != ""
     return f"{found[1]}{found[2]} to {found[3]}{found[4]}" if rises else found[0]
 
 

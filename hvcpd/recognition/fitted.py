@@ -16,6 +16,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.errors import reading_own
+
 LEAST_PROBABILITY = 1e-4
 """Smallest probability of an event, and of its opposite: no recogniser is more certain."""
 
@@ -46,7 +48,9 @@ def logit(probability: float) -> float:
 
 @cache
 def _file() -> dict[str, dict[str, Any]]:
-    sections: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("fitted.json").read_text("utf-8"))
+    path = Path(__file__).with_name("fitted.json")
+    with reading_own(path):
+        sections: dict[str, dict[str, Any]] = json.loads(path.read_text("utf-8"))
     return sections
 
 
@@ -60,7 +64,7 @@ def mapped_arrays(path: Path) -> dict[str, NDArray[Any]]:
     """The arrays in a file that `numpy.savez` wrote, by name, memory-mapped and read-only. Raises ValueError if they
     are compressed. The phone nets, 3.3 MB, are needed only while somebody speaks whom the first pass does not
     understand; otherwise they are in the system's file cache alone."""
-    with path.open("rb") as file, zipfile.ZipFile(file) as archive:
+    with reading_own(path), path.open("rb") as file, zipfile.ZipFile(file) as archive:
         pages = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         _mapped.append(pages)
         members = archive.infolist()

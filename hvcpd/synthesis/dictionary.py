@@ -19,6 +19,7 @@ from functools import cached_property, lru_cache
 from itertools import accumulate, takewhile
 from pathlib import Path
 
+from hvcpd.errors import reading_own
 from hvcpd.synthesis.phones import ARPABET, is_vowel
 
 Pronunciation = tuple[str, ...]
@@ -56,7 +57,8 @@ def pack(words: Mapping[str, tuple[Pronunciation, ...]]) -> bytes:
 
 
 class Dictionary:
-    """A packed dictionary; `path` is opened when the first word is looked up."""
+    """A packed dictionary; `path` is opened when the first word is looked up. Raises ConfigError where it is missing or
+    damaged."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -70,23 +72,23 @@ class Dictionary:
     @cached_property
     def _index(self) -> tuple[list[str], list[int]]:
         """First words of the blocks, and where each block begins, the end of the file last."""
-        with self._path.open("rb") as file:
+        with reading_own(self._path), self._path.open("rb") as file:
             head = file.read(len(MAGIC) + 4)
             if not head.startswith(MAGIC):
-                raise ValueError(f"{self._path} is not a packed dictionary; reinstall hvcpd")
+                raise ValueError("not a packed dictionary")
             (length,) = struct.unpack("<I", head[len(MAGIC) :])
-            lines = zlib.decompress(file.read(length)).decode().splitlines()
-        pairs = [line.split() for line in lines]
+            pairs = [line.split() for line in zlib.decompress(file.read(length)).decode().splitlines()]
         return [word for word, _ in pairs], list(accumulate((int(n) for _, n in pairs), initial=len(head) + length))
 
     def _look_up(self, word: str) -> tuple[Pronunciation, ...]:
         number = bisect_right(self._index[0], word) - 1
-        lines = self._block(number) if number >= 0 else []
-        half, found = len(lines) // 2, ""
-        for coded, said in zip(lines[:half], lines[half:], strict=True):
-            found = found[: ord(coded[0]) - ord("A")] + coded[1:]
-            if found == word:
-                return tuple(tuple(_SYMBOL[character] for character in phones) for phones in said.split())
+        with reading_own(self._path):
+            lines = self._block(number) if number >= 0 else []
+            half, found = len(lines) // 2, ""
+            for coded, said in zip(lines[:half], lines[half:], strict=True):
+                found = found[: ord(coded[0]) - ord("A")] + coded[1:]
+                if found == word:
+                    return tuple(tuple(_SYMBOL[character] for character in phones) for phones in said.split())
         return ()
 
     def _block(self, number: int) -> list[str]:

@@ -74,7 +74,7 @@ def _stems(word: str) -> Iterator[tuple[str, str]]:
             if len(bare) < SHORTEST_STEM:
                 continue
             yield bare + "e", ending
-            if not _DOUBLES.fullmatch(bare):
+            if not _DOUBLES.fullmatch(bare) and not word.endswith("ied"):
                 yield bare, ending
             if len(bare) > SHORTEST_STEM and bare[-1] == bare[-2] and bare[-1] not in _UNDOUBLED:
                 yield bare[:-1], ending

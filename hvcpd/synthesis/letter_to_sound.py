@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hvcpd.config.names import plain_letters
+from hvcpd.errors import reading_own
 
 MODEL_PATH = Path(__file__).with_name("letter_to_sound.npz")
 
@@ -87,8 +88,9 @@ class JointModel:
 
     @classmethod
     def load(cls, path: Path) -> JointModel:
-        """The model of a file that `benchmarks.pronunciation` wrote."""
-        with np.load(path) as file:
+        """The model of a file that `benchmarks.pronunciation` wrote. Raises ConfigError where it is missing or
+        damaged."""
+        with reading_own(path), np.load(path) as file:
             graphones = bytes(file["graphones"]).decode().splitlines()
             token, cost, backoff = (file[name] for name in ("token", "cost", "backoff"))
             first = 1 + np.concatenate([[0], np.cumsum(file["children"], dtype=np.uint32)])

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from functools import cache
 from pathlib import Path
 from sys import intern
 
@@ -85,7 +86,7 @@ class Lexicon:
 
         Raises `ConfigError` naming every bad line of it, or that it cannot be read.
         """
-        ours = replace(_read(BUILTIN_PATH), accent=accent)
+        ours = replace(_builtin(), accent=accent)
         if extra is None:
             return ours
         theirs = _read(extra)
@@ -113,7 +114,8 @@ class Lexicon:
         for spelling in american_spellings(word) if form is None else ():
             if american := self.listed(spelling):
                 return Entry(american, Origin.SPELLING, self.places.get(spelling, {}))
-        form = form or derive(word, self.listed, self.places)
+        spellings = (word, *american_spellings(word))
+        form = form or next(filter(None, (derive(each, self.listed, self.places) for each in spellings)), None)
         if form is not None:
             return Entry(form.said, Origin.FORM, form.places)
         if word.isascii() and word.isdecimal() and str(int(word[:9])) == word and int(word) <= NUMBER_MAX:
@@ -178,6 +180,12 @@ def common_words() -> tuple[str, ...]:
     """Words that robots, teachers and tasks commonly use, in lower case and in order."""
     lines = COMMON_PATH.read_text(encoding="utf-8").splitlines()
     return tuple(word for line in lines if not line.startswith("#") for word in line.split())
+
+
+@cache
+def _builtin() -> Lexicon:
+    """A command's settings and its sentences ask for it one after the other."""
+    return _read(BUILTIN_PATH)
 
 
 def _read(path: Path) -> Lexicon:

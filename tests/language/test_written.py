@@ -42,7 +42,7 @@ from hvcpd.language.words import spoken_words
         ("2 m/s", "two metres per second"),
         ("6 ft", "six feet"),
         ("$5, £1.50, 3 €", "five dollars one pound fifty three euros"),
-        ("wait 5s, in the 90s", "wait five seconds in the 90s"),
+        ("wait 5s, in the 90s", "wait five seconds in the nineties"),
         ("room 12b", "room twelve b"),
         ("room 5 A", "room five a"),
         ("R2D2 and nova7 m", "r2d2 and nova7 m"),
@@ -63,6 +63,27 @@ from hvcpd.language.words import spoken_words
         ("room 007 on 05 Dec", "room 007 on five december"),
         ("1.5-2 m, 2.5\N{EN DASH}3.5 m", "one point five to two metres two point five to three point five metres"),
         ("$5.00 or £1.05", "five dollars or one pound five"),
+        ("№ 5 and №5", "number five and number five"),
+        ("20 ºC, 20 ˚C, Robo™", "twenty degrees celsius twenty degrees celsius robo"),
+        ("the 1990s, '80s, her 30s, mid-60s", "the nineteen nineties eighties her thirties mid sixties"),
+        ("the 1900s and the 2000s", "the nineteen hundreds and the two thousands"),
+        ("wait 10s or 100s, 10s of roses", "wait ten seconds or one hundred seconds tens of roses"),
+        ("10 \N{EN DASH} 20, 3 - 5 m", "ten to twenty three to five metres"),
+        ("9:00 - 10:30", "nine o'clock to ten thirty"),
+        ("5 cm - 10 cm, 90cm-1m", "five centimetres to ten centimetres ninety centimetres to one metre"),
+        ("100-200 ml, rooms 101-105", "one hundred to two hundred millilitres rooms 101 to 105"),
+        ("2024-2026, call 555-1234", "2024 to 2026 call 555 1234"),
+        ("10 - 20 - 30", "ten twenty thirty"),
+        ("Nov 29 - Dec 5, 5 - 10 Dec", "november twenty nine to december five five to ten december"),
+        ("20 000 of 1 000", "twenty thousand of one thousand"),
+        ("2 hrs, 1 hr, 5 mins, 2 yds", "two hours one hour five minutes two yards"),
+        ("3 tbsp, 1 tsp, 30 mph, 2 psi", "three tablespoons one teaspoon thirty miles per hour two p s i"),
+        ("Phase II, type IV, part XI", "phase two type four part eleven"),
+        ("check the IV, ask XI", "check the iv ask xi"),
+        ("write to rob@example.com.", "write to rob at example dot com"),
+        ("www.my-robots.co.uk, notes.txt", "www dot my dash robots dot co dot uk notes dot txt"),
+        ("it is there.then go", "it is there then go"),
+        ('"room 5" and 6', "room five and six"),
     ],
 )
 def test_what_is_written_is_read_out(written: str, said: str) -> None:
@@ -72,7 +93,21 @@ def test_what_is_written_is_read_out(written: str, said: str) -> None:
 
 @pytest.mark.parametrize(
     "written",
-    ["20 m²", "1.000 roses", "1,5 m", "-5 °C", "12.05.2026", "1/2 a litre", "5 m/s²", "$5-10", "$5m", "3.5-1"],
+    [
+        "20 m²",
+        "1.000 roses",
+        "1,5 m",
+        "-5 °C",
+        "12.05.2026",
+        "1/2 a litre",
+        "5 m/s²",
+        "$5-10",
+        "$5m",
+        "3.5-1",
+        "$5 - $10",
+        "wait 90s",
+        '5" pipe',
+    ],
 )
 def test_what_could_be_misread_is_refused(written: str) -> None:
     assert unsayable(written) is not None
@@ -94,7 +129,7 @@ def test_no_other_quantity_is_taken_for_a_tasks_number(number: str) -> None:
         Phrasebook(Vocabulary(("Rob",))).parse_text(f"Hi all, I am Rob, I will complete task {number}")
 
 
-@pytest.mark.parametrize("part", ["9", "1.", "1:", "1-", "1-2,", "$1."])
+@pytest.mark.parametrize("part", ["9", "1.", "1:", "1-", "1-2,", "$1.", "1 - ", "a.", "a@", "mid-", "V ", "1 000"])
 def test_a_long_text_takes_a_time_in_proportion(part: str) -> None:
     unsayable(part * 100_000)  # 44 s, where each digit began a search to the end of its number
     assert spoken_words(part * 1000)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import astuple
 from datetime import date
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from hvcpd.errors import ConfigError
 from hvcpd.people.fusion import WEIGHTS
 from hvcpd.recognition.decoder_session import ConfidenceFeatures
-from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.fitted import fitted, mapped_arrays
 
 MODELS = (
     "steady_noise",
@@ -38,6 +41,14 @@ def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
     unclear, log_odds, _, nearest_logit = WEIGHTS[1:]
     assert unclear < 0.0 < log_odds
     assert nearest_logit >= 0.0
+
+
+def test_a_damaged_net_is_named_with_the_remedy(tmp_path: Path) -> None:
+    path = tmp_path / "net.npz"
+    np.savez(path, weights=np.zeros(100))
+    path.write_bytes(path.read_bytes()[:-10])
+    with pytest.raises(ConfigError, match=r"net\.npz: this file of hvcpd is missing or damaged .*install"):
+        mapped_arrays(path)
 
 
 def test_there_is_no_model_of_another_name() -> None:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hvcpd.errors import ConfigError
 from hvcpd.synthesis.dictionary import BLOCK_WORDS, Dictionary, pack
 from hvcpd.synthesis.lexicon import CMUDICT, DICTIONARY_PATH, Lexicon
 from hvcpd.synthesis.phones import ARPABET, is_vowel
@@ -57,5 +58,21 @@ def test_another_process_may_get_a_lexicon() -> None:
 def test_another_file_is_no_dictionary(tmp_path: Path) -> None:
     path = tmp_path / "words.bin"
     path.write_bytes(b"zurich Z UH1 R IH0 K")
-    with pytest.raises(ValueError, match="not a packed dictionary"):
+    with pytest.raises(ConfigError, match="not a packed dictionary"):
         Dictionary(path).look_up("zurich")
+
+
+@pytest.mark.parametrize("where", [0, 9, 20, -40, -1])
+@pytest.mark.parametrize("cut", [True, False])
+def test_a_damaged_dictionary_is_named_with_the_remedy(tmp_path: Path, where: int, cut: bool) -> None:
+    path = tmp_path / "words.bin"
+    data = bytearray(pack({f"w{number}": (("AA1", "B"),) for number in range(BLOCK_WORDS)}))
+    data[where] ^= 0xFF
+    path.write_bytes(data[:where] if cut else data)
+    with pytest.raises(ConfigError, match=r"words\.bin: this file of hvcpd is missing or damaged .*install"):
+        Dictionary(path).look_up("w7")
+
+
+def test_a_missing_dictionary_is_named_with_the_remedy(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"nothing\.bin: this file of hvcpd is missing or damaged .*install"):
+        Dictionary(tmp_path / "nothing.bin").look_up("w7")

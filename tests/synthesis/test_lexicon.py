@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
@@ -17,7 +17,7 @@ from hvcpd.language.forms import FORMS
 from hvcpd.language.words import number_words, spoken_words
 from hvcpd.synthesis.homographs import Place
 from hvcpd.synthesis.inflection import derive, with_ending
-from hvcpd.synthesis.letter_to_sound import letter_to_sound
+from hvcpd.synthesis.letter_to_sound import MODEL_PATH, JointModel, letter_to_sound
 from hvcpd.synthesis.lexicon import CMUDICT, Lexicon, Origin, common_words
 from hvcpd.synthesis.likeness import name_fault, phone_distance, sounds_alike
 from hvcpd.synthesis.phones import ARPABET, is_vowel
@@ -70,7 +70,7 @@ def test_our_lexicon_has_no_idle_line_and_every_common_word_is_listed() -> None:
 def test_units_are_said_from_the_lexicon(number: int) -> None:
     symbols = (
         "mm cm m km mg g kg ml l ms s min h mV V mA mAh Ah W kW Wh kWh dB kB MB GB lb oz ft Hz kHz MHz GHz % ° °C °F "
-        "m/s km/h $ € £"
+        "m/s km/h $ € £ cl dl hPa kPa lbs yd yds sec secs mins hr hrs tsp tbsp pcs mph psi"
     ).split()
     words = {word for symbol in symbols for word in spoken_words(f"{number} {symbol}")}
     assert len(words) > 35
@@ -144,6 +144,8 @@ def test_names_and_words_are_said_whether_listed_or_not(word: str, phones: str) 
         ("planned", ["P L AE1 N D"]),
         ("sharing", ["SH EH1 R IH0 NG"]),
         ("Clocks", ["K L AA1 K S"]),
+        ("spied", ["S P AY1 D"]),
+        ("decilitres", ["D EH1 S AH0 L IY2 T ER0 Z"]),
         ("bus", ["B AH1 S"]),
         ("bed", ["B EH1 D"]),
         ("thing", ["TH IH1 NG"]),
@@ -218,6 +220,14 @@ def test_any_text_has_a_pronunciation_of_known_phones(text: str) -> None:
 def test_a_word_of_ten_thousand_letters_is_read_in_proportion() -> None:
     once = letter_to_sound("banana" * 15)
     assert len(letter_to_sound("banana" * 15 * 20)) == 20 * len(once)
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:-100], lambda data: data[:5000] + bytes(100) + data[5100:]])
+def test_a_damaged_model_of_letters_is_named_with_the_remedy(tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
+    path = tmp_path / "model.npz"
+    path.write_bytes(damage(MODEL_PATH.read_bytes()))
+    with pytest.raises(ConfigError, match=r"model\.npz: this file of hvcpd is missing or damaged .*install"):
+        JointModel.load(path)
 
 
 def test_an_own_lexicon_goes_first(tmp_path: Path) -> None:
