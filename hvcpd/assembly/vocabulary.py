@@ -30,7 +30,7 @@ from hvcpd.language.rewording import (
     instead_of_team,
     instead_of_verb,
 )
-from hvcpd.language.words import NUMBER_MAX, number_words, spoken_words
+from hvcpd.language.words import NUMBER_MAX, SAFETY_WORDS, number_words, spoken_words
 from hvcpd.synthesis.lexicon import Origin
 from hvcpd.synthesis.likeness import near_names
 from hvcpd.synthesis.unit_cache import recipe
@@ -77,7 +77,7 @@ class Confusion:
     fixed: bool
     """Whether both are the phrasebook's own: a team cannot reword them, and is not refused for them."""
     sentences: tuple[str, str] = ("", "")
-    """Two that differ in these phrases alone."""
+    """Two that differ in these phrases alone; the phrases themselves if no two do."""
     subject: str = ""
     """The one of the two to reword, where one is the team's."""
     key: str = "tasks"
@@ -105,7 +105,8 @@ def describe(confusion: Confusion) -> str:
         *others, last = (f"'{each}'" for each in c.proposals)
         remedy = f"instead of '{c.subject}' say for example {', '.join(others)}{' or ' * bool(others)}{last}"
     first, second = c.sentences
-    return f"'{first}' and '{second}' {what}, by the words '{c.first}' and '{c.second}'; {remedy}"
+    by = f", by the words '{c.first}' and '{c.second}'" if c.sentences != (c.first, c.second) else ""
+    return f"'{first}' and '{second}' {what}{by}; {remedy}"
 
 
 def refusal(confusions: Iterable[Confusion], tasks: Path, allowable: bool = True) -> str | None:
@@ -128,7 +129,7 @@ def check(
     quick start, leaves out what no change of a single task, team or robot's name would mend.
     """
     counts_as = {phrase: word for word, phrases in book.alternatives.items() for phrase in phrases}
-    pairs = tuple(pair for pair in competing_phrases(book.heard_graph) if not _is_same(pair, counts_as))
+    pairs = tuple(pair for pair in _pairs(book, sound) if not _is_same(pair, counts_as))
     if chosen_only:
         pairs = tuple(pair for pair in pairs if _is_chosen(*pair) or counts_as.keys() & set(pair))
     voices = tuple({sound.voice_of(name): None for name in names})
@@ -144,6 +145,14 @@ def check(
         found = tuple(explained.get(c, c) for c in found)
         _write(path, found)
     return found
+
+
+def _pairs(book: Phrasebook, sound: Sound) -> Iterator[Pair]:
+    """What can be taken for one another: competing phrases, and commands for what sounds like them, wherever it is."""
+    yield from competing_phrases(book.heard_graph)
+    commands = [(command, {*sound.lexicon.sounds(command)}) for command in sorted(SAFETY_WORDS)]
+    for word in sorted({*book.heard_graph.words} - FIXED_WORDS):
+        yield from (((command,), (word,)) for command, said in commands if said & {*sound.lexicon.sounds(word)})
 
 
 def _is_same(pair: Pair, counts_as: Mapping[Phrase, str]) -> bool:
@@ -280,7 +289,7 @@ def _passes(
     """Whether nothing new would be confused if the phrase stood in place of the word."""
     try:
         reworded = Phrasebook(_reworded(book.vocabulary, word, " ".join(phrase)))
-        new = [pair for pair in competing_phrases(reworded.heard_graph) if pair not in old]
+        new = [pair for pair in _pairs(reworded, sound) if pair not in old or (word,) in pair]
     except PhraseError:
         return False
     fresh = {each.lower() for each in phrase}

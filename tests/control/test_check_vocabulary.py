@@ -63,6 +63,14 @@ def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
+def test_a_word_inside_a_task_that_sounds_like_a_command_is_refused(sound: Sound) -> None:
+    tasks = repository("fill the stopp", "water the rose")
+    found = check(make_phrasebook(("Rob", "Bot"), DEFAULT_TEAMS, tasks), ("Rob",), sound)
+    text = refusal(found, Path("tasks.yaml"), allowable=False)
+    assert text is not None
+    assert text.startswith("tasks.yaml: 'stop' and 'stopp' sound the same; reword 'stopp'")
+
+
 def test_confusable_tasks_are_listed_worst_first_with_replacements(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
