@@ -73,7 +73,7 @@ def recorded_voice(
     for word in wanted:
         if word in files:
             try:
-                recordings[word] = read_wav(files[word])
+                recordings[word] = read_wav(files[word], pipes=False)
             except AudioFileError as error:
                 faults.append(str(error))
     speaker = RecordedSpeaker(recordings, lexicon, stand_in)

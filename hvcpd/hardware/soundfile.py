@@ -57,19 +57,21 @@ _UNKNOWN_LENGTH = 0x7FFF0000
 2^31; others: 2^32 - 1); the data then ends with the file, which MAX_FILE_BYTES keeps smaller."""
 
 
-def read_wav(path: Path) -> Samples:
+def read_wav(path: Path, pipes: bool = True) -> Samples:
     """Return the sound of a recording at 16 kHz, mono: shape (n,), float32, 1.0 = full scale.
 
-    Reads WAV, FLAC, AIFF and Ogg at 8 to 192 kHz; several channels are averaged, and where they
-    cancel the loudest counts; NaN and infinite samples become 0.
+    Reads WAV, FLAC, AIFF and Ogg at 8 to 192 kHz; several channels are averaged, and where they cancel the loudest
+    counts; NaN and infinite samples become 0. A pipe, where `pipes` allows one, is read until its writer ends.
     Raises AudioFileError, naming the file and the remedy, for a file that is missing, of another format, empty or cut
     short.
     """
     try:
+        mode = path.stat().st_mode
+        if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
+            raise AudioFileError(f"{path}: a device, which may never end; name a file, or - for a pipe")
+        if stat.S_ISFIFO(mode) and not pipes:
+            raise AudioFileError(f"{path}: a pipe, which has no sound until somebody writes; put a file there")
         with path.open("rb") as file:
-            mode = path.stat().st_mode
-            if stat.S_ISCHR(mode):
-                raise AudioFileError(f"{path}: a device, which may never end; name a file, or - for a pipe")
             if stat.S_ISREG(mode):
                 return _read_file(path, file)
             with tempfile.TemporaryFile() as whole:  # a pipe, in which libsndfile cannot go back

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import get_args
 
@@ -136,6 +137,14 @@ def test_a_name_without_a_recording_is_synthesized(tmp_path: Path) -> None:
     oak = Speaker(voice_named("oak"), LEXICON)
     assert np.array_equal(speaker.unit("zorg", UnitPosition.FINAL), oak.unit("zorg", UnitPosition.FINAL))
     assert [len(t) for t in speaker.templates("zorg")] == [len(t) for t in oak.templates("zorg")]
+
+
+def test_a_pipe_among_the_recordings_is_refused_and_waits_for_no_writer(tmp_path: Path) -> None:
+    folder = in_words(tmp_path / "mine", "willow", *WORDS)
+    (folder / "rob.wav").unlink()
+    os.mkfifo(folder / "rob.wav")
+    with pytest.raises(ConfigError, match=r"voice_folder: .*rob\.wav: a pipe"):
+        assign_voices(Sound(LEXICON), Settings(name="Rob", voice_folder=folder), lambda: WORDS)
 
 
 def test_every_word_that_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:

@@ -248,7 +248,7 @@ def _words_from(
             if word not in known:
                 report.rejected.append(f"{path.name}: not named after a word of the phrasebook (WORD_1.wav)")
             continue
-        take, fault = check_take(read_wav(path))
+        take, fault = check_take(read_wav(path, pipes=False))
         if take is None:
             report.rejected.append(f"{path.name}: {fault}")
         else:
@@ -267,7 +267,7 @@ def _sentences_from(
         if not 1 <= int(match[1]) <= len(words):
             report.rejected.append(f"{path.name}: there are {len(words)} sentences: hvcpctl enrol NAME --show")
             continue
-        sentence, fault = check(read_wav(path), words[int(match[1]) - 1])
+        sentence, fault = check(read_wav(path, pipes=False), words[int(match[1]) - 1])
         if sentence is None:
             report.rejected.append(f"{path.name}: {fault}")
         else:
