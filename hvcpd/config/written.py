@@ -22,7 +22,7 @@ _UNITS = {
     "kWh": "kilowatt hour", "dB": "decibel", "kB": "kilobyte", "MB": "megabyte", "GB": "gigabyte", "lb": "pound",
     "oz": "ounce", "$": "dollar", "€": "euro", "cl": "centilitre", "dl": "decilitre", "hPa": "hectopascal",
     "kPa": "kilopascal", "lbs": "pound", "yd": "yard", "yds": "yard", "sec": "second", "secs": "second",
-    "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece",
+    "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece", "TB": "terabyte",
 }  # fmt: skip
 """Symbols that stand behind a number (ISO 80000), and their names. Not among them: A, C and in, which are words, or
 letters of rooms ("room 5 A")."""
@@ -57,9 +57,12 @@ _CALENDAR = {
 _DATES = "|".join(sorted(_CALENDAR, key=len)[::-1])
 _DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] ))({_DATES})\b\.?")
 """A month or a day of the week beside a number; "sun" and "Jan" alone are words."""
-_DAY = rf"(?:(?:{'|'.join(dict.fromkeys(_CALENDAR.values()))}) \d|\d{{1,2}} (?:{'|'.join(_CALENDAR.values())}))"
-_DAYS = re.compile(rf"(\d|{'|'.join(dict.fromkeys(_CALENDAR.values()))}) ?[–—-] ?(?={_DAY})")
-"""The dash between two dates."""
+_WEEK = re.compile(rf"\b({_DATES}) ?[–—-] ?({_DATES})\b")
+"""Mon-Fri, where no number is needed."""
+_LONG = "|".join(dict.fromkeys(_CALENDAR.values()))
+_NTH = r"\d(?:st|nd|rd|th)\b"
+_DAYS = re.compile(rf"(\d|{_NTH}|{_LONG}) ?[–—-] ?(?=(?:{_LONG}) \d|\d{{1,2}} (?:{_LONG})|\d{{0,3}}{_NTH})")
+"""The dash between two dates, or two ordinals."""
 
 _TIME = r"(?::\d\d)?(?: ?(?i:[ap]m))?"
 _UNITED = f" ?(?:{'|'.join(map(re.escape, sorted(_NAMES, key=len)[::-1]))})"
@@ -117,6 +120,7 @@ def with_quantities(text: str) -> str:
     All other signs stay, the point and the minus sign of a number too.
     """
     text = _ADDRESS.sub(_address, _ROMAN.sub(_roman, text))
+    text = _WEEK.sub(lambda found: f"{_CALENDAR[found[1]]} to {_CALENDAR[found[2]]}", text)
     if not any(sign.isdigit() for sign in text):
         return text
     text = _SO_MANY.sub(lambda found: _MANY[found[1]], _DECADE.sub(_decade, _GROUPED.sub("", text)))

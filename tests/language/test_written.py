@@ -75,6 +75,8 @@ from hvcpd.language.words import spoken_words
         ("2024-2026, call 555-1234", "2024 to 2026 call 555 1234"),
         ("10 - 20 - 30", "ten twenty thirty"),
         ("Nov 29 - Dec 5, 5 - 10 Dec", "november twenty nine to december five five to ten december"),
+        ("Mon-Fri, 1st-3rd floor", "monday to friday first to third floor"),
+        ("Nov 29th - Dec 5th", "november twenty ninth to december fifth"),
         ("20 000 of 1 000", "twenty thousand of one thousand"),
         ("2 hrs, 1 hr, 5 mins, 2 yds", "two hours one hour five minutes two yards"),
         ("3 tbsp, 1 tsp, 30 mph, 2 psi", "three tablespoons one teaspoon thirty miles per hour two p s i"),

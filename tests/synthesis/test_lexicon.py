@@ -70,7 +70,7 @@ def test_our_lexicon_has_no_idle_line_and_every_common_word_is_listed() -> None:
 def test_units_are_said_from_the_lexicon(number: int) -> None:
     symbols = (
         "mm cm m km mg g kg ml l ms s min h mV V mA mAh Ah W kW Wh kWh dB kB MB GB lb oz ft Hz kHz MHz GHz % ° °C °F "
-        "m/s km/h $ € £ cl dl hPa kPa lbs yd yds sec secs mins hr hrs tsp tbsp pcs mph psi"
+        "m/s km/h $ € £ cl dl hPa kPa lbs yd yds sec secs mins hr hrs tsp tbsp pcs mph psi TB"
     ).split()
     words = {word for symbol in symbols for word in spoken_words(f"{number} {symbol}")}
     assert len(words) > 35
@@ -123,6 +123,10 @@ def test_words_with_two_readings_have_both(word: str) -> None:
         ("simulate", "S IH1 M Y AH0 L EY2 T"),
         ("simulating", "S IH1 M Y AH0 L EY2 T IH0 NG"),
         ("manoeuvring", "M AH0 N UW1 V ER0 IH0 NG"),
+        ("putting", "P UH1 T IH0 NG"),
+        ("mows", "M OW1 Z"),
+        ("sows", "S OW1 Z"),
+        ("buffet", "B AH0 F EY1"),
         ("robolina", "R AH0 B AH0 L IY1 N AH0"),
         ("wobbletron", "W AA1 B AH0 L T R AO2 N"),
         ("?!", ""),
