@@ -15,13 +15,15 @@ from hvcpd.synthesis.dictionary import Pronunciation
 from hvcpd.synthesis.phones import UNFLAPPED, is_vowel, stress_of
 
 _WORDS = {
-    "banana": "B AH0 N AA1 N AH0", "because": "B IH0 K AA1 Z", "been": "B IY1 N", "clara": "K L AA1 R AH0",
+    "banana": "B AH0 N AA1 N AH0", "because": "B IH0 K AA1 Z", "been": "B IY1 N", "buoy": "B OY1",
+    "clara": "K L AA1 R AH0",
     "clerk": "K L AA1 R K", "depot": "D EH1 P OW0", "either": "AY1 DH ER0", "figure": "F IH1 G ER0",
     "from": "F R AA1 M", "garage": "G AE1 R AA2 ZH", "herb": "HH ER1 B", "laboratory": "L AH0 B AA1 R AH0 T R IY0",
     "leisure": "L EH1 ZH ER0", "lever": "L IY1 V ER0", "neither": "N AY1 DH ER0", "pasta": "P AE1 S T AH0",
     "privacy": "P R IH1 V AH0 S IY0", "process": "P R OW1 S EH2 S", "resume": "R IH0 Z Y UW1 M",
     "resumed": "R IH0 Z Y UW1 M D", "resuming": "R IH0 Z Y UW1 M IH0 NG", "route": "R UW1 T",
-    "schedule": "SH EH1 JH UW2 L", "shone": "SH AA1 N", "tara": "T AA1 R AH0", "thorough": "TH AH1 R AH0",
+    "schedule": "SH EH1 JH UW2 L", "shone": "SH AA1 N",
+    "squirrel": "S K W IH1 R AH0 L", "syrup": "S IH1 R AH0 P", "tara": "T AA1 R AH0", "thorough": "TH AH1 R AH0",
     "tomato": "T AH0 M AA1 T OW0", "vase": "V AA1 Z", "vehicle": "V IY1 AH0 K AH0 L",
     "vitamin": "V IH1 T AH0 M IH0 N", "what": "W AA1 T", "without": "W IH0 DH AW1 T", "z": "Z EH1 D",
     "zebra": "Z EH1 B R AH0",
@@ -41,12 +43,12 @@ _BATH = re.compile(
 """Words with the vowel of "palm" where American English has that of "trap"; "classic" and "passenger" are none."""
 
 _LOT_BEFORE_R = re.compile(
-    r".*(?:orr|oracle|orange|origin|ority|foreign|forest|flor[ei]|flori|[bd]ori|dorothy|moral|coral|histor|author|majorit)"
+    r".*(?:orr|oracle|orange|origin|ority|foreign|forest|flor[ei]|flori|[bd]ori|dorothy|moral|coral|histor|author|majorit|quarr|warr(?:an|en|io))"
 )
 """Spellings in which an O before R and a vowel is that of "lot"; in others, as in "story", that of "north"."""
 
 _TRAP_BEFORE_R = re.compile(
-    r".*(?:arr|arab|baron|carol|caravan|charact|charit|clarit|gary|harol|karen|mari[go]|para|paris|sharon)"
+    r".*(?:arr|arab|baron|caram|carol|caravan|charact|charit|clarit|gary|guaran|harol|karen|mari[go]|para|paris|sharon)"
 )
 _STRUT_BEFORE_R = re.compile(r".*(?:courag|curr[ae]|flourish|hurr|nourish|turr|worr)")
 _LOT_AU = re.compile(r"(?:aust|because|cauli|laure[ln]|saus).*")

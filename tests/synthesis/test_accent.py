@@ -53,6 +53,14 @@ US, GB = Lexicon.load(), Lexicon.load(accent="gb")
         ("there", "DH EH:1"),  # SQUARE
         ("sharing", "SH EH:1 R IH0 NG"),
         ("carry", "K AE1 R IY0"),
+        ("caramel", "K AE1 R AH0 M AH0 L"),
+        ("guarantee", "G AE2 R AH0 N T IY1"),
+        ("quarry", "K W OH1 R IY0"),
+        ("warranty", "W OH1 R AH0 N T IY0"),
+        ("warring", "W AO:1 R IH0 NG"),
+        ("buoys", "B OY1 Z"),
+        ("squirrel", "S K W IH1 R AH0 L"),
+        ("syrup", "S IH1 R AH0 P"),
         ("very", "V EH1 R IY0"),
         ("sure", "SH AO:1"),  # CURE
         ("metres", "M IY1 TT AH0 Z"),  # lettER, and no tap
