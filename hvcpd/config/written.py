@@ -22,7 +22,8 @@ _UNITS = {
     "kWh": "kilowatt hour", "dB": "decibel", "kB": "kilobyte", "MB": "megabyte", "GB": "gigabyte", "lb": "pound",
     "oz": "ounce", "$": "dollar", "€": "euro", "cl": "centilitre", "dl": "decilitre", "hPa": "hectopascal",
     "kPa": "kilopascal", "lbs": "pound", "yd": "yard", "yds": "yard", "sec": "second", "secs": "second",
-    "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece", "TB": "terabyte",
+    "mins": "minute", "hr": "hour", "hrs": "hour", "tsp": "teaspoon", "tbsp": "tablespoon", "pcs": "piece",
+    "TB": "terabyte",
 }  # fmt: skip
 """Symbols that stand behind a number (ISO 80000), and their names. Not among them: A, C and in, which are words, or
 letters of rooms ("room 5 A")."""

@@ -223,7 +223,13 @@ def _fault(fields: list[str]) -> str:
     word, bracket, mark = fields[0].partition("(")
     bare = word.replace("'", "")
     if not (bare.isascii() and bare.isalnum()):
-        return f"'{fields[0]}' is not a word: write letters, digits and apostrophes"
+        plain = plain_letters(bare)
+        hint = (
+            f"'{plain}', as it is looked up"
+            if plain.isascii() and plain.isalnum()
+            else "letters, digits and apostrophes"
+        )
+        return f"'{fields[0]}' is not a word: write {hint}"
     if bracket and not (mark.endswith(")") and (mark[:-1].isdecimal() or mark[:-1].lower() in _PLACES)):
         return f"'{fields[0]}': in brackets stands a number or a place: {', '.join(_PLACES)}"
     if len(fields) == 1:
@@ -231,14 +237,14 @@ def _fault(fields: list[str]) -> str:
     for phone in fields[1:]:
         if phone in _WRITTEN:
             continue
-        base = phone.upper().rstrip("012")
+        base = phone.upper().rstrip("0123456789")
         if base in BRITISH:
             return f"phone '{phone}': write the American pronunciation; `accent: gb` makes the British one of it"
-        if base not in ARPABET or len(phone) - len(base) > 1:
+        if base not in ARPABET:
             near = alike(base, sorted(ARPABET), 0.5)
             hint = f"did you mean {near}?" if near else f"the phones are {' '.join(sorted(ARPABET))}"
             return f"unknown phone '{phone}'; {hint}"
-        if is_vowel(base) != (phone[-1] in "012"):
+        if phone.upper() not in _WRITTEN:
             return f"phone '{phone}': a vowel takes a stress digit 0, 1 or 2, a consonant none"
     if word.lower() == "stop" and " ".join(fields[1:]).upper() not in _STOP:
         return f"'stop' must stay {' or '.join(_STOP)}, or nobody could stop the robots"

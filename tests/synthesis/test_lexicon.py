@@ -263,6 +263,21 @@ def test_a_british_phone_of_an_own_lexicon_is_named_as_such(tmp_path: Path) -> N
         Lexicon.load(own, "gb")
 
 
+@pytest.mark.parametrize(
+    ("line", "fault"),
+    [
+        ("rob R AA3 B", "phone 'AA3': a vowel takes a stress digit 0, 1 or 2"),
+        ("rob R aa12 B", "phone 'aa12': a vowel takes a stress digit 0, 1 or 2"),
+        ("Żółw Z AA1 L", "'Żółw' is not a word: write 'Zolw', as it is looked up"),
+    ],
+)
+def test_a_fault_of_an_own_lexicon_names_what_to_write(tmp_path: Path, line: str, fault: str) -> None:
+    own = tmp_path / "own.txt"
+    own.write_text(f"{line}\n")
+    with pytest.raises(ConfigError, match=re.escape(fault)):
+        Lexicon.load(own)
+
+
 def test_an_own_lexicon_does_not_change_stop(tmp_path: Path) -> None:
     own = tmp_path / "own.txt"
     own.write_text("stop S T AO1 P\n")
