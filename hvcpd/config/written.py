@@ -94,6 +94,9 @@ _PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d| ?[–—-] ?[$€�
 """Neither $5-10, which as "five dollars ten" would be $5.10, nor $5m."""
 _NUMBERED = re.compile(r"(?:#|\b[Nn]o\. ?)(?=\d)")
 
+_PLURAL = re.compile(r"\b([A-Z][A-Z0-9]+)s\b")
+"""PDFs, which in small letters would be spelt with the s."""
+
 _ROMANS = dict(
     zip(
         "II III IV VI VII VIII IX XI XII XIII XIV XV XVI".split(), (2, 3, 4, *range(6, 10), *range(11, 17)), strict=True
@@ -120,7 +123,7 @@ def with_quantities(text: str) -> str:
 
     All other signs stay, the point and the minus sign of a number too.
     """
-    text = _ADDRESS.sub(_address, _ROMAN.sub(_roman, text))
+    text = _ADDRESS.sub(_address, _ROMAN.sub(_roman, _PLURAL.sub(r"\1's", text)))
     text = _WEEK.sub(lambda found: f"{_CALENDAR[found[1]]} to {_CALENDAR[found[2]]}", text)
     if not any(sign.isdigit() for sign in text):
         return text

@@ -64,7 +64,7 @@ def _stems(word: str) -> Iterator[tuple[str, str]]:
         yield word[:-2], "s"
     elif word.endswith("ies"):
         yield word[:-3] + "y", "s"
-    elif word.endswith("s") and not word.endswith(("ss", "us", "is")):
+    elif word.endswith("s") and not _is_singular(word):
         yield word[:-1], "s"
         if word.endswith(("ses", "xes", "zes", "ches", "shes", "oes")):
             yield word[:-2], "s"
@@ -80,6 +80,11 @@ def _stems(word: str) -> Iterator[tuple[str, str]]:
                 yield bare[:-1], ending
             if word.endswith("ied"):
                 yield word[:-3] + "y", ending
+
+
+def _is_singular(word: str) -> bool:
+    """Whether the S is the word's own, as in "class", "cactus" and "basis"; "cpus" and "apis" are too short."""
+    return word.endswith("ss") or (word.endswith(("us", "is")) and len(word) > SHORTEST_STEM + 1)
 
 
 _AMERICAN = (

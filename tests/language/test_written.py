@@ -75,6 +75,7 @@ from hvcpd.language.words import spoken_words
         ("2024-2026, call 555-1234", "2024 to 2026 call 555 1234"),
         ("10 - 20 - 30", "ten twenty thirty"),
         ("Nov 29 - Dec 5, 5 - 10 Dec", "november twenty nine to december five five to ten december"),
+        ("PDFs, MP3s, IDs and buses", "pdf's mp3's id's and buses"),
         ("Mon-Fri, 1st-3rd floor", "monday to friday first to third floor"),
         ("Nov 29th - Dec 5th", "november twenty ninth to december fifth"),
         ("20 000 of 1 000", "twenty thousand of one thousand"),
