@@ -10,12 +10,13 @@ from pathlib import Path
 
 import structlog
 
+from hvcpd.coordination.peers import team_of
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.errors import StoreError
 from hvcpd.language.addressees import FRIEND
-from hvcpd.language.messages import Confirmed, ToRobot, Utterance
-from hvcpd.memory.people import person_path, read_person, write_person
-from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence, voice_of
+from hvcpd.language.messages import Claim, Confirmed, Motion, Order, Statement, ToRobot, Utterance, WillMove
+from hvcpd.memory.people import is_enrolled, person_path, read_person, write_person
+from hvcpd.people.enrolled import Person, SpokenSentence, is_of_person
 from hvcpd.people.phones import net_inputs
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Recognised
@@ -61,6 +62,7 @@ class _Candidate:
     at_s: float
     segment: Segment
     words: tuple[str, ...]
+    statement: Statement | None
     read_back: bool = False
 
 
@@ -73,10 +75,15 @@ class ConfirmedSentences:
         self._candidate: _Candidate | None = None
 
     def said(self, utterance: Utterance) -> None:
-        """Note a sentence that the robot says: if addressed to the speaker, it reads the speaker's sentence back."""
-        to = utterance.addressee.name.lower() if isinstance(utterance.addressee, ToRobot) else ""
-        if self._candidate is not None and to == self._candidate.speaker:
-            self._candidate.read_back = True
+        """Note a sentence that the robot says: it may read the candidate back to its speaker."""
+        candidate, to = self._candidate, utterance.addressee
+        if candidate is None or not isinstance(to, ToRobot) or to.name.lower() != candidate.speaker:
+            return
+        ordered = candidate.statement
+        if isinstance(ordered, Order):
+            candidate.read_back |= utterance.statement == Claim(ordered.task)
+        elif isinstance(ordered, Motion):
+            candidate.read_back |= utterance.statement == WillMove(ordered)
 
     def found(self, segment: Segment, sentence: Recognised) -> None:
         """Note a second-pass result for a segment of sound."""
@@ -104,7 +111,7 @@ class ConfirmedSentences:
             segment, sentence = found
             may_hold_more = segment.within_talk or segment.later
             if not may_hold_more and abs(sentence.start_sample / SAMPLE_RATE_HZ - start_s) < 0.001:
-                self._candidate = _Candidate(speaker, now, segment, sentence.words)
+                self._candidate = _Candidate(speaker, now, segment, sentence.words, utterance.statement)
         return None
 
 
@@ -122,8 +129,10 @@ class Adaptation:
         learned: Callable[[Person], None],
         state_dir: Path,
         second: SecondPass[Segment, Found],
+        robots: Iterable[str] = (),
     ) -> None:
-        """`people` as in CurrentPeople; `learned` is called with the people of whom there are more sentences."""
+        """`people` as in CurrentPeople; `learned` is called with the people of whom there are more sentences; `robots`:
+        names that are known to be robots'."""
         self._learning = ConfirmedSentences(own_name)
         self._people = people
         self._learned = learned
@@ -131,8 +140,8 @@ class Adaptation:
         self._second = second
         self._strangers: dict[str, tuple[SpokenSentence, ...]] = {}
         """What people who are not enrolled have confirmed, by their names in lower case."""
-        self._robots: set[str] = set()
-        """Names, in lower case, that were said in a robot's voice."""
+        self._robots = {name.lower() for name in robots}
+        """Names, in lower case, that have named their team, or were said in a robot's voice."""
         self._turn = asyncio.Lock()
         self._under_way: set[asyncio.Task[None]] = set()
 
@@ -154,7 +163,7 @@ class Adaptation:
 
     def _hear(self, record: HeardRecord) -> None:
         name = (record.utterance.speaker or "").lower()
-        if record.voice not in (STRANGER, voice_of(name)):
+        if team_of(record.utterance) is not None or not is_of_person(record.voice):
             self._robots.add(name)
         confirmed = self._learning.heard(record.utterance, record.start_s, record.at_s)
         if confirmed is None or name in self._robots:
@@ -196,5 +205,5 @@ def _add(path: Path, more: tuple[SpokenSentence, ...]) -> None:
 
 def _begin(name: str, path: Path, more: tuple[SpokenSentence, ...]) -> None:
     """As `_add`, for a person whom this robot does not know, of whom there may be no file. Raises StoreError."""
-    person = read_person(path) if path.is_file() else Person(name)
+    person = read_person(path) if is_enrolled(path) else Person(name)
     write_person(path, person.with_sentences(more))

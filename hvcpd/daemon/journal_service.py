@@ -80,6 +80,8 @@ class JournalService:
         """Why nothing can be saved at present."""
         self.names: tuple[str, ...] = ()
         """The robots that were heard before, the latest last; known once the memory is open."""
+        self.robots: tuple[str, ...] = ()
+        """Those of them that have named a team."""
         self.lost = 0
         """Number of records that were not saved."""
 
@@ -251,7 +253,7 @@ class JournalService:
                 self.fault = self.fault or str(error)
         self.stopped = memory.stopped
         self.loss = memory.loss
-        self.names = self._journal.names
+        self.names, self.robots = self._journal.names, self._journal.robots
         self._peers = {name.casefold() for name in self.names}
         journal = self._journal
         plan = MemoryPlan(journal.remembered(), self.stopped, journal.counters, journal.dues, journal.changes)

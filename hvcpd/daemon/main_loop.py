@@ -154,7 +154,7 @@ class Daemon:
             self._ready.set()
             if settings.learn_voices:
                 self._adaptation = Adaptation(
-                    settings.name, enrolled, body.update_person, settings.state_dir, self._second
+                    settings.name, enrolled, body.update_person, settings.state_dir, self._second, self._journal.robots
                 )
                 stack.push_async_callback(self._adaptation.settled)
 

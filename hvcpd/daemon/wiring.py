@@ -26,7 +26,7 @@ from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
 from hvcpd.hardware.kinematics import Drive, drive_of
 from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
-from hvcpd.memory.people import enrolled_people
+from hvcpd.memory.people import tellable_people
 from hvcpd.people.enrolled import Person
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.people_stage import Found
@@ -225,12 +225,12 @@ def wire_up(settings: Settings, allow_confusable: bool = False, changes: TaskCha
         keys = _team_key(settings)
     except HvcpdError as error:
         faults.append(str(error))
-    people, unknown = _people(settings)
     try:
         sound = make_sound(settings.lexicon, settings.state_dir / "units", settings.accent)
     except HvcpdError as error:
         faults.append(str(error))
     lexicon = sound.lexicon if sound is not None else Lexicon.load()
+    people, unknown = _people(settings, lexicon, allow_confusable)
     try:
         alike = None if allow_confusable else partial(sounds_alike, lexicon=lexicon)
         robots = {name.casefold() for name in (settings.name, *settings.names)} - people.keys()
@@ -258,11 +258,12 @@ def _place_of_words(file: Path, changes: TaskChanges, written: str) -> str:
     return str(next(added, None) or place_of(file, written))
 
 
-def _people(settings: Settings) -> tuple[dict[str, Person], tuple[str, ...]]:
+def _people(settings: Settings, lexicon: Lexicon, allow_same: bool) -> tuple[dict[str, Person], tuple[str, ...]]:
     """The enrolled people, and the faults of files that cannot be used."""
     if settings.voices == "robots":
         return {}, ()
-    people, faults = enrolled_people(settings.state_dir)
+    robots = (settings.name, *settings.names)
+    people, faults = tellable_people(settings.state_dir, robots, lexicon, allow_same)
     return {name: person for name, person in people.items() if name != settings.name.lower()}, faults
 
 

@@ -132,6 +132,11 @@ class Journal:
         """All names that the robot has heard, the last heard at the end."""
         return self._store.names_heard()
 
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Those of the names that have named a team, as people do not."""
+        return tuple(peer.name for peer in self._store.peers() if peer.team is not None)
+
     def doubt_counters(self, fingerprints: Iterable[str], are_lost: bool) -> None:
         """Keep that the counters under these keys may lag behind, or are lost. Raises StoreError."""
         if self._seals is None:

@@ -9,8 +9,7 @@ import io
 import os
 import stat
 import zipfile
-import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +30,8 @@ from hvcpd.people.enrolled import (
     SpokenSentence,
 )
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies, mel_filterbank
+from hvcpd.synthesis.lexicon import Lexicon
+from hvcpd.synthesis.likeness import name_fault
 
 FORMAT = 2
 """Version of the file format; raised with every change of it, or of the front ends' bands."""
@@ -53,8 +54,6 @@ def person_path(state_dir: Path, name: str) -> Path:
 
 
 _BY_OWNER = "run this as the daemon's user"
-_BROKEN = (ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What zipfile and numpy raise for files that are damaged, or were made to do harm."""
 
 
 def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]]:
@@ -79,9 +78,33 @@ def enrolled_people(state_dir: Path) -> tuple[dict[str, Person], tuple[str, ...]
             person = read_person(path)
         except StoreError as error:
             faults.append(str(error))
-        else:
+            continue
+        if path == (own := person_path(state_dir, person.name)):
             people[person.name.lower()] = person
+        else:
+            faults.append(f"{path}: this is {person.name}'s voice, of {own.name}; give it to hvcpctl enrol --import")
     return people, tuple(faults)
+
+
+def tellable_people(
+    state_dir: Path, robots: Iterable[str], lexicon: Lexicon, allow_same: bool = False
+) -> tuple[dict[str, Person], tuple[str, ...]]:
+    """As `enrolled_people`, without those whose names sound like a word of the phrasebook or, unless `allow_same`, like
+    another name: with such a name no robot would start."""
+    found, faults = enrolled_people(state_dir)
+    people: dict[str, Person] = {}
+    said = {name.lower(): set(lexicon.sounds(name)) for name in robots}
+    for key, person in found.items():
+        sounds, fault = set(lexicon.sounds(person.name)), name_fault(person.name, lexicon)
+        alike = (other for other in said if other != key and said[other] & sounds)
+        if fault is None and not allow_same and (rival := next(alike, None)) is not None:
+            fault = f"the name {person.name!r} sounds the same as {rival!r}"
+        if fault is None:
+            people[key], said[key] = person, sounds
+        else:
+            remedy = f"so this voice is not known; hvcpctl enrol {person.name} --remove"
+            faults = (*faults, f"{person_path(state_dir, key)}: {fault}, {remedy}")
+    return people, faults
 
 
 def write_person(path: Path, person: Person) -> None:
@@ -99,6 +122,14 @@ def write_person(path: Path, person: Person) -> None:
     with writing(path, StoreError, otherwise=f"{_BY_OWNER}, or name another place"):
         make_folder(Path(os.path.realpath(path)).parent)
         write_whole(path, data.getvalue(), 0o640)
+
+
+def is_enrolled(path: Path) -> bool:
+    """Whether there is such a file. Raises StoreError where this user may not look."""
+    try:
+        return path.is_file()
+    except OSError as error:
+        raise StoreError(f"{path}: {error.strerror}; {_BY_OWNER}, or with sudo") from error
 
 
 def remove_person(path: Path) -> bool:
@@ -129,7 +160,7 @@ def read_person(path: Path) -> Person:
         raise StoreError(f"{path}: this is not an enrolment by hvcpd: {wrong}; enrol the person again") from None
     except OSError as error:
         raise StoreError(f"{path} cannot be read: {error.strerror or error}; name another file") from None
-    except _BROKEN as error:
+    except Exception as error:  # zipfile and numpy raise all kinds for files that are damaged, or were made to do harm
         raise StoreError(f"{path}: this is not an enrolment by hvcpd ({error}); enrol the person again") from None
 
 

@@ -157,8 +157,10 @@ class Store:
         return tuple(TranscriptRecord(*row) for row in self._read(query, (since_s,)))
 
     def save_peer(self, peer: PeerRecord) -> None:
-        """Keep the record of a robot, in place of the earlier one; names are the same in any case."""
-        self._write("INSERT OR REPLACE INTO peers VALUES (?, ?, ?)", astuple(peer))
+        """Keep the record of a robot, in place of the earlier one, but the team that it has once named; names are the
+        same in any case."""
+        team = "coalesce(?2, (SELECT team FROM peers WHERE name = ?1))"
+        self._write(f"INSERT OR REPLACE INTO peers VALUES (?1, {team}, ?3)", astuple(peer))
 
     def peers(self) -> tuple[PeerRecord, ...]:
         """All robots that were ever heard, by name."""

@@ -113,9 +113,18 @@ def _print(text: str, logs: LogBands) -> tuple[str, bytes]:
     return text, logs.astype(np.float16).tobytes()
 
 
+ENROLLED = ", enrolled"
+"""The end of the names of enrolled people's voices; no synthesizer's has a comma."""
+
+
 def voice_of(name: str) -> str:
-    """The recogniser's name for an enrolled person's voice; no synthesizer's has a comma."""
-    return f"{name.lower()}, enrolled"
+    """The recogniser's name for an enrolled person's voice."""
+    return f"{name.lower()}{ENROLLED}"
+
+
+def is_of_person(voice: str) -> bool:
+    """Whether the recogniser's name for a voice is not a robot's."""
+    return voice == STRANGER or voice.endswith(ENROLLED)
 
 
 def spoken_takes(person: Person, words: Iterable[str]) -> dict[str, list[Energies]]:

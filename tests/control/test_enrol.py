@@ -21,6 +21,7 @@ from hvcpd.hardware.audio_exchange import StreamCounters
 from hvcpd.hardware.soundfile import write_wav
 from hvcpd.language.words import strict_words
 from hvcpd.memory.people import person_path, read_person, write_person
+from hvcpd.people.enrolled import Person
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.speaker import Speaker
@@ -312,3 +313,37 @@ def test_the_command_records_sentences_from_the_microphone(tmp_path: Path, capsy
     assert f"[2/5] {texts[1]}  once more: that was not the sentence" in out
     assert "Anna: 5 sentences, kept in" in out
     assert len(read_person(person_path(tmp_path, "Anna")).sentences) == 5
+
+
+def test_nobody_is_enrolled_under_the_robots_own_name(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The file was written, and the robot left it out without a word."""
+    config, file = tmp_path / "hvcpd.yaml", tmp_path / "rob.npz"
+    config.write_text("name: Rob\nnames: [Rob, Bot]\n")
+    write_person(file, Person("rob"))
+    for more in ("Rob", "--from", str(folder)), ("--import", str(file)), ("Rob", "--show"):
+        assert enrol(tmp_path, "--config", str(config), *more) == 2
+        assert "hvcpctl: Rob is this robot's own name, and it obeys nobody by that name" in capsys.readouterr().err
+    assert not (tmp_path / "state").exists()
+
+
+def test_who_is_enrolled_under_the_name_of_a_robot_is_told(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From its next start on Rob took Bot for a person, and understood it no more."""
+    config = tmp_path / "hvcpd.yaml"
+    config.write_text("name: Rob\nnames: [Rob, Bot]\n")
+    for name in ("Bot", "Anna"):
+        assert enrol(tmp_path, name, "--config", str(config), "--from", str(folder), "--words", "stop") == 0
+        assert ("if it is a robot's: hvcpctl enrol Bot --remove" in capsys.readouterr().err) == (name == "Bot")
+
+
+def test_a_file_of_somebody_whose_name_cannot_be_used_is_not_imported(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """No robot started any more, and no command worked."""
+    for name, why in (("friend", "the phrasebook's word 'friend'"), ("Robb", "'Rob' and 'Robb' sound the same")):
+        write_person(file := tmp_path / f"{name}.npz", Person(name))
+        assert enrol(tmp_path, "--import", str(file)) == 2
+        assert why in capsys.readouterr().err

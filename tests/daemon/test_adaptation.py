@@ -13,15 +13,22 @@ import pytest
 from hvcpd.daemon.adaptation import CONFIRMED_S, LEAST, Adaptation, ConfirmedSentences
 from hvcpd.daemon.second_pass import SecondPass
 from hvcpd.language.messages import (
+    Busy,
     Claim,
     Confirmed,
+    Distrusted,
     Negative,
     Order,
+    SayAgain,
     Statement,
     TaskByNumber,
     ToAll,
     ToRobot,
+    ToTeam,
+    TurnBy,
+    Unknown,
     Utterance,
+    WillMove,
 )
 from hvcpd.memory.people import person_path, read_person, remove_person, write_person
 from hvcpd.people.enrolled import STRANGER, Person, SpokenSentence
@@ -30,6 +37,7 @@ from hvcpd.recognition.events import Recognised, WordSpan
 from hvcpd.recognition.frontend import N_BANDS
 from hvcpd.recognition.stages import Segment
 from hvcpd.robot.records import HeardRecord, Record, SaidRecord
+from tests.permissions import bound, needs_permissions
 from tests.recognition.signals import word
 
 ORDER = Utterance("Anna", ToRobot("Rob"), statement=Order(TaskByNumber(3)))
@@ -99,6 +107,21 @@ def test_nothing_is_learned_of_what_was_not_read_back_or_not_confirmed(wrong: di
     assert learn(**wrong) is None  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    "answer",
+    [Busy(), Distrusted(), SayAgain(), Unknown(TaskByNumber(3)), Claim(TaskByNumber(2)), WillMove(TurnBy(90.0))],
+)
+def test_another_answer_is_no_read_back(answer: Statement) -> None:
+    """Whatever a robot said to Anna, even "I do not trust that", counted as a read-back, and misheard words as hers."""
+    assert learn(replace(READ_BACK, statement=answer)) is None
+
+
+def test_a_motion_that_was_read_back_and_confirmed_is_learned() -> None:
+    order, read_back = (replace(each, statement=TurnBy(90.0)) for each in (ORDER, READ_BACK))
+    assert learn(replace(read_back, statement=WillMove(TurnBy(90.0))), order=order) is not None
+    assert learn(replace(read_back, statement=WillMove(TurnBy(-90.0))), order=order) is None
+
+
 def test_nobody_is_learned_under_the_name_of_all_whose_names_are_not_known() -> None:
     order, yes = (replace(each, speaker="friend") for each in (ORDER, YES))
     assert learn(replace(READ_BACK, addressee=ToRobot("friend")), yes=yes, order=order) is None
@@ -125,7 +148,12 @@ def test_others_may_speak_between_a_sentence_and_its_confirmation() -> None:
 
 
 def confirm(
-    people: dict[str, Person], state_dir: Path, times: int = 1, voice: str = STRANGER, others: tuple[Record, ...] = ()
+    people: dict[str, Person],
+    state_dir: Path,
+    times: int = 1,
+    voice: str = STRANGER,
+    others: tuple[Record, ...] = (),
+    robots: tuple[str, ...] = (),
 ) -> list[Person]:
     """A daemon that knows these people hears Anna confirm orders; of whom it learns more."""
     learned: list[Person] = []
@@ -136,7 +164,7 @@ def confirm(
 
     async def live() -> None:
         second = Found(None)
-        adaptation = Adaptation("Rob", people, learned.append, state_dir, second)
+        adaptation = Adaptation("Rob", people, learned.append, state_dir, second, robots)
         adaptation.take(others)
         for _ in range(times):
             adaptation.take([record_of(ORDER, START_S, START_S + 2.0, voice)])
@@ -186,9 +214,28 @@ def test_somebody_who_was_enrolled_meanwhile_keeps_the_takes(tmp_path: Path) -> 
 def test_a_robot_is_never_enrolled(tmp_path: Path) -> None:
     confirm({}, tmp_path, 2 * LEAST, "oak")
     assert not person_path(tmp_path, "Anna").exists()
-    robot = record_of(Utterance("Anna", ToAll()), 1.0, 2.0, "oak")
-    confirm({}, tmp_path, 2 * LEAST, others=(robot,))
+    for robot in (Utterance("Anna", ToAll()), "oak"), (Utterance("Anna", ToTeam("plant")), STRANGER):
+        confirm({}, tmp_path, 2 * LEAST, others=(record_of(robot[0], 1.0, 2.0, robot[1]),))
+    confirm({}, tmp_path, 2 * LEAST, robots=("Anna",))  # heard before this start
     assert not person_path(tmp_path, "Anna").exists()
+
+
+def test_who_was_once_heard_in_an_enrolled_persons_voice_is_no_robot(tmp_path: Path) -> None:
+    """A person's takes fitted another one's greeting, who was taken for a robot until the next start."""
+    greeting = record_of(Utterance("Anna", ToAll()), 1.0, 2.0, "ben, enrolled")
+    confirm({}, tmp_path, LEAST, others=(greeting,))
+    assert person_path(tmp_path, "Anna").exists()
+
+
+@needs_permissions
+def test_what_may_not_be_looked_at_is_told(tmp_path: Path) -> None:
+    """The daemon had an exception that nobody retrieved, and logged nothing that a user understands."""
+    (tmp_path / "people").mkdir(mode=0o000)
+    name = Path(__file__).stem
+    program = f"from pathlib import Path; from tests.daemon.{name} import *; confirm({{}}, Path('{tmp_path}'), LEAST)"
+    ran = bound("-c", program)
+    assert ran.returncode == 0, ran.stderr
+    assert "voice not learned" in ran.stdout
 
 
 def test_what_was_enrolled_or_removed_meanwhile_is_left_so(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from hvcpd.coordination.actions import Timing
 from hvcpd.daemon.devices import make_wheels
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import ConfigError
+from hvcpd.memory.people import person_path, write_person
+from hvcpd.people.enrolled import Person
 
 
 def test_a_robot_knows_what_it_cannot_do(tmp_path: Path) -> None:
@@ -71,3 +73,12 @@ def test_names_that_were_heard_are_known_again(tmp_path: Path) -> None:
 def test_no_wheels_by_the_settings() -> None:
     assert make_wheels(WheelSettings(driver="none")) is None
     assert make_wheels(WheelSettings()) is not None
+
+
+def test_a_robot_starts_whatever_the_people_are_called_who_are_enrolled(tmp_path: Path) -> None:
+    """One that was called "friend", in a file from elsewhere, kept it from starting."""
+    for name in ("Anna", "friend"):
+        write_person(person_path(tmp_path, name), Person(name))
+    wiring = wire_up(Settings(name="Rob", state_dir=tmp_path))
+    assert wiring.people.keys() == {"anna"}
+    assert "hvcpctl enrol friend --remove" in wiring.unknown[0]

@@ -15,10 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hvcpd.errors import StoreError
-from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, write_person
+from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, tellable_people, write_person
 from hvcpd.people.bands import N_BANDS as NET_BANDS
 from hvcpd.people.enrolled import MAX_SENTENCES, Person, SpokenSentence
 from hvcpd.recognition.frontend import N_BANDS
+from hvcpd.synthesis.lexicon import Lexicon
 from tests.full_disk import no_new_bytes
 
 
@@ -184,6 +185,59 @@ def test_a_pickle_in_the_file_is_not_run(tmp_path: Path) -> None:
     with pytest.raises(StoreError):
         read_person(path)
     assert not ran.exists()
+
+
+def header(shape: tuple[int, ...], kind: str = "<f2") -> bytes:
+    """Of an array, whose data is missing."""
+    buffer = io.BytesIO()
+    np.lib.format.write_array_header_1_0(buffer, {"descr": kind, "fortran_order": False, "shape": shape})
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("entry", "data"),
+    [
+        ("head.npy", b"no array"),
+        ("said.npy", b"no array"),
+        ("stop/0.npy", header((10**15,))),
+        ("name.npy", header((), "<U1") + b"\xff" * 4),
+        ("head.npy", b"\x93NUMPY\x01\x00\x28\x23" + b"(" * 9000),
+    ],
+)
+def test_arrays_that_are_none_are_clear_errors(entry: str, data: bytes, tmp_path: Path) -> None:
+    """The daemon did not start, and no command worked any more."""
+    path = person_path(tmp_path, "Anna")
+    write_person(path, ANNA)
+    with zipfile.ZipFile(path) as archive:
+        entries = {name: archive.read(name) for name in archive.namelist()} | {entry: data}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in entries.items():
+            archive.writestr(name, content)
+    people, (fault,) = enrolled_people(tmp_path)
+    assert not people
+    assert fault.startswith(f"{path}: this is not an enrolment by hvcpd")
+
+
+def test_a_file_under_another_name_does_not_count(tmp_path: Path) -> None:
+    """Anna was still known when her own file was removed."""
+    copy = person_path(tmp_path, "Copy")
+    write_person(copy, ANNA)
+    people, (fault,) = enrolled_people(tmp_path)
+    assert not people
+    assert fault == f"{copy}: this is Anna's voice, of anna.npz; give it to hvcpctl enrol --import"
+
+
+def test_whose_name_is_a_word_or_sounds_like_another_is_not_known(tmp_path: Path) -> None:
+    """With such a file, say an imported one, no robot started, nor did any command work."""
+    for name in ("Anna", "Ana", "friend", "Robb"):
+        write_person(person_path(tmp_path, name), Person(name, {"stop": [take(4)]}))
+    people, faults = tellable_people(tmp_path, ("Rob", "Anna"), Lexicon.load())
+    assert people.keys() == {"anna"}
+    assert [fault.split("; ")[-1] for fault in faults] == [
+        f"hvcpctl enrol {name} --remove" for name in ("Ana", "friend", "Robb")
+    ]
+    assert "'Robb' sounds the same as 'rob', so this voice is not known" in faults[-1]
+    assert tellable_people(tmp_path, ("Rob",), Lexicon.load(), allow_same=True)[0].keys() == {"ana", "anna", "robb"}
 
 
 def test_a_small_file_that_unpacks_into_a_huge_one_is_refused(tmp_path: Path) -> None:

@@ -222,6 +222,13 @@ def test_who_was_heard_last_is_the_last_name(store: Store) -> None:
     assert store.names_heard() == ("Bot", "Max", "rob")
 
 
+def test_a_team_that_was_once_named_is_kept(store: Store) -> None:
+    """After a restart a robot has said its name, and not yet its team."""
+    for name, team in (("Bot", "plant"), ("bot", None), ("Max", None)):
+        store.save_peer(PeerRecord(name, team, 1.0))
+    assert [(peer.name, peer.team) for peer in store.peers()] == [("bot", "plant"), ("Max", None)]
+
+
 def test_the_oldest_utterances_are_forgotten_and_the_newest_never(path: Path) -> None:
     with closing(Store(path, utterances=500)) as store:
         for number in range(3 * FORGET_EVERY + 10):

@@ -14,6 +14,7 @@ from typing import Any
 
 from hvcpd.config.command_line import print_error
 from hvcpd.config.names import valid_robot_name
+from hvcpd.config.settings_file import load_settings, load_with_sources
 from hvcpd.control.enrol.enrol_sentences import sentences_for
 from hvcpd.control.enrol.enrol_session import CheckOfSentence, record_sentences, record_takes
 from hvcpd.control.enrol.recordings import check_sentence, check_take, confusable, odd_takes, other_speaker
@@ -22,7 +23,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, StoreError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.competition import competing_phrases
-from hvcpd.memory.people import enrolled_people, person_path, read_person, remove_person, write_person
+from hvcpd.memory.people import enrolled_people, is_enrolled, person_path, read_person, remove_person, write_person
 from hvcpd.people.enrolled import MAX_TAKES, Person, SpokenSentence
 from hvcpd.recognition.frontend import Energies
 from hvcpd.reporting.text import plural
@@ -70,8 +71,6 @@ def run(options: argparse.Namespace, devices: Devices | None = None) -> int:
 
 
 def _state_dir(options: argparse.Namespace) -> Path:
-    from hvcpd.config.settings_file import load_settings
-
     settings = load_settings(options.config, {}, name_needed=False)
     folder: Path = options.state_dir or settings.state_dir
     if folder.exists() and not folder.is_dir():
@@ -102,17 +101,9 @@ def _list(options: argparse.Namespace) -> int:
 
 def _known(options: argparse.Namespace) -> Path:
     path = person_path(_state_dir(options), options.person)
-    if not _is_there(path):
+    if not is_enrolled(path):
         raise StoreError(f"{options.person} is not enrolled ({path}); hvcpctl enrol --list lists who is")
     return path
-
-
-def _is_there(path: Path) -> bool:
-    """Whether there is such an enrolment. Raises StoreError where this user may not look."""
-    try:
-        return path.is_file()
-    except OSError as error:
-        raise StoreError(f"{path}: {error.strerror}; run this as the daemon's user, or with sudo") from error
 
 
 def _remove(options: argparse.Namespace) -> int:
@@ -134,6 +125,7 @@ def _import(options: argparse.Namespace) -> int:
     person = read_person(options.import_)
     if options.person is not None and options.person.lower() != person.name.lower():
         raise StoreError(f"{options.import_}: this is {person.name}, not {options.person}; leave the name out")
+    team = _team_with(options, person.name)
     path = person_path(_state_dir(options), person.name)
     before = _kept(path, person.name)
     after = before.joined(person)
@@ -141,13 +133,29 @@ def _import(options: argparse.Namespace) -> int:
         sys.stdout.write(f"{person.name}: all of {options.import_} is known already, and not added again\n")
         return EX_OK
     write_person(path, after)
+    _warn_of_robot(person.name, team)
     known = f"{plural(len(after.sentences), 'sentence')} and {plural(len(after.takes), 'word')}"
     sys.stdout.write(f"{person.name}: now known by {known}; {HOW_IT_COUNTS}\n")
     return EX_OK
 
 
+def _team_with(options: argparse.Namespace, person: str) -> Team:
+    """The team, with this person in it. Raises ConfigError for a name that no person can have there."""
+    own = load_with_sources(options.config, name_needed=False).name
+    if own is not None and own.lower() == person.lower():
+        raise ConfigError(f"{own} is this robot's own name, and it obeys nobody by that name; take another")
+    return load_team(options, more=(person,))
+
+
+def _warn_of_robot(person: str, team: Team) -> None:
+    """If it may be a robot's name."""
+    if person.lower() in (name.lower() for name in team.settings.names):
+        what = f"{person} is among the `names` of the settings, and counts as a person's from the next start on"
+        print_error("hvcpctl", f"warning: {what}; if it is a robot's: hvcpctl enrol {person} --remove")
+
+
 def _enrol(options: argparse.Namespace, devices: Devices) -> int:
-    team = load_team(options, more=(options.person,))
+    team = _team_with(options, options.person)
     words, each_word = _wanted(options, team), options.each_word or options.words is not None
     if options.show:
         sys.stdout.writelines(f"{text}\n" for text in (words if each_word else _sentences(options.person, team)))
@@ -179,6 +187,7 @@ def _enrol(options: argparse.Namespace, devices: Devices) -> int:
     report.confusable = confusable(person.takes, _competing(team, new))
     if new or sentences:
         write_person(path, person)
+        _warn_of_robot(options.person, team)
     _tell(options, report, path)
     return EX_OK if said else EX_FAILURE
 
@@ -193,7 +202,7 @@ def _sentences(person: str, team: Team) -> dict[str, tuple[str, ...]]:
 
 def _kept(path: Path, name: str) -> Person:
     """The person's takes. Raises StoreError for a file that cannot be used, so that none is lost silently."""
-    if not _is_there(path):
+    if not is_enrolled(path):
         return Person(name)
     try:
         return read_person(path)

@@ -22,11 +22,11 @@ from hvcpd.config.tasks import TaskRepository
 from hvcpd.errors import ConfigError, VocabularyError, did_you_mean
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory import PEOPLE_FOLDER
+from hvcpd.synthesis.lexicon import Lexicon
 from hvcpd.synthesis.likeness import name_check, name_fault, sounds_alike
 
 if TYPE_CHECKING:
     from hvcpd.people.enrolled import Person
-    from hvcpd.synthesis.lexicon import Lexicon
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def load_team(
     sound = make_sound(settings.lexicon, user_cache_folder(), settings.accent)
     alike = None if allow_confusable else partial(sounds_alike, lexicon=sound.lexicon)
     tasks = load_tasks(settings.tasks, alike, robots=len(names or settings.names))
-    people = _enrolled(settings)
+    people = _enrolled(settings, names or settings.names, sound.lexicon, allow_confusable)
     enrolled = tuple(person.name for person in people.values())
     known = {name.lower(): name for name in (*(names or (*settings.names, *enrolled)), *more)}
     people = {key: person for key, person in people.items() if key in known}
@@ -90,7 +90,7 @@ def load_team(
 def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     """The robots that the settings name, without enrolled people. Raises ConfigError."""
     loaded = load_with_sources(options.config, name_needed=False, reserved=name_check)
-    people = _enrolled(loaded.settings)
+    people = _enrolled(loaded.settings, loaded.settings.names, Lexicon.load())
     named = {name.lower(): name for name in (*loaded.settings.names, loaded.name) if name is not None}
     return tuple(name for key, name in named.items() if key not in people)
 
@@ -125,14 +125,16 @@ def lacked_skills(
     return lacked
 
 
-def _enrolled(settings: Settings) -> dict[str, Person]:
+def _enrolled(
+    settings: Settings, robots: Iterable[str], lexicon: Lexicon, allow_same: bool = False
+) -> dict[str, Person]:
     """People whose voices are known, by name in lower case; nobody for a user who may not look, as most of a robot's
     computer are. What is wrong with an enrolment is told on standard error."""
     if settings.voices == "robots" or not os.access(settings.state_dir / PEOPLE_FOLDER, os.R_OK):
         return {}
-    from hvcpd.memory.people import enrolled_people  # not for those who have enrolled nobody: it loads the ears
+    from hvcpd.memory.people import tellable_people  # not for those who have enrolled nobody: it loads the ears
 
-    people, faults = enrolled_people(settings.state_dir)
+    people, faults = tellable_people(settings.state_dir, robots, lexicon, allow_same)
     for fault in faults:
         print_error("hvcpctl", f"warning: {fault}")
     return people
