@@ -173,6 +173,7 @@ class WordChannel:
             if sound.speaker == name and sound.start_s <= self.now < sound.end_s and not sound.cut:
                 sound.cut, sound.end_s = True, self.now
                 self.talkers[name].spoken(self.now)
+                self.talkers[name].garbled(True, self.now)
 
     def _listeners(self, sound: Sound) -> list[str]:
         return [name for name in self.talkers if name != sound.speaker and self.earshot(sound.speaker, name)]

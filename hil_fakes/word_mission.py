@@ -25,6 +25,7 @@ from hvcpd.config.tasks import Action, GoTo, Place
 from hvcpd.coordination.actions import (
     SECOND_PAUSE_S,
     SLOW_STRETCH,
+    BreakOff,
     Halt,
     Perform,
     Role,
@@ -36,7 +37,6 @@ from hvcpd.coordination.actions import (
     Talk,
 )
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 STEP_S = 5.0
@@ -235,8 +235,8 @@ class WordMission:
                 case Halt():
                     self.bodies[name].halt(self.air.now)
                     self.halted_s[name] = self.air.now
-                    if robot.state is State.STOPPED:
-                        self.air.break_off(name)
+                case BreakOff():
+                    self.air.break_off(name)
                 case SaveTask(number, state, owner):
                     self.saved[name][number] = (state, owner)
                 case SaveDue(number, due_s):

@@ -87,6 +87,12 @@ class Halt:
 
 
 @dataclass(frozen=True)
+class BreakOff:
+    """End the present sentence at once, for a more urgent one; answer with `spoken`, and with `garbled`, for nobody has
+    understood it."""
+
+
+@dataclass(frozen=True)
 class SaveTask:
     """Remember this view of a task: state is open, claimed, done or failed."""
 
@@ -128,7 +134,7 @@ class SaveChange:
     skipped: bool
 
 
-Action = Say | Perform | Halt | SaveTask | SaveDue | SaveChange | SavePeer | SaveStopped
+Action = Say | BreakOff | Perform | Halt | SaveTask | SaveDue | SaveChange | SavePeer | SaveStopped
 
 
 @dataclass(frozen=True)

@@ -297,9 +297,13 @@ def leave_to_others(me: Knowledge, now: float) -> None:
 
 
 def say_only_reports(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) -> None:
-    """Withdraw everything but the unconfirmed reports, including those that already wait for the floor."""
+    """Withdraw everything but the owner's "stop" for others and the unconfirmed reports, including those that already
+    wait for the floor."""
+    me.repair.last_said = None
     for intent in me.floor.clear():
-        if intent.topic.startswith(REPORTS) and intent.call is None:
+        if intent.at_once:
+            me.floor.want(intent, now)
+        elif intent.topic.startswith(REPORTS) and intent.call is None:
             me.floor.want(replace(intent, urgency=urgency, slot=slot), now)
     forget_report(me, urgency, now, slot)
 

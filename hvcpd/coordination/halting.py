@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from hvcpd.coordination import composing, effects
-from hvcpd.coordination.actions import Halt
+from hvcpd.coordination.actions import BreakOff, Halt
 from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.floor import RESUMES, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
@@ -68,6 +68,12 @@ def call(me: Knowledge, topic: str, stop: m.Utterance, now: float) -> None:
         me.floor.want(said, now)
 
 
+def interrupt(me: Knowledge) -> None:
+    """Something more urgent is to be said than this robot's present sentence, unless that is a "stop"."""
+    if me.floor.speaking is not None and not me.floor.speaking.at_once:
+        me.do(BreakOff())
+
+
 def fall_silent(me: Knowledge, _now: float) -> None:
     me.floor.clear()
 
@@ -84,6 +90,7 @@ def halt(me: Knowledge, now: float) -> None:
     """Stop, and latch: tasks, turns and motions are forgotten, and only "resume" ends this state."""
     effects.give_tasks_back(me)
     me.latch(True)
+    interrupt(me)
     effects.say_only_reports(me, Urgency.TURN, now)
     me.current.clear()
     place = next((each.place.name for each in me.places if each.inside), None)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from hvcpd.coordination import changing, chatter, composing, halting, repair
-from hvcpd.coordination.actions import Halt, Say
+from hvcpd.coordination.actions import Say
 from hvcpd.coordination.addressing import note_introduced, note_presence
 from hvcpd.coordination.floor import RESUMES, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.relaying import note_passed_on
-from hvcpd.coordination.states import DEPARTING, State, Trigger
+from hvcpd.coordination.states import DEPARTING, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 
@@ -34,8 +34,7 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     if isinstance(statement, m.Change):
         return changing.want(me, statement.task.number, statement.skip, now)
     if isinstance(statement, m.Stop):
-        if me.state is State.STOPPED and me.floor.speaking is not None and not me.floor.speaking.at_once:
-            me.do(Halt())  # it breaks off "I have stopped" for this
+        halting.interrupt(me)
         halting.call(me, "call to stop", utterance, now)
         return None
     kind = RESUMES if isinstance(statement, m.Resume) else "requested"

@@ -116,12 +116,14 @@ class OwnVoice:
         self._masked_until_s = now + self._acoustics.tail_s
         return True
 
-    def break_off(self, now: float) -> None:
-        """There is no sound any longer: nothing else of the sentence is heard."""
+    def break_off(self, now: float) -> bool:
+        """Nothing else of the sentence is heard. Returns whether there was one."""
         self._confirmed = False
-        if self.speaking:
+        was_speaking = self.speaking
+        if was_speaking:
             self._speech, self.speaking, self.until_s = NOTHING, False, now
             self._silent_until_s = now + BREAK_S
+        return was_speaking
 
     def lose(self, lost_s: float) -> None:
         """Note sound that was not heard, and in whose place nothing was played: the words wait, and cannot be

@@ -11,9 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from hvcpd.config.tasks import Place
-from hvcpd.coordination.actions import Halt, Perform, Say
+from hvcpd.coordination.actions import BreakOff, Halt, Perform, Say
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.states import State
 from hvcpd.hardware.kinematics import Odometry
 from hvcpd.language.messages import Spelled, Stop, Stopped, Utterance
 from hvcpd.language.phrasebook import Phrasebook
@@ -180,11 +179,7 @@ class Robot:
         self._n_heard += lost
         self.disturb()
         now = self.now
-        was_speaking = self._voice.speaking
-        self._voice.break_off(now)
-        if was_speaking:
-            self.coordination.spoken(now)
-            self.coordination.garbled(True, now)
+        self._break_off(now)
         self._set_channel(True, now)
         self._locate(reading)
         for event in self._recogniser.lost(lost):
@@ -327,12 +322,17 @@ class Robot:
                 case Halt():
                     self.performer.cancel()
                     halted = True
-                    if self._voice.speaking and self.coordination.state is State.STOPPED:
-                        self._voice.break_off(now)  # for a more urgent sentence
-                        self.coordination.spoken(now)
+                case BreakOff():
+                    self._break_off(now)
                 case _:
                     self._records.append(action)
         return halted
+
+    def _break_off(self, now: float) -> None:
+        """Nothing more of its sentence is heard."""
+        if self._voice.break_off(now):
+            self.coordination.spoken(now)
+            self.coordination.garbled(True, now)
 
     def _say(self, say: Say, now: float) -> None:
         if self._sealing is not None:

@@ -124,6 +124,57 @@ def test_a_stop_that_the_owner_has_it_say_is_said_again(to: m.Addressee | None, 
     assert stops(mission, now) == ["Rob"] * times
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_stop_for_another_robot_does_not_wait_for_the_end_of_the_robots_own_sentence(seed: int) -> None:
+    """Between 2 and 6 s, in which the other one drove on."""
+    mission = Mission(("Rob", "Bot", "Max"), plants(6), seed=seed)
+    rob = mission.robots["Rob"]
+    mission.air.run_until(20.0)
+    while rob.knowledge.floor.speaking is None:
+        mission.air.run_until(mission.air.now + 0.05)
+    now = mission.air.now
+    assert rob.say(m.Utterance(None, m.ToRobot("Bot"), None, m.Stop()), now) is None
+    mission.air.refresh()
+    mission.air.run_until(now + 1.2)
+    assert standing(mission) == {"Bot"}
+    mission.hear(now + 30.0, "Bot resume")
+    mission.run()
+    assert mission.exactly_once
+
+
+@pytest.mark.parametrize("leaves", [False, True])
+def test_a_stop_for_another_robot_is_said_although_the_robot_is_stopped_or_leaves_before(leaves: bool) -> None:
+    """It was forgotten with all else that the robot was still to say."""
+    mission = row(2)
+    rob, now = mission.robots["Rob"], mission.air.now
+    assert rob.say(m.Utterance(None, m.ToRobot("Max"), None, m.Stop()), now) is None
+    rob.leave(now) if leaves else rob.stop(now)
+    mission.air.refresh()
+    mission.air.run_until(now + 20.0)
+    assert stops(mission, now) == ["Rob"]
+    assert "Max" in standing(mission)
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_who_is_stopped_does_not_repeat_the_claim_that_it_said_before(asked: bool) -> None:
+    """Others took it for at work on a task, and did not do it."""
+    mission = Mission(("Rob", "Bot"), plants(4), seed=3)
+    rob = mission.robots["Rob"]
+    while rob.state is not State.PROPOSED:
+        mission.air.run_until(mission.air.now + 0.05)
+    now = mission.air.now
+    rob.stop(now)
+    mission.air.refresh()
+    mission.air.run_until(now + 0.3)
+    if asked:
+        rob.heard(m.Utterance("Bot", m.ToRobot("Rob"), None, m.SayAgain()), mission.air.now)
+    else:
+        rob.garbled(True, mission.air.now)
+    mission.air.refresh()
+    mission.air.run_until(now + 30.0)
+    assert not [u for at_s, who, u in mission.said if at_s > now and who == "Rob" and isinstance(u.statement, m.Claim)]
+
+
 @pytest.mark.parametrize("before_s", [0.0, 50.0])
 def test_who_stands_for_a_minute_says_once_how_to_release_it(before_s: float) -> None:
     mission = row(1)
