@@ -236,13 +236,13 @@ class Coordination:
         halting.tell_memory_lost(self.knowledge, now)
 
     def change(self, number: int, skip: bool, now: float) -> str | None:
-        """Have a task done again, or left out this time, and tell the others. Returns why this is impossible, or
-        None."""
+        """Have a task done again, or left out this time, and tell the others. Returns why that cannot be, or None."""
         return changing.want(self.knowledge, number, skip, now)
 
     def resume(self, now: float) -> bool:
         """Take on tasks again, as if "resume" had been heard. Returns whether it was stopped."""
-        before, self.knowledge.latched = self.knowledge.latched, False
+        before = self.knowledge.latched
+        self.knowledge.latch(False)  # of who leaves, too
         fire(self.knowledge, Trigger.RESUME, now)
         return before
 

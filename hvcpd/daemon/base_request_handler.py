@@ -12,7 +12,6 @@ from typing import Any
 
 import structlog
 
-from hvcpd.coordination.states import State
 from hvcpd.daemon.control_protocol import NUMBER, RefusalError
 from hvcpd.daemon.wheel_service import MOVING_S, SLACK_S
 from hvcpd.daemon.wiring import Wiring
@@ -76,7 +75,7 @@ class BaseRequestHandler:
         there = self._base.fault is None
         goal = self._navigator.goal if self._navigator is not None and there else None
         twist = twist_of(wanted if there else STANDSTILL, robot.odometry.drive)
-        stopped = robot.coordination.state is State.STOPPED
+        stopped = robot.coordination.knowledge.latched
         new = Drive(robot.now, twist.linear_m_s, twist.angular_rad_s, stopped, goal)
         if self._last is not None and not _is_due(self._last, new):
             return None

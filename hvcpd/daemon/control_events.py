@@ -12,6 +12,8 @@ from typing import Any, get_args
 import numpy as np
 
 from hvcpd.coordination.actions import SaveTask
+from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.states import State
 from hvcpd.hardware.acoustics import SILENCE_DBFS, power_dbfs
 from hvcpd.hardware.kinematics import twist_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Pose, Samples, WheelCommand, WheelReading
@@ -140,7 +142,7 @@ class EventSource:
         self._name = name
         self._meter = meter
         self._said = 0
-        self._state: tuple[str, int | None] | None = None
+        self._state: tuple[str, str, int | None] | None = None
         self._pose = Pose(math.inf, math.inf)
 
     def of_step(self, robot: Robot, records: Sequence[Record], is_reading: bool) -> Iterator[LiveEvent]:
@@ -173,12 +175,15 @@ class EventSource:
         return make(self._name, record, robot) if make is not None else None
 
     def _state_change(self, robot: Robot) -> Iterator[LiveEvent]:
-        state = (robot.coordination.state.name, robot.coordination.task)
+        state = (*state_of(robot.coordination), robot.coordination.task)
         if state != self._state:
             self._state = state
-            yield StateChanged(
-                robot.now, self._name, state[0].lower(), robot.coordination.state.value, robot.coordination.task
-            )
+            yield StateChanged(robot.now, self._name, *state)
+
+
+def state_of(c: Coordination) -> tuple[str, str]:
+    """The name of its state, and what it does in words. Who is stopped counts as that while it leaves, too."""
+    return State.STOPPED.name.lower() if c.knowledge.latched else c.state.name.lower(), c.state.value
 
 
 def odom_of(robot: Robot, reading: WheelReading) -> Odom:

@@ -17,10 +17,9 @@ from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.peers import Peer, PeerDistance
 from hvcpd.coordination.place_state import PlaceState
-from hvcpd.coordination.states import State
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.cache_warm_up import Preparation
-from hvcpd.daemon.control_events import Meter, Tally
+from hvcpd.daemon.control_events import Meter, Tally, state_of
 from hvcpd.daemon.journal_service import JournalService
 from hvcpd.daemon.skill_service import SkillService
 from hvcpd.daemon.sound_service import SoundService
@@ -139,19 +138,20 @@ def _conversation(body: Body) -> dict[str, Any]:
         nothing |= {"task": None, "tasks": {}, "places": [], "peers": []}
         return {"state": "starting", "doing": "is starting", **nothing}
     c, now = robot.coordination, robot.now
+    state, doing = state_of(c)
     task = body.wiring.tasks.by_number(c.task) if c.task is not None else None
     pose = robot.odometry.pose
     conflict = "; another robot uses its name, so it takes on nothing" if in_name_conflict(c.knowledge, now) else ""
     return {
-        "state": c.state.name.lower(),
-        "doing": c.state.value + conflict,
+        "state": state,
+        "doing": doing + conflict,
         "now_s": round(now, 3),
         "pose": {
             "x_m": round(pose.x_m, 3),
             "y_m": round(pose.y_m, 3),
             "heading_deg": round(math.degrees(pose.heading_rad), 1),
         },
-        "stopped": c.state is State.STOPPED,
+        "stopped": c.knowledge.latched,
         "speaking": robot.speaking,
         "task": {"number": task.number, "name": task.name} if task is not None else None,
         "tasks": dict(Counter("left_out" if _is_left_out(entry) else entry.state for entry in c.board.entries())),

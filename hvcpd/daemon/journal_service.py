@@ -73,7 +73,8 @@ class JournalService:
         self._now = 0.0
         self._broken: BaseException | None = None
         self.stopped = False
-        """Whether the robot was stopped when it was switched off, or has lost its memory; known once it is open."""
+        """Whether the robot begins stopped: it was stopped when it was switched off, or has lost its memory, which is
+        known once it is open, or it was told so while it starts."""
         self.loss: str | None = None
         """Why the knowledge from before this start is lost; known once the memory is open."""
         self.fault: str | None = None
@@ -251,7 +252,7 @@ class JournalService:
                 self._journal.doubt_counters([key.fingerprint for key in ring.accepted], memory.seals_lost)
             except StoreError as error:
                 self.fault = self.fault or str(error)
-        self.stopped = memory.stopped
+        self.stopped |= memory.stopped
         self.loss = memory.loss
         self.names, self.robots = self._journal.names, self._journal.robots
         self._peers = {name.casefold() for name in self.names}

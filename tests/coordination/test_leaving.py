@@ -128,6 +128,7 @@ def test_a_button_that_is_held_keeps_nobody_from_leaving_and_is_latched_once() -
     assert actions.count(SaveStopped(True)) == 1
     assert [mission.book.write(a.utterance) for a in actions if isinstance(a, Say)] == [LEAVING]
     assert rob.resume(began_s + 10.0)
+    assert SaveStopped(False) in rob.actions(began_s + 10.0), "its next start is free"
     assert rob.stop(began_s + 10.1)
 
 
