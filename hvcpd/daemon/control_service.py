@@ -93,10 +93,14 @@ class ControlService:
         self.body.robot = robot
         self.body.skills.begin(robot)
         self.body.tell_unable()
-        if self._handler.stop_at_start:
+        if self.body.journal.stopped:
             robot.coordination.stop(robot.now)
         if self.body.journal.loss is not None:
             robot.coordination.tell_memory_lost(robot.now)
+
+    def stop(self) -> None:
+        """Stop the robot, or have it begin stopped if it is not ready yet."""
+        self._handler.halt()
 
     def note(self, robot: Robot, heard: Samples, reading: WheelReading | None, output: RobotOutput) -> None:
         """Publish one step of the robot: its input `heard`, shape (n,), float32, and its `output`."""

@@ -51,6 +51,9 @@ FAREWELL_WALL_S = 20.0
 """Longest time by the wall clock for the farewell, should sound have stopped coming; within the unit's
 TimeoutStopSec."""
 
+BUTTON_S = 0.025
+"""Interval (real time) at which the stop button is read while the robot starts: as often as later, in each block."""
+
 STOPPED = 'stopped until somebody says "resume"'
 NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
 
@@ -90,6 +93,8 @@ class Daemon:
         self._ready = asyncio.Event()
         """Set once all is there that a reload changes."""
         self._ending = False
+        self._held_down = False
+        """Whether the stop button was pressed when it was last looked at."""
         self._leave_until_s: float | None = None
 
     @property
@@ -127,6 +132,11 @@ class Daemon:
             stack.push_async_callback(self._control.close)
             stack.callback(self._end)
             await self._control.open()
+            self._control.body.button = self._devices.make_stop_button(settings.stop_button)
+            if self._control.body.button is not None:
+                stack.callback(self._control.body.button.close)
+                watching = asyncio.ensure_future(self._watch_button())
+                stack.callback(watching.cancel)
             memory = await self._journal.open()
             here = self._pose.recall()
             self._tell_start(memory, here)
@@ -158,9 +168,6 @@ class Daemon:
                 )
                 stack.push_async_callback(self._adaptation.settled)
 
-            body.button = self._devices.make_stop_button(settings.stop_button)
-            if body.button is not None:
-                stack.callback(body.button.close)
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
@@ -176,6 +183,20 @@ class Daemon:
         await asyncio.to_thread(warm_up.before_listening, lambda: not self._ending)
         warm_up.tell_unkept()
         return warm_up
+
+    async def _watch_button(self) -> None:
+        """Until the robot lives, and looks at it in each block; it begins stopped if the button was pressed before."""
+        while not self.listening:
+            if self._is_pressed_anew():
+                self._control.stop()
+            await asyncio.sleep(BUTTON_S)
+
+    def _is_pressed_anew(self) -> bool:
+        before, self._held_down = self._held_down, self._control.body.is_held_down
+        is_new = self._held_down and not before
+        if is_new:
+            _log.warning("stop button pressed")
+        return is_new
 
     def _end(self) -> None:
         self._ending = True
@@ -237,9 +258,8 @@ class Daemon:
             if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
             self._keep_hours(robot, time.time())
-            was_held_down, robot.is_held_down = robot.is_held_down, self._control.body.is_held_down
-            if robot.is_held_down and not was_held_down:
-                _log.warning("stop button pressed")
+            self._is_pressed_anew()
+            robot.is_held_down = self._held_down
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
                 self._wheels.serve(output.wheels, robot.now)  # first of all: a halt is not to wait

@@ -49,8 +49,6 @@ class RequestHandler:
         self._reloader = reloader
         self.server: ControlServer
         """Whose clients they are; known before the first request."""
-        self.stop_at_start = False
-        """"stop" was asked for before there was a robot to be stopped."""
 
     def hello(self) -> Result:
         """The first line that each client gets."""
@@ -71,7 +69,8 @@ class RequestHandler:
         arguments = checked_arguments(request, known)
         if request.command in CHANGING:
             caller = client.caller
-            _log.info("asked to", command=request.command, **arguments, pid=caller.pid, uid=caller.uid)
+            shown = {name: value for name, value in arguments.items() if name != "text"}  # it may have a person's code
+            _log.info("asked to", command=request.command, **shown, pid=caller.pid, uid=caller.uid)
         return await run(self, arguments, client)
 
     async def status(self, _: Arguments, _client: Client) -> Result:
@@ -92,7 +91,7 @@ class RequestHandler:
         except PhraseError as error:
             raise RefusalError("not_in_phrasebook", str(error)) from None
         if isinstance(utterance.statement, Stop) and is_for(knowledge, utterance.addressee):
-            self._halt()  # it does not hear itself
+            self.halt()  # it does not hear itself
         reason = robot.coordination.say(utterance, robot.now)
         if reason is not None:
             raise RefusalError("refused", reason)
@@ -114,18 +113,17 @@ class RequestHandler:
         return {"number": number, "name": robot.coordination.board[number].definition.name, "do": wanted}
 
     async def stop(self, _: Arguments, _client: Client) -> Result:
-        before = self._halt()
+        before = self.halt()
         return {"before": before, **await self._kept()}
 
-    def _halt(self) -> bool:
+    def halt(self) -> bool:
         """Stop the robot. Returns whether it was stopped before."""
         if self._body.wheels is not None:
             self._body.wheels.halt()
         self._body.skills.halt()
         robot = self._body.robot
         if robot is None:
-            self.stop_at_start = True
-            before = self._body.journal.stopped
+            before, self._body.journal.stopped = self._body.journal.stopped, True
         else:
             before = not robot.coordination.stop(robot.now)
         self._body.journal.stop()

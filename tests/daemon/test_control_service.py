@@ -270,3 +270,19 @@ def test_who_asked_for_what_is_in_the_log(tmp_path: Path) -> None:
             await talk.hang_up()
 
     run(scene())
+
+
+def test_a_code_that_the_robot_is_to_say_is_not_in_the_log(tmp_path: Path) -> None:
+    """Whoever could read the log could use it before the robot had said it, or at any time, where it was refused."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            with capture_logs() as logs:
+                await talk.ask("say", text="Hi Bot, I am Rob, water the green rose, code one two three four five six")
+            (line,) = [line for line in logs if line["event"] == "asked to"]
+            assert line["command"] == "say"
+            assert "three four" not in str(logs)
+            await talk.hang_up()
+
+    run(scene())

@@ -17,8 +17,10 @@ from hvcpd.console.lines import confidence_note
 from hvcpd.control.cli import main
 from hvcpd.control.live.follow_lines import FollowLines
 from hvcpd.coordination.states import State
+from hvcpd.daemon.base_request_handler import BaseRequestHandler
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import short_address
+from hvcpd.hardware.ros_base import RosBase
 from hvcpd.hardware.stop_button import StopButton
 from hvcpd.memory.latch import Permit, StopLatch
 from hvcpd.ports import STANDSTILL, WheelCommand
@@ -140,6 +142,40 @@ def test_while_the_button_is_pressed_nothing_releases_the_robot_and_status_says_
     run(scene())
 
 
+@pytest.mark.parametrize("leaves_first", [False, True])
+def test_who_is_stopped_is_shown_as_that_while_it_leaves(leaves_first: bool, tmp_path: Path) -> None:
+    """It was "leaving"; ROS was told that nothing stopped it, and others could drive its base."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            robot = bench.bench.robot
+            base = BaseRequestHandler(RosBase())
+            talk, events = await bench.connect(), await bench.connect()
+            await events.ask("subscribe", events=["statechanged"])
+            if leaves_first:
+                robot.coordination.leave(robot.now)
+                await bench.live()
+            await talk.ask("stop")
+            await bench.live()
+            robot.coordination.leave(robot.now)
+            await bench.live()
+            await events.line()
+            event = await events.line()
+            assert event is not None
+            assert (event["state"], "leaves" in event["doing"]) == ("stopped", True)
+            status = (await talk.ask("status"))["result"]
+            assert (status["state"], status["stopped"]) == ("stopped", True)
+            assert "leaves" in status["doing"]
+            assert "STOPPED" in shown(status)
+            drive = base.drive(robot, STANDSTILL)
+            assert drive is not None
+            assert drive.stopped
+            for each in (talk, events):
+                await each.hang_up()
+
+    run(scene())
+
+
 def test_a_stop_heard_by_itself_is_not_told_as_a_sentence_that_nobody_is_sure_of(tmp_path: Path) -> None:
     """It was "heard, 0 % sure, 0 dB over the noise", and lowered the mean confidence."""
 
@@ -175,7 +211,9 @@ def test_a_stop_before_the_robot_is_there_is_not_forgotten(tmp_path: Path) -> No
             assert "not opened yet" in shown(status), "it has wheels"
             assert (await talk.ask("tasks"))["error"]["code"] == "starting"
             assert (await talk.ask("reload"))["error"]["code"] == "starting", "the plan is made of what was read before"
-            assert (await talk.ask("stop"))["ok"]
+            assert (await talk.ask("stop"))["result"]["before"] is False
+            assert "STOPPED" in shown((await talk.ask("status"))["result"])
+            assert (await talk.ask("stop"))["result"]["before"] is True
             bench.begin()
             assert (await talk.ask("status"))["result"]["stopped"] is True
             await talk.hang_up()

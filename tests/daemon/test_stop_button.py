@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from hvcpd.daemon.main_loop import Daemon
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.stop_button import StopButton, make_stop_button
+from hvcpd.ports import Wheels
 from tests.daemon.test_main_loop import OverError, settings_of
 from tests.daemon.virtual import devices_of, shared_room
 
@@ -62,6 +64,32 @@ class Button:
 
     def close(self) -> None:
         pass
+
+
+@pytest.mark.slow
+def test_a_press_while_the_robot_starts_has_it_begin_stopped(tmp_path: Path, units: Path) -> None:
+    """The button was not looked at before the robot listened, which takes a minute at its first start."""
+
+    def watch(now: float) -> None:
+        if now > 0.5:
+            raise OverError("the test has seen enough")
+
+    button = Button()
+    wiring = wire_up(settings_of(tmp_path, units, "Rob"))
+    with shared_room([wiring.settings], watch) as room, capture_logs() as logs:
+        devices = devices_of(room, 0, button)
+
+        def make_wheels(*of: Any) -> Wheels | None:
+            button.pressed = False
+            return devices.make_wheels(*of)
+
+        daemon = Daemon(wiring, replace(devices, make_wheels=make_wheels))
+        room.streams[0].settled = daemon.settled
+        with pytest.raises(OverError):
+            asyncio.run(daemon.run())
+    assert daemon.robot is not None
+    assert daemon.robot.coordination.state is State.STOPPED
+    assert [line["event"] for line in logs].count("stop button pressed") == 1
 
 
 @pytest.mark.slow
