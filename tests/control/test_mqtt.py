@@ -20,6 +20,7 @@ import pytest
 
 from hil_fakes.sound_server import wait_until
 from hvcpd.control.cli import main
+from hvcpd.control.live.mqtt import Commands
 from hvcpd.coordination.states import State
 from tests.daemon.running import RunningRobot
 
@@ -133,6 +134,34 @@ def test_a_command_that_the_broker_keeps_is_not_carried_out_at_each_connection(t
         bridge.send_signal(signal.SIGINT)
         assert bridge.wait(PATIENCE_S) == 130
         home.close()
+
+
+def test_a_stop_without_a_daemon_stops_the_next_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It was one line on the terminal of the bridge."""
+    commands = Commands(tmp_path / "state" / "rob.sock", all_commands=True)
+    commands.obey("stop")
+    assert "it is stopped once it runs" in capsys.readouterr().err
+    with RunningRobot(tmp_path) as robot:
+        commands.make_good()
+        assert robot.state is State.STOPPED
+        commands.obey("resume")
+        assert robot.state is not State.STOPPED
+        commands.make_good()
+        assert robot.state is not State.STOPPED, "it is made good once"
+    commands.obey("stop")
+    commands.obey("resume")
+    with RunningRobot(tmp_path) as robot:
+        commands.make_good()
+        assert robot.state is not State.STOPPED
+
+
+def test_what_is_not_obeyed_is_told_without_a_code_in_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    commands = Commands(tmp_path / "rob.sock", all_commands=False)
+    for word in ("say", "Sy"):
+        commands.obey(f"{word} Hi Bot, I am Anna, stand still, code one two three four five six")
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == "hvcpctl: MQTT: 'say' is obeyed only with --commands"
+    assert second == "hvcpctl: MQTT: 'sy' is not obeyed; see hvcpctl mqtt --help"
 
 
 def test_a_broker_that_refuses_us_is_told(tmp_path: Path) -> None:

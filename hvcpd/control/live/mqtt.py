@@ -17,7 +17,7 @@ from typing import Any
 from hvcpd import __version__
 from hvcpd.control.live.daemon_client import DaemonClient, find_daemon
 from hvcpd.control.live.follow import watch
-from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError, how_to_install
+from hvcpd.errors import EX_OK, ConfigError, HvcpdError, NotDoneError, NotRunningError, how_to_install
 
 RESTING = ("wall_s", "now_s", "uptime_s", "pid", "sound", "peers", "pose", "counts")
 """Fields of a status that change without an event; they alone are not a reason to send the status again."""
@@ -116,10 +116,11 @@ class Broker:
 
 
 class MqttShow:
-    """Sends what a robot says, hears and does."""
+    """Sends what a robot says, hears and does; calls `make_good` once its daemon is there."""
 
-    def __init__(self, broker: Broker) -> None:
+    def __init__(self, broker: Broker, make_good: Callable[[], None]) -> None:
         self._broker = broker
+        self._make_good = make_good
         self._sent: dict[str, Any] = {}
         self._looks = 0
 
@@ -130,6 +131,7 @@ class MqttShow:
 
     def state(self, status: dict[str, Any], tasks: list[dict[str, Any]]) -> None:
         """The status with the tasks, if something has changed or it is old."""
+        self._make_good()
         lasting = {key: value for key, value in status.items() if key not in RESTING} | {"board": tasks}
         lasting["board"] = [{key: value for key, value in task.items() if key != "lease_s"} for task in tasks]
         self._looks += 1
@@ -150,28 +152,46 @@ def run(options: argparse.Namespace) -> int:
     """Bridge until interrupted; wait for a daemon that has ended."""
     with closing(find_daemon(options)) as daemon:
         name, path = daemon.name, daemon.path
-    with Broker(options, name, lambda text: _obey(text, path, options.commands)) as broker:
+    commands = Commands(path, options.commands)
+    with Broker(options, name, commands.obey) as broker:
         broker.keep(
             f"{options.discovery}/device/hvcpd_{name.lower()}/config", json.dumps(discovery(name, broker.topic))
         )
-        watch(options, MqttShow(broker))
+        watch(options, MqttShow(broker, commands.make_good))
     return EX_OK
 
 
-def _obey(text: str, path: Path, all_commands: bool) -> None:
-    """Carry out `stop`, and with `all_commands` also `resume` and `say SENTENCE`; errors are one line each."""
-    command, _, sentence = text.strip().partition(" ")
-    command = command.lower()  # whoever writes "Stop" means it
-    try:
-        if command not in ("stop", "resume", "say"):
-            raise ConfigError(f"MQTT: {text[:80]!r} is not obeyed; see hvcpctl mqtt --help")
-        if command != "stop" and not all_commands:
-            raise ConfigError(f"MQTT: {text[:80]!r} is obeyed only with --commands")
-        arguments = {"text": sentence} if command == "say" else {}
-        with closing(DaemonClient(path)) as daemon:
-            daemon.ask(command, **arguments)
-    except HvcpdError as error:
-        sys.stderr.write(f"hvcpctl: {error}\n")
+class Commands:
+    """Carries out `stop`, and with `all_commands` also `resume` and `say SENTENCE`; errors are one line each."""
+
+    def __init__(self, path: Path, all_commands: bool) -> None:
+        self._path = path
+        self._all_commands = all_commands
+        self._owes_stop = False
+        """No daemon was there to be stopped: the next one is."""
+
+    def obey(self, text: str) -> None:
+        """Carry out a command."""
+        command, _, sentence = text.strip().partition(" ")
+        command = command.lower()  # whoever writes "Stop" means it
+        try:
+            if command not in ("stop", "resume", "say"):  # the rest of the text may have a person's code in it
+                raise ConfigError(f"MQTT: {command[:40]!r} is not obeyed; see hvcpctl mqtt --help")
+            if command != "stop" and not self._all_commands:
+                raise ConfigError(f"MQTT: {command!r} is obeyed only with --commands")
+            self._owes_stop = command == "stop" or (self._owes_stop and command == "say")
+            with closing(DaemonClient(self._path)) as daemon:
+                daemon.ask(command, **({"text": sentence} if command == "say" else {}))
+            self._owes_stop = False
+        except NotRunningError as error:
+            sys.stderr.write(f"hvcpctl: {error}{'; it is stopped once it runs' * self._owes_stop}\n")
+        except HvcpdError as error:
+            sys.stderr.write(f"hvcpctl: {error}\n")
+
+    def make_good(self) -> None:
+        """A daemon is there."""
+        if self._owes_stop:
+            self.obey("stop")
 
 
 def discovery(name: str, topic: str) -> dict[str, Any]:
