@@ -229,7 +229,7 @@ def reading_own(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         again = how_to_install("--force-reinstall ./hvcpd-*.whl", "--reinstall ./hvcpd_*.deb", str(path))
-        reason = str(error) or type(error).__name__
+        reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise ConfigError(f"{path}: this file of hvcpd is missing or damaged ({reason}): {again}") from error
 
 

@@ -89,10 +89,22 @@ def _is_singular(word: str) -> bool:
 
 _AMERICAN = (
     (re.compile(r"([iy])s(e|ed|es|er|ers|ing|ation|ations|able)$"), r"\1z\2"),
-    (re.compile(r"([bt])re(s|d)?$"), r"\1er\2"),
+    (re.compile(r"([bgt])re(s|d)?$"), r"\1er\2"),
     (re.compile(r"([aeiou].*[aeiou])ll(ed|ing|er|ers)$"), r"\1l\2"),
+    (re.compile(r"([aeiou])l(s|ful|ment|ments)?$"), r"\1ll\2"),
+    (re.compile(r"our(s|y|ed|ing)?$"), r"or\1"),
+    (re.compile(r"ence(s)?$"), r"ense\1"),
+    (re.compile(r"ould(er|ers|ered|ering)$"), r"old\1"),
+    (
+        re.compile(
+            r"(?<=[chkn])ae(?=m)|(?<=n)ae(?=[cs])|(?<=p)ae(?=d)|(?<=f)ae(?=c)|(?<=i)ae(?=v)"
+            r"|(?<=f)oe(?=t)|^oe(?=s)"
+        ),
+        "e",
+    ),
 )
-"""British spellings, and the American ones that CMUdict lists: "organise", "litre", "modelling"."""
+"""British spellings, and the American ones that CMUdict lists: "organise", "litre", "modelling", "enrol", "vapour",
+"offence", "smoulder", "paediatric"."""
 
 
 def american_spellings(word: str) -> list[str]:
