@@ -60,6 +60,10 @@ _DATE = re.compile(rf"\b({_DATES})\b\.?(?=,? ?\d)|(?:(?<=\d )|(?<=\d[snrt][tdh] 
 """A month or a day of the week beside a number; "sun" and "Jan" alone are words."""
 _WEEK = re.compile(rf"\b({_DATES}) ?[–—-] ?({_DATES})\b")
 """Mon-Fri, where no number is needed."""
+_ON_DAY = re.compile(
+    r"\b((?i:on|every|each|next|until|till|since)) (Mon|Tue|Wed|Thu|Fri|Sat|Sun)(?:(?<=Tue)s|(?<=Thu)rs?)?\b\.?"
+)
+"""On Mon, where no number is needed either; alone, Mon and Fri may be names."""
 _LONG = "|".join(dict.fromkeys(_CALENDAR.values()))
 _NTH = r"\d(?:st|nd|rd|th)\b"
 _DAYS = re.compile(rf"(\d|{_NTH}|{_LONG}) ?[–—-] ?(?=(?:{_LONG}) \d|\d{{1,2}} (?:{_LONG})|\d{{0,3}}{_NTH})")
@@ -75,7 +79,7 @@ _RANGE = re.compile(
 _CLOCK = re.compile(r"(?<![\d.,:])(\d|[01]\d|2[0-3]):([0-5]\d)(?![.,:]?\d)(?= ?([ap]\.? ?m\b)?)", re.IGNORECASE)
 _DOTTED = re.compile(r"(?<![\d.,:])(\d{1,2})\.(?=[0-5]\d(?:[–—-]\d{1,2}\.[0-5]\d)? ?[ap]\.? ?m\b)", re.IGNORECASE)
 """A British time of day, 3.05 pm."""
-_GLUED = re.compile(r"(?<![\w-])(?![2-9]0s\b)(\d+(?:\.\d+)?)(?!(?:st|nd|rd|th)\b)(?=[A-Za-z]+\b)")
+_GLUED = re.compile(r"(?<![\w-])(?![2-9]0s\b)(\d+(?:\.\d+)?)(?!(?i:st|nd|rd|th)\b)(?=[A-Za-z]+\b)")
 _DECADE = re.compile(
     r"(?:\b(?P<of>the|early|late|mid|my|our|your|his|her|their)[ -]|(?<![\w.,:-]))'?\b"
     r"(?P<century>1[5-9]|2[01])?(?P<tens>\d)0'?s\b",
@@ -124,6 +128,7 @@ def with_quantities(text: str) -> str:
     All other signs stay, the point and the minus sign of a number too.
     """
     text = _ADDRESS.sub(_address, _ROMAN.sub(_roman, _PLURAL.sub(r"\1's", text)))
+    text = _ON_DAY.sub(lambda found: f"{found[1]} {_CALENDAR[found[2]]}", text)
     text = _WEEK.sub(lambda found: f"{_CALENDAR[found[1]]} to {_CALENDAR[found[2]]}", text)
     if not any(sign.isdigit() for sign in text):
         return text
@@ -136,7 +141,8 @@ def with_quantities(text: str) -> str:
 
 def read_out(text: str) -> str:
     """The text as it is read out: `with_quantities`, and also with decimals, prices, # and & in words."""
-    text = _PRICE.sub(_price, _NUMBERED.sub("number ", text.replace("&", " and ")))
+    text = _GROUPED.sub("", _NUMBERED.sub("number ", text.replace("&", " and ")))
+    text = _PRICE.sub(_price, text)
     return _DECIMAL.sub(lambda found: f"{found[1]} point {' '.join(found[2])}", with_quantities(text))
 
 
@@ -190,4 +196,8 @@ def _quantity(found: re.Match[str]) -> str:
 
 def _price(found: re.Match[str]) -> str:
     one, more = _NAMES[found[1]]
-    return f"{found[2]} {one if found[2] == '1' else more} {int(found[3] or 0) or ''}".rstrip()
+    rest = int(found[3] or 0)
+    if int(found[2]) == 0 and rest:
+        one, more = ("penny", "pence") if found[1] == "£" else ("cent", "cents")
+        return f"{rest} {one if rest == 1 else more}"
+    return f"{found[2]} {one if found[2] == '1' else more} {rest or ''}".rstrip()
