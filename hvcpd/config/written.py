@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
+from typing import TypeAlias
 
 from hvcpd.config.names import plain_letters
 
@@ -96,16 +98,16 @@ _DECIMAL = re.compile(r"(?<![\d.,-])(\d+)\.(\d{1,2})(?!\d|[.,–—-]\d)")
 """Not 1.000, which is a thousand in much of Europe, and no part of a date, a version or a range that falls."""
 _PRICE = re.compile(r"([$€£])(\d+)(?:\.(\d\d))?(?![.,]?\d| ?[–—-] ?[$€£]?\d|[A-Za-z])")
 """Neither $5-10, which as "five dollars ten" would be $5.10, nor $5m."""
-_NUMBERED = re.compile(r"(?:#|\b[Nn]o\. ?)(?=\d)")
+_NUMBERED = re.compile(r"(?:#|\b(?i:no)\. ?)(?=\d)")
 
 _PLURAL = re.compile(r"\b([A-Z][A-Z0-9]+)s\b")
 """PDFs, which in small letters would be spelt with the s."""
 
-_ROMANS = dict(
-    zip(
-        "II III IV VI VII VIII IX XI XII XIII XIV XV XVI".split(), (2, 3, 4, *range(6, 10), *range(11, 17)), strict=True
-    )
-)
+_ROMANS = {
+    numeral: number
+    for number, numeral in enumerate("II III IV V VI VII VIII IX X XI XII XIII XIV XV XVI".split(), start=2)
+    if len(numeral) > 1
+}
 _ROMAN = re.compile(rf"\b([A-Za-z]+) ({'|'.join(sorted(_ROMANS, key=len)[::-1])})\b")
 _NUMBERED_WITH = frozenset(
     "act chapter class grade level mark part phase room section stage step type volume war".split()
@@ -120,39 +122,6 @@ _ADDRESS = re.compile(
 )
 """Of a person, a site or a file: elsewhere a point between letters ends a sentence."""
 _SAID_IN_ADDRESSES = {"@": " at ", ".": " dot ", "-": " dash ", "_": " underscore "}
-
-
-def with_quantities(text: str) -> str:
-    """The text with addresses, dates ("5 Dec"), ranges ("3-5"), times of day ("9:05") and units ("20cm") in words.
-
-    All other signs stay, the point and the minus sign of a number too.
-    """
-    text = _ADDRESS.sub(_address, _ROMAN.sub(_roman, _PLURAL.sub(r"\1's", text)))
-    text = _ON_DAY.sub(lambda found: f"{found[1]} {_CALENDAR[found[2]]}", text)
-    text = _WEEK.sub(lambda found: f"{_CALENDAR[found[1]]} to {_CALENDAR[found[2]]}", text)
-    if not any(sign.isdigit() for sign in text):
-        return text
-    text = _SO_MANY.sub(lambda found: _MANY[found[1]], _DECADE.sub(_decade, _GROUPED.sub("", text)))
-    text = _DATE.sub(lambda found: _CALENDAR[found[1] or found[2]], text)
-    text = _DAYS.sub(r"\1 to ", text)
-    text = _CLOCK.sub(_time, _RANGE.sub(_range, _DOTTED.sub(r"\1:", text)))
-    return _UNIT.sub(_quantity, _GLUED.sub(r"\1 ", text))
-
-
-def read_out(text: str) -> str:
-    """The text as it is read out: `with_quantities`, and also with decimals, prices, # and & in words."""
-    text = _GROUPED.sub("", _NUMBERED.sub("number ", text.replace("&", " and ")))
-    text = _PRICE.sub(_price, text)
-    return _DECIMAL.sub(lambda found: f"{found[1]} point {' '.join(found[2])}", with_quantities(text))
-
-
-def unsayable(text: str) -> str | None:
-    """A part of a sentence that would not be said as it is meant: a sign of another script, -5, 1,000, m²."""
-    raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
-    plain = plain_letters(text)
-    found = _UNSAYABLE.search(read_out(plain))
-    inches = _INCHES.match(plain)
-    return raised or (found and found[0]) or (inches and inches[1])
 
 
 def _address(found: re.Match[str]) -> str:
@@ -201,3 +170,59 @@ def _price(found: re.Match[str]) -> str:
         one, more = ("penny", "pence") if found[1] == "£" else ("cent", "cents")
         return f"{rest} {one if rest == 1 else more}"
     return f"{found[2]} {one if found[2] == '1' else more} {rest or ''}".rstrip()
+
+
+_Replacement: TypeAlias = tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]]
+
+_WORDS: tuple[_Replacement, ...] = (
+    (_PLURAL, r"\1's"),
+    (_ROMAN, _roman),
+    (_ADDRESS, _address),
+    (_ON_DAY, lambda found: f"{found[1]} {_CALENDAR[found[2]]}"),
+    (_WEEK, lambda found: f"{_CALENDAR[found[1]]} to {_CALENDAR[found[2]]}"),
+)
+"""What is written in letters, and the words of it, in the order in which it is replaced."""
+_NUMBERS: tuple[_Replacement, ...] = (
+    (_NUMBERED, "number "),
+    (_GROUPED, ""),
+    (_PRICE, _price),
+    (_DECADE, _decade),
+    (_SO_MANY, lambda found: _MANY[found[1]]),
+    (_DATE, lambda found: _CALENDAR[found[1] or found[2]]),
+    (_DAYS, r"\1 to "),
+    (_DOTTED, r"\1:"),
+    (_RANGE, _range),
+    (_CLOCK, _time),
+    (_GLUED, r"\1 "),
+    (_UNIT, _quantity),
+)
+"""The same of what has a digit."""
+
+
+def with_quantities(text: str) -> str:
+    """The text with addresses, dates ("5 Dec"), prices, ranges ("3-5"), times of day ("9:05") and units ("20cm") in
+    words.
+
+    All other signs stay, the point and the minus sign of a number too.
+    """
+    for pattern, words in _WORDS:
+        text = pattern.sub(words, text)
+    for pattern, words in _NUMBERS if any(sign.isdigit() for sign in text) else ():
+        text = pattern.sub(words, text)
+    return text
+
+
+def read_out(text: str) -> str:
+    """The text as it is read out: `with_quantities`, and also with decimals and & in words."""
+    return _DECIMAL.sub(
+        lambda found: f"{found[1]} point {' '.join(found[2])}", with_quantities(text.replace("&", " and "))
+    )
+
+
+def unsayable(text: str) -> str | None:
+    """A part of a sentence that would not be said as it is meant: a sign of another script, -5, 1,000, m²."""
+    raised = next((sign for sign in text if sign.isnumeric() and not sign.isdecimal()), None)
+    plain = plain_letters(text)
+    found = _UNSAYABLE.search(read_out(plain))
+    inches = _INCHES.match(plain)
+    return raised or (found and found[0]) or (inches and inches[1])

@@ -120,7 +120,10 @@ def test_what_could_be_misread_is_refused(written: str) -> None:
     assert unsayable(written) is not None
 
 
-REMARKS = ("Meet at 10 am", "it is 20.5 °C", "use 500ml", "done by 14:00", "pages 10-12", "half of it is 50%", "pay $5")
+REMARKS = (
+    *("Meet at 10 am", "it is 20.5 °C", "use 500ml", "done by 14:00", "pages 10-12", "half of it is 50%", "pay $5"),
+    *("pay $1.50", "room no. 5 is free", "№ 7 is free", "give me #8", "the 90s party", "notes.txt is here"),
+)
 
 
 @pytest.mark.parametrize("remark", REMARKS)
