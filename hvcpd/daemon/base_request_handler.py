@@ -98,7 +98,7 @@ class BaseRequestHandler:
         if there:
             _log.info("base found")
         else:
-            _log.warning("no base", reason=self._base.fault, effect="it leaves tasks that drive to others")
+            _log.warning("no base", effect="it leaves tasks that drive to others")  # the wheels have told why
 
     def unable(self, wiring: Wiring) -> frozenset[int]:
         """The tasks that the robot lacks the means for at present."""

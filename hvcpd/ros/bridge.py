@@ -254,7 +254,8 @@ class Bridge:
                 self._tell_refusal(NOT_PRESSED, None)
             return
         command = "stop" if pressed else "resume"
-        if self._asked.get(self._stop_id or 0) != command:  # else it is on its way, however often it is said
+        is_known = was_pressed and pressed and self._stopped and self._status is not None
+        if not is_known and self._asked.get(self._stop_id or 0) != command:  # it may be on its way, however often said
             self._stop_id = self._ask(command)
         self._stop_s = now_s
         if pressed:  # without waiting for the daemon's word

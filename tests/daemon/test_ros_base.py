@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from structlog.testing import capture_logs
 
 from hvcpd.config.settings import WheelSettings
 from hvcpd.daemon.base_request_handler import BaseRequestHandler
@@ -18,7 +19,7 @@ from hvcpd.errors import DeviceError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.kinematics import Twist
 from hvcpd.hardware.motion import GoTo, MotionState
-from hvcpd.hardware.ros_base import FRESH_S, LASTING_S, BaseReport, RosBase
+from hvcpd.hardware.ros_base import FRESH_S, LASTING_S, NEVER, BaseReport, RosBase
 from hvcpd.ports import STANDSTILL, Pose, WheelReading
 from tests.daemon.control_bench import ControlBench, Talk, run
 
@@ -113,6 +114,18 @@ def test_without_a_base_nothing_that_drives_is_claimed_and_with_it_the_robot_dri
                 drive = await until(talk)
             assert drive["linear_m_s"] > 0.0
             assert drive["angular_rad_s"] == pytest.approx(0.0)
+
+    run(scene())
+
+
+def test_why_there_is_no_base_is_told_once(tmp_path: Path) -> None:
+    async def scene() -> None:
+        with capture_logs() as logs:
+            async with ros_bench(tmp_path, Hand()) as (bench, _):
+                await bench.live(blocks=200)
+        told = {line["event"]: line.get("reason") for line in logs}
+        assert told["no base"] is None
+        assert told["wheels failed"] == NEVER
 
     run(scene())
 

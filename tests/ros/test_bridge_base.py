@@ -56,6 +56,23 @@ def test_a_stop_that_is_said_again_and_again_is_asked_for_once_at_a_time() -> No
     assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1
 
 
+def test_a_switch_that_stays_pressed_asks_only_while_the_robot_is_not_stopped() -> None:
+    """One that repeats true ten times a second filled the daemon's log as often."""
+    talk = Talk()
+    talk.answer("status", STATUS)
+    event = {"event": "statechanged", "at_s": 1.0, "doing": "", "task": None}
+    for state, times in (("ready", 1), ("stopped", 0), ("ready", 1)):  # in the end somebody has said "resume"
+        talk.daemon(event | {"state": state})
+        asks = [len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) for _ in range(5)]
+        assert sum(asks) == times
+        if times:
+            talk.answer("stop", {"stopped": True, "before": False})
+    talk.daemon(event | {"state": "stopped"})
+    talk.bridge.lost(AT_S)
+    talk.begin()
+    assert len(asked("stop", talk.ros(topics.ESTOP, Bool(True)))) == 1, "it may be another daemon"
+
+
 def test_a_stop_without_a_daemon_stops_the_next_one_before_anything_else() -> None:
     """It was lost, and the robot drove as soon as its daemon had started."""
     talk = Talk()
