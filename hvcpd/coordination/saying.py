@@ -36,7 +36,7 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     if isinstance(statement, m.Stop):
         halting.interrupt(me)
         halting.call(me, "call to stop", utterance, now)
-        return None
+        return f"{own} has no sound, or its words are not ready yet: it calls nobody now" if me.floor.muted else None
     kind = RESUMES if isinstance(statement, m.Resume) else "requested"
     topics = (f"{kind} {number}" for number in range(MAX_SENTENCES))
     topic = next((topic for topic in topics if not me.floor.wants(topic)), None)

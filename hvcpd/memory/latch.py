@@ -215,7 +215,7 @@ class StopLatch:
 def _made(path: Path) -> bool:
     """Whether an empty file could be made there, or exists: that takes no space."""
     try:
-        flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW
+        flags = os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
         descriptor = os.open(path, flags, 0o600)
         os.fsync(descriptor)
         os.close(descriptor)

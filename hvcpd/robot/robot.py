@@ -152,8 +152,7 @@ class Robot:
         over_own_voice = self._barge_in.hear(heard, masked)
         self._n_heard += len(heard)
         self._locate(reading)
-        self.coordination.mute(self.is_silent)
-        self._set_channel(self._recogniser.busy or self.is_silent, now := self.now)
+        self._set_channel(self._recogniser.busy, self.is_silent, now := self.now)
         for event in events:
             self._understand(event, now)
         for word in over_own_voice:
@@ -180,7 +179,7 @@ class Robot:
         self.disturb()
         now = self.now
         self._break_off(now)
-        self._set_channel(True, now)
+        self._set_channel(True, True, now)
         self._locate(reading)
         for event in self._recogniser.lost(lost):
             self._understand(event, now)
@@ -230,8 +229,9 @@ class Robot:
             self.coordination.spoken(self.now)
             self._measures.said(self._voice.latency_s, self.coordination, self.now)
 
-    def _set_channel(self, busy: bool, now: float) -> None:
-        if busy != self._busy:
+    def _set_channel(self, busy: bool, muted: bool, now: float) -> None:
+        self.coordination.mute(muted)
+        if (busy := busy or muted) != self._busy:
             self._busy = busy
             self.coordination.channel(busy, now)
 

@@ -9,6 +9,7 @@ import socket
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from gpiozero.pins.mock import MockFactory
 from rich.console import Console
@@ -258,6 +259,27 @@ def test_a_stop_that_the_robot_is_made_to_say_stops_itself_if_it_is_meant(
             said = await talk.line()
             assert said is not None
             assert said["text"] == text.capitalize()
+            await talk.hang_up()
+
+    run(scene())
+
+
+@pytest.mark.parametrize("is_deaf", [False, True])
+def test_a_stop_for_others_that_the_robot_cannot_say_now_is_told_as_such(is_deaf: bool, tmp_path: Path) -> None:
+    """The console reported that the robot says "stop" to all others; it had no sound, or its words were not ready."""
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk, robot = await bench.connect(), bench.bench.robot
+            robot.is_silent = not is_deaf
+            await bench.live()
+            if is_deaf:
+                robot.step(np.zeros(0, np.float32), None, 1600)
+            refusal = (await talk.ask("say", text="stop"))["error"]
+            assert refusal["text"] == "Rob has no sound, or its words are not ready yet: it calls nobody now"
+            assert robot.coordination.state is State.STOPPED
+            robot.is_silent = False
+            assert "Stop" in await spoken(bench), "it can, soon after"
             await talk.hang_up()
 
     run(scene())

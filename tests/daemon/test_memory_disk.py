@@ -110,6 +110,17 @@ def test_a_file_in_the_place_of_the_folder(robot: Robot) -> None:
     assert robot.starts().stopped
 
 
+def test_a_pipe_in_a_spare_place_holds_no_stop_up(robot: Robot) -> None:
+    """It waited for a reader, for ever, and so did every later stop."""
+    folder = robot.files.tasks.parent
+    os.mkfifo(robot.spares[0])
+    with robot.life() as (memory, latch):
+        folder.rename(folder.with_name("moved"))
+        folder.write_text("in the way")
+        with pytest.raises(StoreError, match=r"only in .*tmp\.stopped"):
+            stop(memory, latch)
+
+
 def test_a_full_disk_moves_no_place_for_a_stop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where /tmp was on the full disk, too, the robot did not even start."""
     monkeypatch.setattr(tempfile, "tempdir", None)  # Python looks for it once, by writing to it
