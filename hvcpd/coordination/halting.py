@@ -70,7 +70,10 @@ def call(me: Knowledge, topic: str, stop: m.Utterance, now: float) -> None:
 
 def interrupt(me: Knowledge) -> None:
     """Something more urgent is to be said than this robot's present sentence, unless that is a "stop"."""
-    if me.floor.speaking is not None and not me.floor.speaking.at_once:
+    speaking = me.floor.speaking
+    if speaking is not None and not speaking.at_once:
+        if speaking.trigger is Trigger.SPOKEN_SURE:
+            speaking.trigger = Trigger.SPOKEN  # nobody has heard the motion's read-back
         me.do(BreakOff())
 
 

@@ -142,6 +142,21 @@ def test_a_stop_for_another_robot_does_not_wait_for_the_end_of_the_robots_own_se
     assert mission.exactly_once
 
 
+def test_a_motion_whose_read_back_is_broken_off_for_a_stop_waits_for_its_confirmation() -> None:
+    mission = row(2)
+    rob = mission.robots["Rob"]
+    mission.hear(mission.air.now, "Hi Rob, I am Anna, turn left")
+    while rob.state is not State.READING_BACK or rob.knowledge.floor.speaking is None:
+        mission.air.run_until(mission.air.now + 0.05)
+    rob.say(m.Utterance(None, m.ToRobot("Max"), None, m.Stop()), mission.air.now)
+    mission.air.refresh()
+    mission.air.run_until(mission.air.now + 1.0)
+    assert mission.performed == []
+    mission.hear(mission.air.now + 6.0, "Hi Rob, I am Anna, confirmed")
+    mission.air.run_until(mission.air.now + 12.0)
+    assert len(mission.performed) == 1
+
+
 @pytest.mark.parametrize("leaves", [False, True])
 def test_a_stop_for_another_robot_is_said_although_the_robot_is_stopped_or_leaves_before(leaves: bool) -> None:
     """It was forgotten with all else that the robot was still to say."""
