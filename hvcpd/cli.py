@@ -174,7 +174,7 @@ def _run(daemon: Daemon, limiter: RateLimiter, hangups: Sequence[int]) -> int:
     from hvcpd.daemon.allocator import give_back_memory
     from hvcpd.daemon.library_output import LibraryOutput
     from hvcpd.daemon.logging import tell_held_back
-    from hvcpd.recognition import fitted
+    from hvcpd.recognition import arrays
 
     log = structlog.get_logger(__name__)
     output = LibraryOutput()
@@ -183,7 +183,7 @@ def _run(daemon: Daemon, limiter: RateLimiter, hangups: Sequence[int]) -> int:
     def clean_up() -> None:
         tell_held_back(limiter)
         output.report()
-        fitted.release_pages()
+        arrays.release_pages()
         if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
             give_back_memory()
 

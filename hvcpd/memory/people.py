@@ -20,11 +20,8 @@ from hvcpd.errors import StoreError, writing
 from hvcpd.memory import PEOPLE_FOLDER
 from hvcpd.people.bands import N_BANDS as NET_BANDS
 from hvcpd.people.enrolled import (
-    MAX_FRAMES,
-    MAX_SENTENCE_FRAMES,
     MAX_SENTENCES,
     MAX_TAKES,
-    MIN_FRAMES,
     LogBands,
     Person,
     SpokenSentence,
@@ -44,6 +41,10 @@ MAX_WORDS = 1000
 MAX_SENTENCE_WORDS = 40
 _SENTENCE, _SAID = "sentence ", "said"
 """Names of arrays in a file: of each sentence, and of the words of all; no word has a space."""
+MIN_FRAMES, MAX_FRAMES = 5, 250
+"""Range of a take's length; 2.5 s: nobody takes as long for one word."""
+MAX_SENTENCE_FRAMES = 1600
+"""16 s, longer than any sentence."""
 MAX_LOG = 40.0
 """Of an energy's natural logarithm, either way: 174 dB."""
 

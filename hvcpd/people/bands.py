@@ -14,18 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.fitted import mapped_arrays
-from hvcpd.recognition.frontend import mel_edges_hz, power_ratio
-from hvcpd.recognition.stages import Segment
+from hvcpd.recognition.arrays import mapped_arrays, quantile
+from hvcpd.recognition.frontend import FFT_SIZE, HOP_SAMPLES, mel_edges_hz, power_ratio
+from hvcpd.recognition.stream import INT16_SCALE
 
 Bands = NDArray[np.float64]
-"""Mel filterbank energies, shape (frames, N_BANDS), of sound whose full scale is FULL_SCALE."""
+"""Mel filterbank energies, shape (frames, N_BANDS), of sound in 16-bit integers' scale."""
 
 N_BANDS, LOW_HZ, HIGH_HZ = 25, 130.0, 6800.0
-WINDOW_SAMPLES, HOP_SAMPLES, FFT_SIZE, PRE_EMPHASIS = 410, 160, 512, 0.97
+WINDOW_SAMPLES, PRE_EMPHASIS = 410, 0.97
 """Parameters of the front end with which the nets were trained: those of PocketSphinx's model `en-us`."""
-FULL_SCALE = 32768.0
 LEVEL_RMS = 0.1
 """RMS of the louder quarter of the speech's samples, full scale 1, in the nets' training."""
 LEAST = 1e-4
@@ -74,7 +72,7 @@ def mel_bands(sound: Samples) -> Bands:
     """Energies of every whole frame of a sound, shape (n,), full scale 1; no row if it is too short."""
     if len(sound) < WINDOW_SAMPLES:
         return np.zeros((0, N_BANDS))
-    scaled = np.asarray(sound, np.float64) * FULL_SCALE
+    scaled = np.asarray(sound, np.float64) * float(INT16_SCALE)
     scaled[1:] -= PRE_EMPHASIS * scaled[:-1]
     frames = np.lib.stride_tricks.sliding_window_view(scaled, WINDOW_SAMPLES)[::HOP_SAMPLES]
     spectra = np.fft.rfft(frames * np.hamming(WINDOW_SAMPLES), FFT_SIZE)
@@ -125,12 +123,6 @@ def log_bands(sound: Samples, noise: NDArray[np.float64]) -> Bands:
     mask = loud / N_BANDS * power_ratio(-MASK_DB)
     logs = np.log(noise_subtracted(bands, noise) + mask + LEAST)
     return with_upper_bands(np.asarray(logs), bands)
-
-
-def log_bands_of_segment(segment: Segment) -> Bands:
-    """`log_bands` of the speech in a segment, whose noise is estimated from the sound before the speech."""
-    gain = level_gain(segment.speech)
-    return log_bands(gain * segment.speech, estimated_noise(gain * segment.sound, segment.lead))
 
 
 def with_upper_bands(logs: Bands, bands: Bands) -> Bands:

@@ -28,13 +28,8 @@ from hvcpd.recognition.templates import Noise, TemplateBank, distances, noise_fe
 
 MAX_TAKES = 6
 """Maximum number of takes of one word, the newest: each is one more path wherever its word may come."""
-MAX_FRAMES = 250
-"""2.5 s: nobody takes as long for one word."""
-MIN_FRAMES = 5
 MAX_SENTENCES = 20
 """Kept, the newest: more than that improve the phone net no further, and each is to be aligned anew at a start."""
-MAX_SENTENCE_FRAMES = 1600
-"""16 s, longer than any sentence."""
 
 STRANGER = "stranger"
 """Voice name of a speaker who is neither a robot nor known by takes."""

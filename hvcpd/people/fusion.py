@@ -16,7 +16,7 @@ from itertools import chain
 import numpy as np
 
 from hvcpd.language.addressees import FRIEND
-from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
+from hvcpd.people.phones import CtcSearch, CtcSentence, LogBands, LogPosteriors
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import fitted, logistic, logit
 from hvcpd.recognition.keyword.stage import KEYWORD
@@ -42,12 +42,14 @@ class Hypotheses:
     probabilities by each (product of experts: G. Hinton, "Training products of experts by minimizing contrastive
     divergence", Neural Computation 14(8), 2002); its log odds are those by the net that is surest. `search` has all
     sentences and `talk` all other talk. `by_takes` is the sentence nearest to enrolled people's takes, or None.
+    `activations` are those of each net, from which layers adapted to a person make other posteriors.
     """
 
     posteriors: Sequence[LogPosteriors]
     search: CtcSearch
     talk: CtcSearch
     by_takes: Recognised | None
+    activations: Sequence[LogBands] = ()
 
     @cached_property
     def by_phones(self) -> CtcSentence | None:

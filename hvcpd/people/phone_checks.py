@@ -14,8 +14,7 @@ from functools import cache
 import numpy as np
 
 from hvcpd.language.graph import graph_of
-from hvcpd.people.bands import estimated_noise, level_gain, log_bands
-from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, mean_normalised, near_net, nets
+from hvcpd.people.phones import FRAME_SAMPLES, CtcSearch, LogPosteriors, Pronounce, inputs_of, near_net, nets
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import frame_powers
 from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S, KEYWORD
@@ -44,9 +43,7 @@ calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions
 def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples, noise: Samples) -> float:
     """The loss of these words' phones against the likeliest ones in a sound, shape (n,), nats per phone; less where the
     net hears hardly any. `noise`: the sound of the room alone, shape (m,)."""
-    gain = level_gain(sound)
-    alone = estimated_noise(gain * np.concatenate([noise, sound]), len(noise))
-    log_posteriors = near_net().log_posteriors(mean_normalised(log_bands(gain * sound, alone)))
+    log_posteriors = near_net().log_posteriors(inputs_of(sound, np.concatenate([noise, sound]), len(noise)))
     search = CtcSearch(graph_of(words), pronounce)
     fit = search.best(log_posteriors)
     if fit is None:
@@ -61,8 +58,7 @@ def loss_of_call(sound: Samples) -> float:
     who may go on, or in noise. Who speaks after it may be the same person: "Bot, come back" begins like a call."""
     if not _stands_out(sound):
         return 0.0
-    speech = level_gain(sound) * sound
-    logs = mean_normalised(log_bands(speech, estimated_noise(speech, 0)))
+    logs = inputs_of(sound, sound, 0)
     readings = [net.log_posteriors(logs) for net in nets()]
     if not all(map(_is_quiet_before, readings)):
         return 0.0

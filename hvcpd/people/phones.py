@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, one_of
-from hvcpd.people.bands import Bands, log_bands_of_segment
-from hvcpd.recognition.arrays import first_occurrences
-from hvcpd.recognition.fitted import mapped_arrays
+from hvcpd.people.bands import Bands, estimated_noise, level_gain, log_bands
+from hvcpd.ports import Samples
+from hvcpd.recognition.arrays import first_occurrences, mapped_arrays
+from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.stages import Segment
 
 LogBands = NDArray[np.float32]
@@ -49,9 +50,16 @@ def mean_normalised(logs: Bands) -> LogBands:
     return np.asarray(logs - logs[level > loud - LOUD_NATS].mean(axis=0), np.float32)
 
 
+def inputs_of(speech: Samples, around: Samples, lead: int) -> LogBands:
+    """The nets' inputs, shape (frames, N_BANDS), for `speech`, shape (n,); the noise is estimated from the sound
+    `around` it, shape (m,), in which speech was noticed after `lead` samples."""
+    gain = level_gain(speech)
+    return mean_normalised(log_bands(gain * speech, estimated_noise(gain * around, lead)))
+
+
 def net_inputs(segment: Segment) -> LogBands:
-    """The nets' inputs for the speech in a segment."""
-    return mean_normalised(log_bands_of_segment(segment))
+    """`inputs_of` the speech in a segment."""
+    return inputs_of(segment.speech, segment.sound, segment.lead)
 
 
 ANY_PHONE = "*"
@@ -59,7 +67,7 @@ ANY_PHONE = "*"
 ANY_PHONE_COST = 1.8
 """Of each, nats (docs/decisions/phones.md)."""
 
-FRAME_SAMPLES = 320
+FRAME_SAMPLES = 2 * HOP_SAMPLES
 """Samples (20 ms) of a frame of the nets' outputs: two of the front end's."""
 KERNEL_SIZES = (5, 3)
 """Kernel sizes of the first two layers, in frames; the second halves the rate."""

@@ -11,7 +11,7 @@ from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import DENIAL, GREETINGS, TO_ALL, FusedHypothesis, Hypotheses, Words
-from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, LogBands, net_inputs, nets, word_loop
+from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, net_inputs, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
 from hvcpd.recognition.people_stage import Found
@@ -118,8 +118,8 @@ class SecondPassRecogniser:
         if not self._strangers:
             listener = self._listener()
             return _surely(listener.recognise(segment) if listener is not None else None)
-        by_anybody, activations = self._heard(segment)
-        hypotheses, fused = self._fused(by_anybody, activations)
+        by_anybody = self.hypotheses(segment)
+        hypotheses, fused = self._fused(by_anybody)
         least = MIN_WITHIN_TALK if segment.within_talk else MIN_STRANGERS_PROBABILITY
         if fused is not None and fused.probability >= least:
             return _recognised(fused, hypotheses, segment)
@@ -137,14 +137,12 @@ class SecondPassRecogniser:
     def compared(self, segment: Segment, words: Words | None = None) -> tuple[Recognised | None, float | None]:
         """The most likely sentence in a segment, however unlikely, and the probability of these `words`, if any are
         given, by the net for anybody."""
-        by_anybody, activations = self._heard(segment)
+        by_anybody = self.hypotheses(segment)
         own = fusion.probability(fusion.confidence_features(by_anybody, words)) if words is not None else None
-        hypotheses, fused = self._fused(by_anybody, activations)
+        hypotheses, fused = self._fused(by_anybody)
         return (_recognised(fused, hypotheses, segment) if fused is not None else None), own
 
-    def _fused(
-        self, hypotheses: Hypotheses, activations: Sequence[LogBands]
-    ) -> tuple[Hypotheses, FusedHypothesis | None]:
+    def _fused(self, hypotheses: Hypotheses) -> tuple[Hypotheses, FusedHypothesis | None]:
         """By the net for anybody, and as sure as the likeliest of the layers adapted to people, if that finds
         the same sentence; else not sure at all. Of 150 sentences by Kokoro's voices, from which no net learned, 85 are
         then right and 4 wrong with five sentences of the speaker enrolled (69 and 4 with nobody's, 78 and 3 with
@@ -152,7 +150,7 @@ class SecondPassRecogniser:
         fused = fusion.fuse(hypotheses)
         if fused is None:
             return hypotheses, None
-        through = self._through_layers(hypotheses, activations)
+        through = self._through_layers(hypotheses)
         found = [(other, each) for other in through if (each := fusion.fuse(other)) is not None]
         if not found:
             return hypotheses, fused
@@ -161,11 +159,11 @@ class SecondPassRecogniser:
             return hypotheses, replace(fused, probability=0.0)
         return (other, by_person) if by_person.probability > fused.probability else (hypotheses, fused)
 
-    def _through_layers(self, hypotheses: Hypotheses, activations: Sequence[LogBands]) -> list[Hypotheses]:
+    def _through_layers(self, hypotheses: Hypotheses) -> list[Hypotheses]:
         """The hypotheses with the posteriors of people's own layers, of the MOST_LAYERS surest of their phones."""
         people = (self._layers(person.sentences) for person in self._people.values())
         found = [
-            [layer.log_posteriors(each) for layer, each in zip(layers, activations, strict=True)]
+            [layer.log_posteriors(each) for layer, each in zip(layers, hypotheses.activations, strict=True)]
             for layers in people
             if layers
         ]
@@ -173,18 +171,14 @@ class SecondPassRecogniser:
         return [replace(hypotheses, posteriors=each) for each in surest]
 
     def hypotheses(self, segment: Segment) -> Hypotheses:
-        """The results of the net for anybody and of the enrolled people's templates for a segment."""
-        return self._heard(segment)[0]
-
-    def _heard(self, segment: Segment) -> tuple[Hypotheses, Sequence[LogBands]]:
-        """With the activations of each net."""
+        """The results of the nets for anybody and of the enrolled people's templates for a segment."""
         search, talk = self._searches
         inputs = net_inputs(segment)
         activations = [net.activations(inputs) for net in nets()]
         posteriors = [net.layer.log_posteriors(each) for net, each in zip(nets(), activations, strict=True)]
         listener = self._listener()
         nearest = listener.recognise(segment) if listener is not None else None
-        return Hypotheses(posteriors, search, talk, nearest), activations
+        return Hypotheses(posteriors, search, talk, nearest, activations)
 
     @cached_property
     def _searches(self) -> tuple[CtcSearch, CtcSearch]:

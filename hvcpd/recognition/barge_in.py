@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
-from hvcpd.recognition.channel.whitening import smoothed
+from hvcpd.recognition.channel.whitening import moving_average
 from hvcpd.recognition.events import Held, KeywordEvent, Released, Urgent
 from hvcpd.recognition.frontend import HOP_SAMPLES, power_ratio
 from hvcpd.recognition.keyword.net import DELAY_FRAMES, WORD_FRAMES, Detection, KeywordNet, KeywordSpotter
@@ -291,5 +291,5 @@ class OwnTrace:
 def _whitened(sound: Samples, size: int) -> NDArray[np.float64]:
     """The sound with half of its colour (in dB) taken out, of `size` samples."""
     spectrum = np.fft.rfft(np.diff(sound, prepend=0.0), size)
-    power = smoothed(np.square(np.abs(spectrum)), SMOOTHED_REACH)
+    power = moving_average(np.square(np.abs(spectrum)), SMOOTHED_REACH)
     return np.fft.irfft(spectrum / np.maximum(power, 1e-12) ** 0.25)

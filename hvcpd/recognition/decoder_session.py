@@ -13,6 +13,7 @@ from hvcpd.recognition.decoder import BestPath, Decoder, TracedWord
 from hvcpd.recognition.fitted import fitted_probability
 from hvcpd.recognition.frontend import CONTEXT_FRAMES, SILENT_POWER, Energies, decibels, features_of, power_ratio
 from hvcpd.recognition.network import HORIZON_FRAMES, Beam, Network
+from hvcpd.recognition.stream import FrameHistory
 from hvcpd.recognition.templates import Noise, Scorer, TemplateBank
 
 # Thresholds that separate sentences from other sound. Costs are in units of the features' distance.
@@ -32,7 +33,8 @@ GOING_ON = 0.7
 """If the sentence could go on, it has not ended while a path through the next words is this much cheaper; of right
 sentences in noise one in 25 of those that could go on has, of those cut short all but one in 12."""
 LONGEST_PAUSE_FRAMES = 60
-"""Longest pause within a sentence (0.6 s): nobody pauses longer at a comma."""
+"""Longest pause within a sentence (0.6 s): nobody pauses longer at a comma, the weak sounds around it included. So the
+same time before a sentence shows whether it follows silence."""
 END_MARGIN = 5.0
 """Cost by which a path inside a word may be cheaper than a resting path that counts as the best: in noise alone, paths
 through the next words gain a little by chance."""
@@ -40,13 +42,8 @@ UNDER_WAY = 15.0
 """Gain over the filler from which on a path may be a sentence in progress."""
 SURE_GAIN = 56.0
 """Gain from which on it surely is one: twice what words that are fitted to a noise that has just risen gain."""
-LEAD_FRAMES = 60
-"""Time before a sentence (0.6 s) that shows whether it follows silence: longer than the pause at a comma with the weak
-sounds around it."""
 SURE_BLOCKS = 6
 """Number of blocks (48 frames) over which `DecoderSession.gain` is measured."""
-HISTORY_FRAMES = 2048
-"""Frames (20 s) of the filler's costs that are kept: longer than the longest sentence."""
 
 
 @dataclass(frozen=True)
@@ -142,8 +139,7 @@ class DecoderSession:
         self._decoder = Decoder(network, len(gains_db), beam)
         self._first = self._next = 0
         """The first frame since the session woke, and the next one."""
-        self._filler_excess = np.zeros(HISTORY_FRAMES)
-        self._noise_cost = np.zeros(HISTORY_FRAMES)
+        self._filler_excess, self._noise_cost = FrameHistory(), FrameHistory()
         self._bests: deque[float] = deque(maxlen=SURE_BLOCKS)
         self.awake = False
         self.best = BestPath(0.0)
@@ -209,9 +205,9 @@ class DecoderSession:
             active = self._decoder.prune()
             to_states, to_noise, to_cohort = self._scorer.score(heard, active.row, active.hypothesis_begins)
             filler = np.minimum(to_noise, to_cohort + np.float32(FILLER_COST))
-            slots = np.arange(self._next, self._next + len(heard)) % HISTORY_FRAMES
-            self._filler_excess[slots] = filler - to_cohort
-            self._noise_cost[slots] = noise_costs = to_noise - filler
+            noise_costs = to_noise - filler
+            self._filler_excess.put(self._next, filler - to_cohort)
+            self._noise_cost.put(self._next, noise_costs)
             for column, noise_cost in zip(to_states - filler[:, None], noise_costs.tolist(), strict=True):
                 self._decoder.advance(column, noise_cost)
             self._next += len(heard)
@@ -256,15 +252,13 @@ class DecoderSession:
     def lead_in(self, start_frame: int) -> float:
         """The mean cost of taking the 0.6 s before a sentence for noise, in units of FILLER_COST: 0 when it was
         noise, 1 and more for speech; 0 where the network slept."""
-        frames = np.arange(max(start_frame - LEAD_FRAMES, self._first), min(start_frame - 3, self._next))
-        if not self.awake or not len(frames):
-            return 0.0
-        return float(self._noise_cost[frames % HISTORY_FRAMES].mean()) / FILLER_COST
+        begin = max(start_frame - LONGEST_PAUSE_FRAMES, self._first)
+        costs = self._noise_cost.between(begin, min(start_frame - 3, self._next))
+        return float(costs.mean()) / FILLER_COST if self.awake and len(costs) else 0.0
 
     def _deficit(self, step: TracedWord) -> float:
-        frames = np.arange(step.start_frame, step.end_frame)
-        excess = float(self._filler_excess[frames % HISTORY_FRAMES].sum())
-        return (step.cost + excess) / (len(frames) * FILLER_COST)
+        excess = self._filler_excess.between(step.start_frame, step.end_frame)
+        return (step.cost + float(excess.sum())) / (len(excess) * FILLER_COST)
 
     def _expected_gain(self, step: TracedWord) -> float:
         first = int(self._net.first_row[step.instance])
@@ -278,5 +272,4 @@ class DecoderSession:
         return float(frames / np.clip(frames, self._net.word_shortest[word], self._net.word_longest[word]))
 
     def _pause(self, start_frame: int, end_frame: int) -> float:
-        frames = np.arange(start_frame, end_frame)
-        return float(self._noise_cost[frames % HISTORY_FRAMES].sum()) / FILLER_COST
+        return float(self._noise_cost.between(start_frame, end_frame).sum()) / FILLER_COST

@@ -18,17 +18,17 @@ import numpy as np
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import HOP_SAMPLES
-from hvcpd.recognition.shared_front_end import MIN_FRAMES, WAIT_FRAMES
+from hvcpd.recognition.shared_front_end import MIN_SPEECH_FRAMES, WAIT_FRAMES
 from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, SecondPassStage, Segment, SegmentSearcher, Worker
 from hvcpd.recognition.stream import Chunk
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 TORN_WITHIN = SAMPLE_RATE_HZ // 2
 """Speech this soon (0.5 s) after lost sound may be the end of a longer sentence: some was heard as "stop"."""
-SHORT = SAMPLE_RATE_HZ // 10
+SHORT_LOSS = SAMPLE_RATE_HZ // 10
 """A loss shorter than this (0.1 s) loses no word. Speech that begins as long after it counts as whole if nobody had
 spoken for TORN_WITHIN before."""
-LONGEST = 12 * SAMPLE_RATE_HZ
+LONGEST_SPEECH = 12 * SAMPLE_RATE_HZ
 """Samples (12 s): no sentence of the phrasebook takes longer; other talk does, and is searched from pause to pause."""
 
 PAUSE_FRAMES = 24
@@ -40,7 +40,7 @@ LEAST_RANGE_DB = 8.0
 DRIFT_DB = 0.03
 """The loudest level falls by this much with each frame, 3 dB/s, and the faintest rises as fast."""
 MOST_FRAMES = 800
-"""8 s, and MIN_FRAMES at least: how long a sentence takes."""
+"""8 s, and MIN_SPEECH_FRAMES at least: how long a sentence takes."""
 MOST_PAUSES = 2
 """Maximum number of pauses within a sentence: after the greeting and after the name."""
 
@@ -75,7 +75,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self._kept: list[Event] = []
         """What was found in it, until nobody goes on: until the sample `_kept_until`."""
         self._kept_until = 0
-        self._talk = LongTalk(LONGEST)
+        self._talk = LongTalk(LONGEST_SPEECH)
         self._stretches: list[Stretch] = []
         """Parts of talk for the second pass."""
         self._understood_until = 0
@@ -96,15 +96,15 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self._stretches += self._talk.push(self.first_pass.chunks, speaking)
 
     def _break_off(self, n_samples: int) -> None:
-        whole = self._now - self._spoke_until >= TORN_WITHIN and 0 < n_samples <= SHORT
-        until = self._now + n_samples + (SHORT if whole else TORN_WITHIN)
+        whole = self._now - self._spoke_until >= TORN_WITHIN and 0 < n_samples <= SHORT_LOSS
+        until = self._now + n_samples + (SHORT_LOSS if whole else TORN_WITHIN)
         self._torn_until = max(self._torn_until, until)
 
     def _events_after(self, events: Sequence[Event]) -> list[Event]:
         out: list[Event] = []
         for event in events:
             if not (isinstance(event, Garbled) and not event.robot and self._submitted(event)):
-                out += [*self._let_go(), event]
+                out += [*self._release(), event]
         ends = [event.end_sample for event in out if isinstance(event, Recognised)]
         self._understood_until = max([self._understood_until, *ends])
         for stretch in self._stretches:
@@ -113,10 +113,10 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         for segment, found in self._worker.results():
             if segment in self._waiting:
                 self._waiting.remove(segment)
-                out += self._taken(segment, found)
+                out += self._take_result(segment, found)
         if self._now >= self._kept_until:
-            out += self._let_go()
-        return out + self._given_up()
+            out += self._release()
+        return out + self._timed_out()
 
     def _submitted(self, event: Garbled) -> bool:
         """Submit speech, with the speech kept before it, to the second pass; whether that was possible."""
@@ -138,12 +138,12 @@ class PeopleStage(SecondPassStage[Segment, Found]):
             return None
         return self._segment(last.start, segment.end, (*last.later, segment.start)[-MOST_PAUSES:])
 
-    def _taken(self, segment: Segment, found: Found) -> list[Event]:
+    def _take_result(self, segment: Segment, found: Found) -> list[Event]:
         """The events of a finished second pass."""
         found = self._with_level(found) if isinstance(found, Recognised) else found
         if segment.within_talk:
             return [found] if found is not None else []
-        events = self._let_go()
+        events = self._release()
         if isinstance(found, Recognised) and not self._searcher.may_go_on(found.words):
             self._last = None
             return [*events, found]
@@ -152,15 +152,15 @@ class PeopleStage(SecondPassStage[Segment, Found]):
         self._kept_until = segment.end + GOES_ON_WITHIN
         return events
 
-    def _let_go(self) -> list[Event]:
+    def _release(self) -> list[Event]:
         """The event for the last speech: nobody goes on."""
         events, self._kept = self._kept, []
         return events
 
     def _end(self) -> list[Event]:
-        return self._let_go()
+        return self._release()
 
-    def _given_up(self) -> list[Event]:
+    def _timed_out(self) -> list[Event]:
         late = [segment for segment in self._waiting if self._now - segment.end > MAX_WAIT]
         for segment in late:
             self._waiting.remove(segment)
@@ -177,7 +177,7 @@ class PeopleStage(SecondPassStage[Segment, Found]):
     def _segment(self, start: int, end: int, later: Sequence[int] = ()) -> Segment | None:
         """The speech between two samples; None if it is too long, may be torn, is being searched, or no longer kept."""
         is_searched = any(each.start < end and start < each.end for each in self._waiting)
-        if start < self._torn_until or end - start > LONGEST or is_searched:
+        if start < self._torn_until or end - start > LONGEST_SPEECH or is_searched:
             return None
         return Segment.of(self.first_pass.history, (start, *later), end)
 
@@ -240,5 +240,5 @@ class LongTalk:
             return []
         self._starts.append(self._began)
         self._began, end = None, self._at - (PAUSE_FRAMES - 1)
-        starts = tuple(s * HOP_SAMPLES for s in self._starts if MIN_FRAMES <= end - s <= MOST_FRAMES)
+        starts = tuple(s * HOP_SAMPLES for s in self._starts if MIN_SPEECH_FRAMES <= end - s <= MOST_FRAMES)
         return [Stretch(starts, end * HOP_SAMPLES)] if starts and end - self._since > self._longest else []

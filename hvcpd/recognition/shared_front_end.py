@@ -17,7 +17,7 @@ from hvcpd.ports import Samples
 from hvcpd.recognition.events import Garbled
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, SILENT_POWER, Energies, decibels, power_weights
 from hvcpd.recognition.noise import STEADY_MEAN_LOG, NoiseTracker
-from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameStream, History
+from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk, FrameHistory, FrameStream, History
 
 FAST_FRAMES = 8
 """80 ms: short enough to hear an onset in time for listen-before-talk."""
@@ -36,7 +36,7 @@ RELEASE_FRAMES = 16
 """160 ms, which bridge the closures of stop consonants and the commas' pauses."""
 ALERT, LONG_ALERT = 0.3, 0.18
 """Thresholds of the slow and the long window that wake the network: the most in 5 minutes of steady noise."""
-MIN_FRAMES = 30
+MIN_SPEECH_FRAMES = 30
 """0.3 s: shorter sounds are knocks and clicks."""
 MIN_MODULATION = 0.35
 """Standard deviation over time of the mean log energy, natural log: steady noise has 0.1, speech 0.7 and more."""
@@ -124,14 +124,12 @@ class Segmenter:
         start, end = self._start, min(self._end, frame)
         self._start = None
         speech_like = np.std(self._loudness) >= MIN_MODULATION
-        lasted = end - start >= MIN_FRAMES
+        lasted = end - start >= MIN_SPEECH_FRAMES
         return Garbled(start * HOP_SAMPLES, end * HOP_SAMPLES) if speech_like and lasted else None
 
 
 RECENT_FRAMES = 160
 """1.6 s of frames are kept to be replayed into a network when it wakes."""
-POWER_FRAMES = 2048
-"""20 s of frame powers are kept for the signal-to-noise ratio of a sentence."""
 LEAST_SNR = 1e-3
 """Ratio of powers (-30 dB) below which a signal-to-noise ratio says no more."""
 
@@ -149,8 +147,7 @@ class SharedFrontEnd:
         self._before_noise_estimate: list[Chunk] = []
         """The chunks from before the first noise estimate."""
         self._power_weights = power_weights()
-        self._speech_power = np.zeros(POWER_FRAMES)
-        self._noise_power = np.zeros(POWER_FRAMES)
+        self._powers, self._noise_powers = FrameHistory(), FrameHistory()
 
     def push(self, samples: Samples, masked: bool) -> Iterator[Chunk]:
         """Keep the next samples, shape (n,); yield the chunks that they complete. Iterate to the end, or samples are
@@ -185,9 +182,9 @@ class SharedFrontEnd:
             return
         for each in self._before_noise_estimate:
             self.activity.push(each.energies, self.noise.estimate)
-            slots = np.arange(each.first_frame, each.first_frame + len(each.energies)) % POWER_FRAMES
-            self._speech_power[slots] = each.energies @ self._power_weights
-            self._noise_power[slots] = self.noise.estimate @ self._power_weights
+            power = each.energies @ self._power_weights
+            self._powers.put(each.first_frame, power)
+            self._noise_powers.put(each.first_frame, np.full_like(power, self.noise.estimate @ self._power_weights))
             yield each
         self._before_noise_estimate = []
 
@@ -198,9 +195,9 @@ class SharedFrontEnd:
 
     def snr_db(self, start_sample: int, end_sample: int) -> float:
         """Mean level of what was heard between two samples, without the noise, over the tracked noise, dB."""
-        slots = np.arange(start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES) % POWER_FRAMES
-        if not len(slots):
+        start, end = start_sample // HOP_SAMPLES, end_sample // HOP_SAMPLES
+        if start >= end:
             return decibels(LEAST_SNR)
-        noise = float(self._noise_power[slots].mean())
-        speech = float(self._speech_power[slots].mean()) - noise
+        noise = float(self._noise_powers.between(start, end).mean())
+        speech = float(self._powers.between(start, end).mean()) - noise
         return decibels(max(speech / max(noise, SILENT_POWER), LEAST_SNR))

@@ -96,12 +96,12 @@ class SpeechRecogniser:
         self.first_pass.prepare(go_on)
 
 
-LEAD = 3 * SAMPLE_RATE_HZ
+NOISE_LEAD = 3 * SAMPLE_RATE_HZ
 """Samples before speech, for its noise: the noise tracker's memory."""
-BEFORE, AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
-"""Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; AFTER has been heard when the
-event is reported."""
-PAUSES = SAMPLE_RATE_HZ // 5
+MARGIN_BEFORE, MARGIN_AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
+"""Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; MARGIN_AFTER has been heard when
+the event is reported."""
+MARGIN_IN_TALK = SAMPLE_RATE_HZ // 5
 """Margin (0.2 s) around the speech between two pauses of talk."""
 GOES_ON_WITHIN = SAMPLE_RATE_HZ
 """Samples within which what is said after a possible part of a sentence may be the rest of it."""
@@ -130,8 +130,8 @@ class Segment:
     def of(cls, history: History, starts: Sequence[int], end: int, within_talk: bool = False) -> Segment | None:
         """Speech that begins at the first of `starts`, or later, with what comes before it; None if that is no longer
         kept."""
-        start, until = starts[0], end + (PAUSES if within_talk else AFTER)
-        sound, lead = history.unmasked(start - LEAD, start, until)
+        start, until = starts[0], end + (MARGIN_IN_TALK if within_talk else MARGIN_AFTER)
+        sound, lead = history.unmasked(start - NOISE_LEAD, start, until)
         if len(sound) - lead < end - start:
             return None
         return cls(sound, lead, start, end, within_talk, tuple(starts[1:]))
@@ -144,13 +144,13 @@ class Segment:
     @property
     def speech(self) -> Samples:
         """The speech, with the sound around it."""
-        end = self.lead + self.end - self.start + (PAUSES if self.within_talk else AFTER)
+        end = self.lead + self.end - self.start + (MARGIN_IN_TALK if self.within_talk else MARGIN_AFTER)
         return self.sound[max(self.lead - self.before, 0) : end]
 
     @property
     def before(self) -> int:
         """Number of samples before the noticed speech: room for a faint beginning, or up to the talk's last pause."""
-        return PAUSES if self.within_talk else BEFORE
+        return MARGIN_IN_TALK if self.within_talk else MARGIN_BEFORE
 
     @property
     def beginnings(self) -> list[Segment]:

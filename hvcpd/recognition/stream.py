@@ -1,5 +1,5 @@
 """Framing: cuts a stream of blocks of any size into chunks of frames that always begin at the same samples; and the
-ring buffer of the last seconds, which all stages share."""
+ring buffers of the last seconds: of the sound, which all stages share, and of a number for each frame."""
 
 from __future__ import annotations
 
@@ -82,6 +82,25 @@ class FrameStream:
     def rest(self) -> Chunk:
         """The whole frames of the incomplete chunk, fewer than CHUNK_FRAMES; they stay in the stream."""
         return Chunk(self.next_frame, energies_of(self._sound), bool(self._masked.any()))
+
+
+KEPT_FRAMES = 2048
+"""20 s: longer than the longest sentence."""
+
+
+class FrameHistory:
+    """Ring buffer of a number for each of the last KEPT_FRAMES frames, 0 at first."""
+
+    def __init__(self) -> None:
+        self._ring = np.zeros(KEPT_FRAMES)
+
+    def put(self, first_frame: int, values: NDArray[np.floating]) -> None:
+        """Keep the numbers, shape (n,), of the frames from `first_frame` on."""
+        self._ring[np.arange(first_frame, first_frame + len(values)) % KEPT_FRAMES] = values
+
+    def between(self, start_frame: int, end_frame: int) -> NDArray[np.float64]:
+        """The numbers of the frames from one up to another, shape (n,)."""
+        return self._ring[np.arange(start_frame, end_frame) % KEPT_FRAMES]
 
 
 class History:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import Samples
-from hvcpd.recognition.decoder_session import DecoderSession, Sentence, confidence_features
+from hvcpd.recognition.decoder_session import LONGEST_PAUSE_FRAMES, DecoderSession, Sentence, confidence_features
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.network import Beam, Network
@@ -25,8 +25,6 @@ UNHEARD_LEAD_FRAMES = 28
 """Time (0.28 s) after lost sound within which a sentence that begins may be the end of a longer one."""
 WAKE_FRAMES = 24
 """Delay (240 ms) from the first sign of speech until the decoder wakes: long enough for the level of a vowel."""
-SLEEP_FRAMES = 60
-"""Time (0.6 s) without a sign of speech after which the decoder sleeps."""
 LATE_WAKE_FRAMES = 12
 """Time (0.12 s) after the first replayed frame within which a sentence that begins may have begun before it."""
 
@@ -195,7 +193,7 @@ class TemplateRecogniser:
         self._segments.push(chunk.first_frame, energies, self.front_end.activity.busy)
         events = self._report(end_frame)
         self._calm_frames = 0 if self.front_end.activity.possible_speech else self._calm_frames + len(energies)
-        if self._calm_frames >= SLEEP_FRAMES and not self.session.under_way:
+        if self._calm_frames >= LONGEST_PAUSE_FRAMES and not self.session.under_way:
             self.session.sleep()
         return events
 

@@ -11,10 +11,20 @@ import pytest
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people import phones
-from hvcpd.people.bands import N_BANDS, estimated_noise, level_gain, log_bands
-from hvcpd.people.phones import PHONES, LogBands, PhoneNet, _shifted, _with_context, far_net, mean_normalised, nets
+from hvcpd.people.bands import N_BANDS
+from hvcpd.people.phones import (
+    PHONES,
+    LogBands,
+    PhoneNet,
+    _shifted,
+    _with_context,
+    far_net,
+    inputs_of,
+    mean_normalised,
+    nets,
+)
 from hvcpd.ports import Samples
-from hvcpd.recognition.fitted import mapped_arrays, release_pages
+from hvcpd.recognition.arrays import mapped_arrays, release_pages
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
 
@@ -28,9 +38,7 @@ def logs(speech: Samples, noise_rms: float = 1e-3) -> LogBands:
     """Of speech in a quiet room."""
     padded = np.pad(0.3 * speech, (8000, 3200))
     heard = (padded + noise_rms * np.random.default_rng(2).standard_normal(len(padded))).astype(np.float32)
-    gain = level_gain(heard[4000:])
-    whole, part = gain * heard, gain * heard[4000:]
-    return mean_normalised(log_bands(part, estimated_noise(whole, 8000)))
+    return inputs_of(heard[4000:], heard, 8000)
 
 
 def by_phones(found: LogBands) -> list[str]:

@@ -22,7 +22,6 @@ from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.language.requests import is_harmless_request
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, Person, probability
-from hvcpd.people.phones import LogBands
 from hvcpd.people.second_pass import MIN_REQUEST, MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
@@ -341,9 +340,9 @@ def test_what_was_said_is_compared_with_what_is_likeliest_in_one_pass(book: Phra
     class Counted(SecondPassRecogniser):
         passes = 0
 
-        def _heard(self, segment: Segment) -> tuple[fusion.Hypotheses, Sequence[LogBands]]:
+        def hypotheses(self, segment: Segment) -> fusion.Hypotheses:
             self.passes += 1
-            return super()._heard(segment)
+            return super().hypotheses(segment)
 
     segment, said = alone(stranger(sound), "bot turn left"), ("bot", "turn", "right")
     ears = Counted(book.people_graph, sound.lexicon, {}, True)

@@ -11,8 +11,9 @@ import pytest
 
 from hvcpd.errors import ConfigError
 from hvcpd.people.fusion import WEIGHTS
+from hvcpd.recognition.arrays import mapped_arrays
 from hvcpd.recognition.decoder_session import ConfidenceFeatures
-from hvcpd.recognition.fitted import fitted, mapped_arrays
+from hvcpd.recognition.fitted import fitted
 
 MODELS = (
     "steady_noise",

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.stage import MAX_LENGTH
-from hvcpd.recognition.people_stage import LONGEST
-from hvcpd.recognition.stages import LEAD, MAX_WAIT
+from hvcpd.recognition.people_stage import LONGEST_SPEECH
+from hvcpd.recognition.stages import MAX_WAIT, NOISE_LEAD
 from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
 
 KEEP = 100
@@ -96,7 +96,7 @@ def test_nothing_was_heard_yet() -> None:
 
 
 def test_it_is_long_enough_for_all_who_look_back() -> None:
-    assert LEAD + max(LONGEST, 2 * MAX_LENGTH) + 2 * MAX_WAIT <= HISTORY_SAMPLES
+    assert NOISE_LEAD + max(LONGEST_SPEECH, 2 * MAX_LENGTH) + 2 * MAX_WAIT <= HISTORY_SAMPLES
 
 
 def test_a_converters_steps_are_kept_and_others_to_half_a_step() -> None:

@@ -12,7 +12,8 @@ import numpy as np
 
 from hvcpd.assembly.separation import References
 from hvcpd.language.graph import graph_of
-from hvcpd.people.enrolled import MAX_FRAMES, MAX_SENTENCE_FRAMES, SpokenSentence, Takes, level_normalised
+from hvcpd.memory.people import MAX_FRAMES, MAX_SENTENCE_FRAMES
+from hvcpd.people.enrolled import SpokenSentence, Takes, level_normalised
 from hvcpd.people.phones import CtcSearch, Pronounce, far_net, net_inputs
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.frontend import (

@@ -26,17 +26,17 @@ from hvcpd.recognition.channel.whitening import (
     interpolated,
     inverse_spectrum,
     loudness_weights,
+    moving_average,
     power_spectra,
-    smoothed,
 )
 from hvcpd.recognition.events import Garbled, Recognised
 from hvcpd.recognition.frontend import TINY, rfft
 
-SIZE = 16_384
+ONSET_WINDOW = 16_384
 """Samples of the transform, and of the sound that is searched at a time: 1.02 s."""
-STEP = 8_000
+ONSET_STEP = 8_000
 """Lags that are new each time, samples (0.5 s)."""
-LENGTH = SIZE - STEP - FIRST_TAPS
+GREETING_LENGTH = ONSET_WINDOW - ONSET_STEP - FIRST_TAPS
 """Samples of a greeting that are correlated; a slow greeting is a little longer."""
 LEAST_RATIO = 6.5
 """Ratio of a window's energy to the median from which on it is the onset of a greeting. In four rooms and four kinds of
@@ -75,26 +75,27 @@ class OnsetDetector:
             if not said.final or node in graph.rests
         ]
         self._greetings: list[Rendering] = [said for _, word, said in firsts if word == GREETING]
-        spectra = [np.conj(rfft(said.samples[:LENGTH], SIZE)) for said in self._greetings]
-        self._spectra = np.array(spectra, np.complex64).reshape(-1, SIZE // 2 + 1)
+        spectra = [np.conj(rfft(said.samples[:GREETING_LENGTH], ONSET_WINDOW)) for said in self._greetings]
+        self._spectra = np.array(spectra, np.complex64).reshape(-1, ONSET_WINDOW // 2 + 1)
         self._powers = np.square(np.abs(self._spectra))
         voices = {voice: np.zeros(BINS) for voice, _, _ in firsts}
         for voice, _, said in firsts:
-            power = power_spectra(said.samples[:SIZE]).mean(axis=0)
+            power = power_spectra(said.samples[:ONSET_WINDOW]).mean(axis=0)
             voices[voice] += power / max(float(power.sum()), TINY)
         self._voices = np.array(list(voices.values()), np.float32).reshape(-1, BINS)
 
     def find(self, heard: Samples, noise: Samples) -> Onset | None:
-        """The first onset in `heard`, shape (SIZE,): a greeting within the first STEP samples, or else where a voice
-        rises over the noise; None if there is none. `noise`: sound without speech, shape (n,), n ≥ FRAME."""
+        """The first onset in `heard`, shape (ONSET_WINDOW,): a greeting within the first ONSET_STEP samples, or else
+        where a voice rises over the noise; None if there is none. `noise`: sound without speech, shape (n,), n ≥ FRAME.
+        """
         return (self._greeting(heard, noise) or self._rise(heard, noise)) if self._greetings else None
 
     def _greeting(self, heard: Samples, noise: Samples) -> Onset | None:
         inverse = inverse_spectrum(heard, noise)
         weighted = heard * loudness_weights(heard, noise, inverse)
-        there = interpolated(inverse, SIZE)
-        received = np.asarray(rfft(np.asarray(weighted, np.float32), SIZE) * there, np.complex64)
-        lags = np.fft.irfft(self._spectra * received, SIZE)[:, : STEP + FIRST_TAPS]
+        there = interpolated(inverse, ONSET_WINDOW)
+        received = np.asarray(rfft(np.asarray(weighted, np.float32), ONSET_WINDOW) * there, np.complex64)
+        lags = np.fft.irfft(self._spectra * received, ONSET_WINDOW)[:, : ONSET_STEP + FIRST_TAPS]
         energies = stretch_energies(lags) / np.maximum(self._powers @ there, TINY)[:, None]
         way, block = divmod(int(energies.argmax()), energies.shape[1])
         if energies[way, block] < LEAST_RATIO * max(quantile(energies, 0.5), TINY):
@@ -109,7 +110,7 @@ class OnsetDetector:
         power to the noise's, as in the optimum detector of a faint sound of known spectrum (H. Van Trees, "Detection,
         Estimation, and Modulation Theory", part III, 1971)."""
         usual = power_spectra(noise).mean(axis=0)
-        usual = smoothed(usual, 2)[VOICED]
+        usual = moving_average(usual, 2)[VOICED]
         usual += 1e-4 * usual.mean() + TINY
         rises = np.log(np.maximum(0.5 * power_spectra(heard)[:, VOICED] / usual, 1.0)) - MEAN_RISE
         above = self._voices[:, VOICED] / usual

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hvcpd.ports import SAMPLE_RATE_HZ
-from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER, QUIET, SIZE, STEP, OpenSegment
+from hvcpd.recognition.channel.endpoints import CUT_AFTER, CUT_AGAIN_AFTER, ONSET_STEP, ONSET_WINDOW, QUIET, OpenSegment
 from hvcpd.recognition.channel.path import Path
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
 from hvcpd.recognition.events import Event, Garbled, Recognised, Source
-from hvcpd.recognition.stages import GOES_ON_WITHIN, LEAD, MAX_WAIT, SecondPassStage, Worker
+from hvcpd.recognition.stages import GOES_ON_WITHIN, MAX_WAIT, NOISE_LEAD, SecondPassStage, Worker
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
 ONSET_LAG = SAMPLE_RATE_HZ // 4
@@ -140,14 +140,14 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
 
     def _note_onset(self) -> None:
         """Search the newest sound for an onset."""
-        first = self._now - SIZE
+        first = self._now - ONSET_WINDOW
         if first < self._searched_until or first < self._whole_from:
             return
-        self._searched_until = first + STEP
-        sound, lead = self.first_pass.history.unmasked(first - LEAD, first, self._now)
-        if len(sound) - lead < SIZE or lead < SAMPLE_RATE_HZ:  # too little to know the noise
+        self._searched_until = first + ONSET_STEP
+        sound, lead = self.first_pass.history.unmasked(first - NOISE_LEAD, first, self._now)
+        if len(sound) - lead < ONSET_WINDOW or lead < SAMPLE_RATE_HZ:  # too little to know the noise
             return
-        found = self._searcher.onset(sound[lead : lead + SIZE], sound[:lead])
+        found = self._searcher.onset(sound[lead : lead + ONSET_WINDOW], sound[:lead])
         if found is None or (self._open is not None and (self._open.greeted or not found.greeting)):
             return  # the search finds greetings wherever they are
         at = first + found.at
@@ -195,7 +195,7 @@ class ChannelStage(SecondPassStage[ChannelSegment, SearchResult]):
         if self._is_accounted_for(segment):
             segment.result = SearchResult()
             return
-        sound, lead = self.first_pass.history.unmasked(segment.begin - LEAD, segment.begin, self._now)
+        sound, lead = self.first_pass.history.unmasked(segment.begin - NOISE_LEAD, segment.begin, self._now)
         segment.job = ChannelSegment(sound, segment.begin - lead, lead, cut, earlier)
         self._searched_at = self._now
         if not self._worker.submit(segment.job, self._searcher):

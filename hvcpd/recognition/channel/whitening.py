@@ -60,7 +60,7 @@ def transform_size(n: int) -> int:
 def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
     """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
     alone, received = (power_spectra(sound).mean(axis=0) for sound in (noise, heard))
-    usual = smoothed(alone, 3) + LATE_ECHO_SHARE * smoothed(received, 6)
+    usual = moving_average(alone, 3) + LATE_ECHO_SHARE * moving_average(received, 6)
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
     inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
     return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
@@ -134,7 +134,7 @@ def power_spectra(sound: Samples) -> Spectrum:
     return np.asarray((spectra.real**2 + spectra.imag**2) / np.square(_HANN).sum(), np.float32)
 
 
-def smoothed(values: NDArray[np.floating], reach: int) -> NDArray[np.float64]:
+def moving_average(values: NDArray[np.floating], reach: int) -> NDArray[np.float64]:
     """The mean over `reach` neighbours on either side."""
     return np.convolve(np.pad(values, reach, mode="edge"), np.full(2 * reach + 1, 1.0 / (2 * reach + 1)), "valid")
 
