@@ -38,9 +38,9 @@ from hvcpd.people.enrolled import Person, SpokenSentence
 from hvcpd.people.fusion import same_meaning
 from hvcpd.people.phones import net_inputs
 from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.stage import Found, PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Garbled, Recognised, Urgent
-from hvcpd.recognition.people_stage import Found, PeopleStage
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES

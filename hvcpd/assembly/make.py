@@ -22,6 +22,7 @@ from hvcpd.language.requests import is_harmless_request
 from hvcpd.people.enrolled import Person
 from hvcpd.people.phone_checks import loss_of_call, loss_of_sentence
 from hvcpd.people.second_pass import SecondPassRecogniser
+from hvcpd.people.stage import PeopleStage
 from hvcpd.ports import Samples
 from hvcpd.ranging.own_delay import OwnDelay
 from hvcpd.ranging.ranging import Ranging
@@ -33,7 +34,6 @@ from hvcpd.recognition.events import Source
 from hvcpd.recognition.keyword.net import KeywordNet, Weights
 from hvcpd.recognition.keyword.stage import KeywordRescorer, KeywordStage
 from hvcpd.recognition.network import Beam
-from hvcpd.recognition.people_stage import PeopleStage
 from hvcpd.recognition.shared_front_end import SharedFrontEnd
 from hvcpd.recognition.stages import SpeechRecogniser, Stage, SynchronousWorker, Worker
 from hvcpd.recognition.template_recogniser import RecogniserSettings, TemplateRecogniser

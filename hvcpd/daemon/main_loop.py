@@ -36,8 +36,8 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import HvcpdError
 from hvcpd.hardware.goals import GoalNavigator
 from hvcpd.hardware.ros_base import RosBase
+from hvcpd.people.stage import Found
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment
 from hvcpd.robot.robot import Robot
 

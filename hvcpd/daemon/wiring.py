@@ -28,8 +28,8 @@ from hvcpd.hardware.navigator import Navigator
 from hvcpd.language.phrasebook import Phrasebook
 from hvcpd.memory.people import tellable_people
 from hvcpd.people.enrolled import Person
+from hvcpd.people.stage import Found
 from hvcpd.recognition.channel.search import ChannelSegment, SearchResult
-from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment, Worker
 from hvcpd.robot.own_voice import Acoustics
 from hvcpd.security.keyring import KeyFile, find_key_file, keep_out_of_dumps, read_key_file

@@ -19,10 +19,10 @@ from hvcpd.config.names import MAX_NAME_LENGTH, MAX_WORD_LENGTH, valid_robot_nam
 from hvcpd.errors import StoreError, writing
 from hvcpd.memory import PEOPLE_FOLDER
 from hvcpd.people.bands import N_BANDS as NET_BANDS
+from hvcpd.people.bands import LogBands
 from hvcpd.people.enrolled import (
     MAX_SENTENCES,
     MAX_TAKES,
-    LogBands,
     Person,
     SpokenSentence,
 )

@@ -20,6 +20,8 @@ from hvcpd.recognition.stream import INT16_SCALE
 
 Bands = NDArray[np.float64]
 """Mel filterbank energies, shape (frames, N_BANDS), of sound in 16-bit integers' scale."""
+LogBands = NDArray[np.float32]
+"""Their logarithms, shape (frames, N_BANDS), or what a layer of a net makes of them, shape (frames, its width)."""
 
 N_BANDS, LOW_HZ, HIGH_HZ = 25, 130.0, 6800.0
 WINDOW_SAMPLES, PRE_EMPHASIS = 410, 0.97
@@ -38,16 +40,16 @@ LEAST_FRAMES, QUIETEST_SHARE = 10, 0.1
 """With fewer frames than this before the speech, the noise is that of the quietest share of all frames."""
 SMOOTH = 0.5
 """Weight of the preceding frame in the smoothed energy from which the noise is subtracted."""
-LEAST_GAIN = 0.05
-"""Spectral floor: least gain of a band. The nets were trained on speech with spectral subtraction like this, and with
+SPECTRAL_FLOOR = 0.05
+"""Least gain of a band. The nets were trained on speech with spectral subtraction like this, and with
 gains averaged over neighbouring bands (C. Kim & R. Stern, "Power-normalized cepstral coefficients (PNCC) for robust
 speech recognition", ICASSP 2012). Temporal masking cost 11 of 198 sentences."""
 GAIN_BANDS = 2
 """Bands to either side over which gains are averaged."""
-MASK_DB = 37.0
+FAINT_DB = 37.0
 """Level below the loudest eighth of the frames that is masked, by as much energy in each band: of 200 digits in quiet
 181 were right, 165 without."""
-MASK_SHARE = 8
+LOUD_PARTS = 8
 
 FIRST_UPPER_BAND = 20
 """The first band of those that lie above 4 kHz."""
@@ -105,7 +107,7 @@ def mean_of_quiet_frames(energies: NDArray[np.floating], lead: int) -> NDArray[n
 def noise_subtracted(bands: Bands, noise: NDArray[np.float64]) -> Bands:
     """Band energies after spectral subtraction of the `noise`, shape (N_BANDS,)."""
     smooth = np.array(list(accumulate(bands, lambda level, energy: SMOOTH * level + (1.0 - SMOOTH) * energy)))
-    gain = np.clip(1.0 - noise / np.maximum(smooth, LEAST), LEAST_GAIN, 1.0)
+    gain = np.clip(1.0 - noise / np.maximum(smooth, LEAST), SPECTRAL_FLOOR, 1.0)
     sums = np.cumsum(np.pad(gain, ((0, 0), (1, 0))), axis=1)
     begin = np.maximum(np.arange(N_BANDS) - GAIN_BANDS, 0)
     end = np.minimum(np.arange(N_BANDS) + GAIN_BANDS + 1, N_BANDS)
@@ -119,8 +121,8 @@ def log_bands(sound: Samples, noise: NDArray[np.float64]) -> Bands:
     if not len(bands):
         return bands
     power = np.sort(bands.sum(axis=1))
-    loud = float(power[-max(len(power) // MASK_SHARE, 1) :].mean())
-    mask = loud / N_BANDS * power_ratio(-MASK_DB)
+    loud = float(power[-max(len(power) // LOUD_PARTS, 1) :].mean())
+    mask = loud / N_BANDS * power_ratio(-FAINT_DB)
     logs = np.log(noise_subtracted(bands, noise) + mask + LEAST)
     return with_upper_bands(np.asarray(logs), bands)
 

@@ -12,10 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hvcpd.language.graph import WordGraph
-from hvcpd.people.bands import mean_of_quiet_frames
+from hvcpd.people.bands import LogBands, mean_of_quiet_frames
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.decoder import BestPath, Decoder, StepCosts, TracedWord
 from hvcpd.recognition.decoder_session import LEAST_MARGIN
@@ -34,7 +33,6 @@ MAX_SENTENCES = 20
 STRANGER = "stranger"
 """Voice name of a speaker who is neither a robot nor known by takes."""
 
-LogBands = NDArray[np.float32]
 Takes = Mapping[str, Sequence[Energies]]
 """For each word, in lower case, its takes: shape (frames, N_BANDS), without the silence around them."""
 
@@ -137,11 +135,11 @@ def level_normalised(energies: Energies) -> Energies:
 AROUND_FRAMES = 30
 """0.3 s before and after what was noticed as speech, for its faint beginning and end."""
 LEAST_GAIN = 1e-9
-STEPS = StepCosts(skip=0.6, leap=1.2)
+TAKE_STEPS = StepCosts(skip=0.6, leap=1.2)
 """People's digits, cross-validated over takes: 237 of 240 right with this skip, 234 with 0.3; fluent sentences of nine
 synthetic voices: 87 of 90, with 0.3 88, with 0.8 86. Fluent words are shorter than takes: without leaps 44 instead of
 50 of 60 sentences by three such voices are right, and 221 instead of 217 of 240 digits."""
-BEAM = Beam(width=120.0, above_filler=30.0, max_pairs=150)
+TAKE_BEAM = Beam(width=120.0, above_filler=30.0, max_pairs=150)
 """A path may cost as much more than another one as half a second of wrong sounds. With 60 more than the filler, and 300
 pairs, the same of 300 digits and sentences are right, in a third more time."""
 BLOCK_FRAMES = MAX_ADVANCE // 3
@@ -149,7 +147,7 @@ BLOCK_FRAMES = MAX_ADVANCE // 3
 
 MOST_DEFICIT = 3.0
 """Largest deficit of the worst word; words that people swallow in right sentences have more."""
-MOST_MARGIN = 100.0
+MOST_TAKE_MARGIN = 100.0
 """Largest cost of the closest other word, and LEAST_MARGIN the smallest, that carry information."""
 LEAST_ABOVE_NOISE = 0.1
 """Distance: words that are not heard at all have less."""
@@ -187,7 +185,7 @@ class EnrolledRecogniser:
         silence = noise_features(noise + mask)[None, :]
         to_noise = distances(heard, silence, norms_of(silence))[:, 0]
         nearest = np.empty_like(to_noise)
-        decoder = Decoder(self._net, 1, BEAM, STEPS)
+        decoder = Decoder(self._net, 1, TAKE_BEAM, TAKE_STEPS)
         for begin in range(0, len(heard), BLOCK_FRAMES):
             frames = slice(begin, begin + BLOCK_FRAMES)
             to_rows = distances(heard[frames], rows, norms)
@@ -229,7 +227,7 @@ def probability(path: Sequence[TracedWord], deficits: Sequence[float], passed_ov
     frames = [step.end_frame - step.start_frame for step in path]
     deficit = sum(n * each for n, each in zip(frames, deficits, strict=True)) / sum(frames)
     worst = min(max(deficits), MOST_DEFICIT)
-    margin = min(max(min(step.margin for step in path), LEAST_MARGIN), MOST_MARGIN)
+    margin = min(max(min(step.margin for step in path), LEAST_MARGIN), MOST_TAKE_MARGIN)
     audible = math.log(max(above_noise, LEAST_ABOVE_NOISE))
     features = (deficit, worst, passed_over, math.log(len(path)), math.log(margin), audible)
     return fitted_probability("enrolled_confidence", features)

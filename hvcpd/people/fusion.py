@@ -16,7 +16,8 @@ from itertools import chain
 import numpy as np
 
 from hvcpd.language.addressees import FRIEND
-from hvcpd.people.phones import CtcSearch, CtcSentence, LogBands, LogPosteriors
+from hvcpd.people.bands import LogBands
+from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.fitted import fitted, logistic, logit
 from hvcpd.recognition.keyword.stage import KEYWORD

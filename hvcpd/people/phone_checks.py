@@ -32,10 +32,10 @@ END_FRAME = round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ) // FRAME_SAMPLES
 SPEECH_BEFORE = 0.1
 """Mean probability of any phone from which on somebody speaks before the word."""
 LOUD_FRAMES = 10
-LEAST_RATIO = 4.0
+LEAST_LOUD_RATIO = 4.0
 """Least power (6 dB) of the word's loudest 0.2 s over what is heard before it. In pink noise as loud as people's calls
 the phone net misheard 6 of 37."""
-MAX_LOSS = 1.5
+MOST_CALL_LOSS = 1.5
 """A phone net may be wrong, too: a certain call (0.97) stays one whatever that hears. On the part `validate` 12 of 681
 calls lose their stop for good; a fitted curve takes 1.6 at most (docs/decisions/keyword.md)."""
 
@@ -53,16 +53,17 @@ def loss_of_sentence(pronounce: Pronounce, words: Sequence[str], sound: Samples,
 
 
 def loss_of_call(sound: Samples) -> float:
-    """What the phone nets take from the log odds of a call, nats, 0 to MAX_LOSS: the mean loss of the keyword against
-    the likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if somebody speaks before it,
-    who may go on, or in noise. Who speaks after it may be the same person: "Bot, come back" begins like a call."""
+    """What the phone nets take from the log odds of a call, nats, 0 to MOST_CALL_LOSS: the mean loss of the keyword
+    against the likeliest phones, in a sound that begins CHECKED_BEFORE_S before the word's end; 0 if somebody speaks
+    before it, who may go on, or in noise. Who speaks after it may be the same person: "Bot, come back" begins like a
+    call."""
     if not _stands_out(sound):
         return 0.0
     logs = inputs_of(sound, sound, 0)
     readings = [net.log_posteriors(logs) for net in nets()]
     if not all(map(_is_quiet_before, readings)):
         return 0.0
-    return min(sum(map(_loss, readings)) / len(readings), MAX_LOSS)
+    return min(sum(map(_loss, readings)) / len(readings), MOST_CALL_LOSS)
 
 
 def _loss(log_posteriors: LogPosteriors) -> float:
@@ -83,7 +84,7 @@ def _stands_out(sound: Samples) -> bool:
     """Whether the word is loud beside the sound before it."""
     powers = frame_powers(sound, FRAME_SAMPLES)
     loud = np.sort(powers[EARLIEST_FRAME:END_FRAME])[-LOUD_FRAMES:]
-    return len(loud) > 0 and bool(loud.mean() >= LEAST_RATIO * powers[:BEFORE_FRAMES].mean())
+    return len(loud) > 0 and bool(loud.mean() >= LEAST_LOUD_RATIO * powers[:BEFORE_FRAMES].mean())
 
 
 @cache

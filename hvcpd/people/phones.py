@@ -21,13 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import Arc, WordGraph, one_of
-from hvcpd.people.bands import Bands, estimated_noise, level_gain, log_bands
+from hvcpd.people.bands import Bands, LogBands, estimated_noise, level_gain, log_bands
 from hvcpd.ports import Samples
 from hvcpd.recognition.arrays import first_occurrences, mapped_arrays
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.stages import Segment
 
-LogBands = NDArray[np.float32]
 LogPosteriors = NDArray[np.float32]
 """Log probabilities of each of PHONES and, last, of the blank, shape (frames, len(PHONES) + 1)."""
 

@@ -13,8 +13,8 @@ from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
 from hvcpd.people.fusion import DENIAL, GREETINGS, TO_ALL, FusedHypothesis, Hypotheses, Words
 from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, net_inputs, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
+from hvcpd.people.stage import Found
 from hvcpd.recognition.events import Garbled, Recognised, Source, WordSpan
-from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment
 from hvcpd.synthesis.lexicon import Lexicon, common_words
 

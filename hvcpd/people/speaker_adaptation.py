@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.language.graph import graph_of
+from hvcpd.people.bands import LogBands
 from hvcpd.people.enrolled import SpokenSentence
-from hvcpd.people.phones import PHONES, CtcSearch, LogBands, LogPosteriors, OutputLayer, PhoneNet, Pronounce, nets
+from hvcpd.people.phones import PHONES, CtcSearch, LogPosteriors, OutputLayer, PhoneNet, Pronounce, nets
 
 Phones = NDArray[np.int64]
 """The phone in each frame, by its index in PHONES, or BLANK; shape (frames,)."""
@@ -24,7 +25,7 @@ BLANK = len(PHONES)
 PRIOR = 0.03
 """Weight of the prior against the mean loss of a frame. Two of Kokoro's voices that calibrate, five sentences each,
 right and sure of 40 others, with .1, .03 and .01: 22, 26 and 25 (17 without); 4 wrong each time (3 without)."""
-STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
+N_STEPS, RATE, MOMENTUM = 200, 0.5, 0.9
 """Number of steps, rate and momentum of gradient descent on a convex loss; 100 steps more change no sentence."""
 
 
@@ -68,7 +69,7 @@ def _fitted(start: OutputLayer, activations: LogBands, phones: Phones) -> Output
     weights, bias = np.zeros_like(start.weights), np.zeros_like(start.bias)
     weights_step, bias_step = np.zeros_like(weights), np.zeros_like(bias)
     rate = RATE / np.sqrt(len(weights))  # a weight's gradient grows with the number of inputs
-    for _ in range(STEPS):
+    for _ in range(N_STEPS):
         logits = base + inputs @ weights + bias
         likely = np.exp(logits - logits.max(axis=1, keepdims=True))
         error = (likely / likely.sum(axis=1, keepdims=True) - wanted) / len(inputs)

@@ -108,10 +108,10 @@ LEAST_LEVEL_DB = -15.0
 """The least level of the word relative to the own voice's; the filter leaves -16 dB of it in its first sentence."""
 LEVEL_QUANTILE = 0.75
 """Quantile of the frames' powers that counts as the level: that of the vowels."""
-LEAST_PROBABILITY = 0.4
+LEAST_CALL_PROBABILITY = 0.4
 """Least probability that counts: no later sound could confirm it, since the robot continues to speak. 12 of 12 calls
 10 dB below the own voice have it; own talk, other robots, babble and knocks did not (`benchmarks/own_voice.py`)."""
-RECENT_FRAMES = 400
+OWN_LEVEL_FRAMES = 400
 """The own level is that of the last 4 s of it."""
 WORD_MARGIN = 800
 """Number of samples before the word, and twice those after it, in which the own voice is looked for."""
@@ -147,7 +147,7 @@ class BargeInDetector:
         self._net = net
         self._echo = EchoCanceller()
         self._latency_s = 0.0
-        self._own_powers: deque[float] = deque(maxlen=RECENT_FRAMES)
+        self._own_powers: deque[float] = deque(maxlen=OWN_LEVEL_FRAMES)
         self._doubt_left = self._hold_left = 0
         self.begin(0, 0.0)
         self._listens = False
@@ -222,7 +222,7 @@ class BargeInDetector:
             if (
                 word is not None
                 and word.start_frame * HOP_SAMPLES < self._own_until
-                and word.probability >= LEAST_PROBABILITY
+                and word.probability >= LEAST_CALL_PROBABILITY
                 and quantile(np.array(self._residual_powers), LEVEL_QUANTILE) >= least
             ):
                 found += self._reported(word)

@@ -69,9 +69,10 @@ class Sentence:
 
 LEAST_MARGIN, MOST_MARGIN = 0.3, 12.0
 """Range of the cost of the closest other word that carries information."""
-LEAST_FIT, MOST_FIT = 0.05, 1.0
-"""Range of the gain relative to the right word's; the quietest voices gain twice as much by chance."""
-LEAST_WORD_FIT = -1.0
+LEAST_FIT = 0.05
+"""Least gain of a sentence, relative to the right one's, that carries information."""
+MOST_WORD_FIT = 1.0
+"""Most gain of a word, either way, that does; the quietest voices gain twice the right one's by chance."""
 SLOW, SLOWEST = 1.4, 2.4
 """Range of a word's duration over its template's: right words have 1.25 at most, slow ones 1.4, insertions any."""
 FAST = 0.9
@@ -123,7 +124,7 @@ def confidence_features(sentence: Sentence, word: int | None = None) -> Confiden
         max(deficits),
         math.log(gain),
         math.log(max(gain / sum(sentence.expected_gains), LEAST_FIT)),
-        min(max(word_fit, LEAST_WORD_FIT), MOST_FIT),
+        min(max(word_fit, -MOST_WORD_FIT), MOST_WORD_FIT),
         min(max(max(duration_ratios), SLOW), SLOWEST) - SLOW,
         max(FAST - min(duration_ratios), 0.0),
     )

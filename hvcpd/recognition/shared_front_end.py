@@ -25,7 +25,7 @@ SLOW_FRAMES = 16
 """160 ms, about a syllable: for speech too weak for the fast window."""
 LONG_FRAMES = 48
 """480 ms, about a short word: for speech below the noise. The network is woken with what was heard since."""
-LEAST_RATIO, MOST_RATIO = np.float32(-1.0), np.float32(3.0)
+LEAST_LOG_RATIO, MOST_LOG_RATIO = np.float32(-1.0), np.float32(3.0)
 """Natural log of a band's energy over the noise, clipped (-4 to 13 dB): one loud band does not decide alone."""
 N_GROUPS = 3
 """Low, middle and high bands are evaluated separately, and all together."""
@@ -69,7 +69,7 @@ class VoiceActivityDetector:
         """Take the next frames, shape (n, N_BANDS), n at most FAST_FRAMES, and the noise estimate (N_BANDS,)."""
         n = len(energies)
         ratio = np.log(energies / noise) - STEADY_MEAN_LOG
-        np.minimum(np.maximum(ratio, LEAST_RATIO, out=ratio), MOST_RATIO, out=ratio)
+        np.minimum(np.maximum(ratio, LEAST_LOG_RATIO, out=ratio), MOST_LOG_RATIO, out=ratio)
         self._history[:-n] = self._history[n:].copy()
         self._history[-n:] = ratio @ self._groups
         fast, slow, long = np.maximum.reduce(self._windows @ self._history, axis=1).tolist()

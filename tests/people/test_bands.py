@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people.bands import (
     LEAST,
-    LEAST_GAIN,
     N_BANDS,
+    SPECTRAL_FLOOR,
     estimated_noise,
     is_narrowband,
     log_bands,
@@ -76,7 +76,7 @@ def test_known_noise_is_taken_away(sentence: Samples) -> None:
 
 def test_no_band_falls_further_than_it_may() -> None:
     bands = np.full((20, N_BANDS), 5.0)
-    assert np.allclose(noise_subtracted(bands, np.full(N_BANDS, 5.0)), 5.0 * LEAST_GAIN)
+    assert np.allclose(noise_subtracted(bands, np.full(N_BANDS, 5.0)), 5.0 * SPECTRAL_FLOOR)
     assert np.allclose(noise_subtracted(bands, NOBODY), 5.0)
     assert np.isfinite(np.log(noise_subtracted(0.0 * bands, NOBODY) + LEAST)).all()
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hvcpd.language.graph import Arc, WordGraph
-from hvcpd.people.enrolled import BLOCK_FRAMES, STEPS, EnrolledRecogniser, Person
+from hvcpd.people.enrolled import BLOCK_FRAMES, TAKE_STEPS, EnrolledRecogniser, Person
 from hvcpd.recognition.decoder import Decoder
 from hvcpd.recognition.events import Recognised, Source
 from hvcpd.recognition.frontend import HOP_SAMPLES, N_BANDS, Energies
@@ -124,8 +124,8 @@ def brute_force(distances: np.ndarray, to_noise: np.ndarray, templates: Sequence
         cost = np.full((n + 1, len(rows)), math.inf)
         for t in range(1, n + 1):
             for k, row in enumerate(rows):
-                ways = [cost[t - 1, k] + STEPS.stay]
-                for reach, extra in ((1, 0.0), (2, STEPS.skip), (3, STEPS.leap or 0.0)):
+                ways = [cost[t - 1, k] + TAKE_STEPS.stay]
+                for reach, extra in ((1, 0.0), (2, TAKE_STEPS.skip), (3, TAKE_STEPS.leap or 0.0)):
                     if k >= reach:
                         ways.append(cost[t - 1, k - reach] + extra)
                     elif k == reach - 1:
@@ -147,7 +147,7 @@ def test_costs_are_the_least_of_all_paths(seed: int, lengths: list[int], n: int)
     rng = np.random.default_rng(seed)
     distances = rng.gamma(2.0, 1.0, (n, sum(lengths))).astype(np.float32)
     to_noise = rng.gamma(2.0, 1.0, n).astype(np.float32)
-    decoder = Decoder(net, 1, Beam(width=1e6, above_filler=1e6), STEPS)
+    decoder = Decoder(net, 1, Beam(width=1e6, above_filler=1e6), TAKE_STEPS)
     for begin in range(0, n, BLOCK_FRAMES):
         rows = decoder.prune().row
         for frame in range(begin, min(begin + BLOCK_FRAMES, n)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hvcpd.people.phone_checks import MAX_LOSS, loss_of_call
+from hvcpd.people.phone_checks import MOST_CALL_LOSS, loss_of_call
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.keyword.stage import CHECKED_BEFORE_S
 from hvcpd.synthesis.leveling import audible
@@ -41,12 +41,12 @@ def test_a_call_keeps_its_probability(voice: str, text: str) -> None:
 @pytest.mark.parametrize("voice", ["oak", "lark", "wren"])
 @pytest.mark.parametrize("text", ["alexa", "house", "follow", "bird", "shop"])
 def test_another_word_loses_all_that_this_net_may_take(voice: str, text: str) -> None:
-    assert loss_of_call(heard(said(text, voice))) == MAX_LOSS
+    assert loss_of_call(heard(said(text, voice))) == MOST_CALL_LOSS
 
 
 def test_over_talk_it_has_no_say() -> None:
     talk = said("i am in the kitchen and i will water the green rose", "oak")
-    assert loss_of_call(heard(said("alexa", "lark"))) == MAX_LOSS
+    assert loss_of_call(heard(said("alexa", "lark"))) == MOST_CALL_LOSS
     assert loss_of_call(heard(said("alexa", "lark"), talk)) == 0.0
 
 
@@ -60,7 +60,7 @@ def followed(word: str, talk: str, voice: str, other: str) -> Samples:
 @pytest.mark.parametrize("voice", ["oak", "lark", "granite"])
 def test_a_name_that_a_request_follows_at_once_is_no_call(voice: str) -> None:
     """ "Bot, come back" by strangers stopped robots for good."""
-    assert loss_of_call(followed("bot", "move back half a metre", voice, voice)) == MAX_LOSS
+    assert loss_of_call(followed("bot", "move back half a metre", voice, voice)) == MOST_CALL_LOSS
 
 
 @pytest.mark.parametrize("other", ["oak", "lark", "granite"])
@@ -71,7 +71,7 @@ def test_a_call_that_talk_follows_at_once_stays_one(other: str) -> None:
 def test_in_noise_as_loud_as_the_word_it_has_no_say() -> None:
     noise = (0.03 * np.random.default_rng(7).standard_normal(4 * SAMPLE_RATE_HZ)).astype(np.float32)
     assert loss_of_call(heard(said("alexa", "lark"), noise)) == 0.0
-    assert loss_of_call(heard(said("alexa", "lark"), np.float32(0.05) * noise)) == MAX_LOSS
+    assert loss_of_call(heard(said("alexa", "lark"), np.float32(0.05) * noise)) == MOST_CALL_LOSS
 
 
 def test_of_hardly_any_sound_it_says_nothing() -> None:

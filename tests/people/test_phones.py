@@ -11,10 +11,9 @@ import pytest
 from benchmarks.transcripts import edits
 from hvcpd.assembly.sound import Sound, make_sound
 from hvcpd.people import phones
-from hvcpd.people.bands import N_BANDS
+from hvcpd.people.bands import N_BANDS, LogBands
 from hvcpd.people.phones import (
     PHONES,
-    LogBands,
     PhoneNet,
     _shifted,
     _with_context,

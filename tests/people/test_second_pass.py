@@ -23,13 +23,13 @@ from hvcpd.language.requests import is_harmless_request
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, Person, probability
 from hvcpd.people.second_pass import MIN_REQUEST, MIN_STRANGERS_PROBABILITY, SecondPassRecogniser
+from hvcpd.people.stage import PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment
 from hvcpd.recognition.decoder import TracedWord
 from hvcpd.recognition.events import Event, Garbled, Recognised
 from hvcpd.recognition.frontend import Energies
-from hvcpd.recognition.people_stage import PeopleStage
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES, Voice, voice_for

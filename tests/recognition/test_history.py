@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hvcpd.people.stage import LONGEST_SPEECH
 from hvcpd.ports import Samples
 from hvcpd.recognition.channel.stage import MAX_LENGTH
-from hvcpd.recognition.people_stage import LONGEST_SPEECH
 from hvcpd.recognition.stages import MAX_WAIT, NOISE_LEAD
 from hvcpd.recognition.stream import HISTORY_SAMPLES, INT16_SCALE, History, to_int16
 

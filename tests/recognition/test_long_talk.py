@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from hvcpd.people.stage import LongTalk, Stretch
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.people_stage import LongTalk, Stretch
 from hvcpd.recognition.stream import FrameStream
 
 LONGEST = 3 * SAMPLE_RATE_HZ

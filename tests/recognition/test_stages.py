@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hvcpd.people.stage import Found, PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Garbled, Recognised
-from hvcpd.recognition.people_stage import Found, PeopleStage
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.recognition.stream import Chunk, FrameStream, History
 from tests.recognition.scripted import Slow, alone

@@ -22,10 +22,10 @@ from hvcpd.control.simulate.team import Team
 from hvcpd.errors import AudioFileError, unwritable, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.language.messages import Utterance
+from hvcpd.people.stage import Found
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Received, Recognised, WordSpan
 from hvcpd.recognition.frontend import frame_powers
-from hvcpd.recognition.people_stage import Found
 from hvcpd.recognition.stages import Segment, SynchronousWorker
 
 SILENT_DB = -80.0

@@ -38,7 +38,7 @@ ONSET_STEP = 8_000
 """Lags that are new each time, samples (0.5 s)."""
 GREETING_LENGTH = ONSET_WINDOW - ONSET_STEP - FIRST_TAPS
 """Samples of a greeting that are correlated; a slow greeting is a little longer."""
-LEAST_RATIO = 6.5
+LEAST_ONSET_RATIO = 6.5
 """Ratio of a window's energy to the median from which on it is the onset of a greeting. In four rooms and four kinds of
 noise at -10 to 0 dB, 43 right ones had 6.7 to 178, and 300 half seconds of noise alone at most 6.5."""
 RISE_FRAMES = 6
@@ -98,7 +98,7 @@ class OnsetDetector:
         lags = np.fft.irfft(self._spectra * received, ONSET_WINDOW)[:, : ONSET_STEP + FIRST_TAPS]
         energies = stretch_energies(lags) / np.maximum(self._powers @ there, TINY)[:, None]
         way, block = divmod(int(energies.argmax()), energies.shape[1])
-        if energies[way, block] < LEAST_RATIO * max(quantile(energies, 0.5), TINY):
+        if energies[way, block] < LEAST_ONSET_RATIO * max(quantile(energies, 0.5), TINY):
             return None
         return Onset(int(block) * LAG_STEP + self._greetings[way].lead, greeting=True)
 

@@ -197,12 +197,12 @@ def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> l
     if not words:
         return []
     fits = sound.fits((word.said, word.at) for word in words)
-    own = np.stack([word.path.autocorrelation for word in words]) + autocorrelations(fits)
+    autocorrelation = np.stack([word.path.autocorrelation for word in words]) + autocorrelations(fits)
     pairs = zip(words, fits, strict=True)
-    across = np.stack([word.path.correlation + fit.correlation[word.shift :][:TAPS] for word, fit in pairs])
-    there = across[:, first_lag(n_taps) : first_lag(n_taps) + n_taps]
-    taps = channel_responses(own, there, n_taps)
-    explained = np.einsum("ij,ij->i", taps, there) - n_taps
+    correlation = np.stack([word.path.correlation + fit.correlation[word.shift :][:TAPS] for word, fit in pairs])
+    at_taps = correlation[:, first_lag(n_taps) : first_lag(n_taps) + n_taps]
+    taps = channel_responses(autocorrelation, at_taps, n_taps)
+    explained = np.einsum("ij,ij->i", taps, at_taps) - n_taps
     return [
         Path(
             word.path.book,
@@ -211,8 +211,8 @@ def extended(sound: WhitenedSound, words: Sequence[Extension], n_taps: int) -> l
             (*word.path.renderings, word.said),
             (*word.path.starts, word.at + word.shift - MAX_SHIFT),
             (*word.path.thirds, word.third),
-            own[k],
-            across[k],
+            autocorrelation[k],
+            correlation[k],
             taps[k],
             (*word.path.explained, float(explained[k])),
         )
