@@ -1,9 +1,14 @@
-"""The addressees of a sentence; as text they are what is said: "all", "team plant", "Rob"."""
+"""The addressees of a sentence, and greetings; as text they are what is said: "all", "team plant", "Rob"."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+GREETING = "hi"
+"""The first word of most of robots' sentences."""
+GREETINGS = (GREETING, "hello")
+"""Those of people's."""
+TO_ALL = "all"
 FRIEND = "friend"
 """What robots call a person whose name they do not know, or who did not say it."""
 
@@ -13,7 +18,7 @@ class ToAll:
     """Everybody within earshot."""
 
     def __str__(self) -> str:
-        return "all"
+        return TO_ALL
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 from hvcpd.config.names import valid_robot_name
 from hvcpd.errors import alike
+from hvcpd.language.addressees import GREETING, TO_ALL
 from hvcpd.language.automaton import expected_after
 from hvcpd.language.graph import WordGraph
 from hvcpd.language.pattern import Words
 
-_TO_ALL = ("hi", "all")
+_TO_ALL = (GREETING, TO_ALL)
 
 
 def why_not(words: Words, graph: WordGraph, names: Sequence[str]) -> str:
@@ -47,7 +48,7 @@ def _may_be_name(words: Words, known: int, graph: WordGraph, names: Sequence[str
 def _missing_opening(words: Words, known: int, graph: WordGraph, names: Sequence[str]) -> Words:
     """The words up to the speaker's name that were left out before the word after the `known` ones, or none."""
     before = words[:known]
-    for who in (before, ("hi", *before)) if before else (_TO_ALL,):
+    for who in (before, (GREETING, *before)) if before else (_TO_ALL,):
         opening = (*who, "i", "am")
         sentence = (*opening, *(name.lower() for name in names[:1]), words[known])
         if _follows(graph, sentence):

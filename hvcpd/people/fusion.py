@@ -15,7 +15,7 @@ from itertools import chain
 
 import numpy as np
 
-from hvcpd.language.addressees import FRIEND
+from hvcpd.language.addressees import FRIEND, GREETINGS, TO_ALL
 from hvcpd.people.bands import LogBands
 from hvcpd.people.phones import CtcSearch, CtcSentence, LogPosteriors
 from hvcpd.recognition.events import Recognised
@@ -26,8 +26,6 @@ Words = tuple[str, ...]
 
 MOST_LOG_ODDS = 8.0
 """Largest log odds of a sentence by a net, natural logarithm; no net is right more often than that."""
-GREETINGS = ("hi", "hello")
-TO_ALL = "all"
 DENIAL = "DENIAL"
 """In a network, beside FRIEND: words that are no name, and after which "complete task two" is no order, as in "I am not
 going to". No word is in capitals."""

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, lru_cache, partial
 
-from hvcpd.language.addressees import FRIEND
+from hvcpd.language.addressees import FRIEND, GREETINGS, TO_ALL
 from hvcpd.language.graph import Arc, WordGraph, beginning_with, ends_of
 from hvcpd.people import fusion
 from hvcpd.people.enrolled import STRANGER, EnrolledRecogniser, Person
-from hvcpd.people.fusion import DENIAL, GREETINGS, TO_ALL, FusedHypothesis, Hypotheses, Words
+from hvcpd.people.fusion import DENIAL, FusedHypothesis, Hypotheses, Words
 from hvcpd.people.phones import ANY_PHONE, FRAME_SAMPLES, CtcSearch, net_inputs, nets, word_loop
 from hvcpd.people.speaker_adaptation import adapted_layers
 from hvcpd.people.stage import Found

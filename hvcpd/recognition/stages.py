@@ -13,6 +13,8 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.events import Event, Recognised
+from hvcpd.recognition.frontend import HOP_SAMPLES
+from hvcpd.recognition.noise import MEMORY_FRAMES
 from hvcpd.recognition.stream import CHUNK_SAMPLES, History
 from hvcpd.recognition.template_recogniser import TemplateRecogniser
 
@@ -96,7 +98,7 @@ class SpeechRecogniser:
         self.first_pass.prepare(go_on)
 
 
-NOISE_LEAD = 3 * SAMPLE_RATE_HZ
+NOISE_LEAD = MEMORY_FRAMES * HOP_SAMPLES
 """Samples before speech, for its noise: the noise tracker's memory."""
 MARGIN_BEFORE, MARGIN_AFTER = SAMPLE_RATE_HZ // 2, 2 * SAMPLE_RATE_HZ // 5
 """Margins (0.5 and 0.4 s) around the noticed speech, for its faint beginning and end; MARGIN_AFTER has been heard when

@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.channel.estimation import FIRST_TAPS
-from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice, Rendering
+from hvcpd.recognition.channel.path import Path, RenderedVoice, Rendering
 from hvcpd.recognition.channel.search import LAG_STEP, ChannelSegment, SearchResult, stretch_energies
 from hvcpd.recognition.channel.whitening import (
     BINS,

@@ -32,9 +32,6 @@ from hvcpd.recognition.channel.estimation import (
 from hvcpd.recognition.channel.whitening import Spectrum, transform_size
 from hvcpd.recognition.frontend import rfft
 
-GREETING = "hi"
-"""The first word of most of robots' sentences."""
-
 
 class Rendering(Signal, Protocol):
     """One rendering of a word, with its place in the sentence."""

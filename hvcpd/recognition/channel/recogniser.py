@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.endpoints import Onset, OnsetDetector
 from hvcpd.recognition.channel.estimation import MAX_SHIFT, Signal, WhitenedSound, blocks_of
-from hvcpd.recognition.channel.path import GREETING, Path, RenderedVoice
+from hvcpd.recognition.channel.path import Path, RenderedVoice
 from hvcpd.recognition.channel.search import ROBOT_SCORE, ChannelSearch, ChannelSegment, SearchResult, by_score
 from hvcpd.recognition.channel.whitening import FRAME
 from hvcpd.recognition.events import Received, Recognised, Source, WordSpan

@@ -15,10 +15,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.language.addressees import GREETING
 from hvcpd.language.graph import WordGraph, lengths_of
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.estimation import FIRST_TAPS, MAX_SHIFT, TAPS, Taps, WhitenedSound
-from hvcpd.recognition.channel.path import GREETING, Extension, Path, RenderedVoice, Rendering, extended, may_have
+from hvcpd.recognition.channel.path import Extension, Path, RenderedVoice, Rendering, extended, may_have
 from hvcpd.recognition.events import Recognised
 from hvcpd.recognition.frontend import TINY
 
