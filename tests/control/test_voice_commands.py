@@ -62,7 +62,10 @@ def test_the_lexicon_of_etc_is_good_and_stands_over_all_others(capsys: pytest.Ca
     assert (replaced["source"], replaced["used"]) == ("letter to sound", False)
 
 
-def test_words_can_be_heard_and_their_frames_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_words_can_be_heard_and_their_frames_written(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, refused: Refuse
+) -> None:
+    assert "--as changes the sound alone" in refused("pronounce", "water", "--as", "Bot")
     ran(capsys, "pronounce", "water", "-o", tmp_path / "x.wav", "--track", tmp_path / "x.csv", "--as", "Bot")
     assert len(read_wav(tmp_path / "x.wav")) > 0.2 * SAMPLE_RATE_HZ
     with (tmp_path / "x.csv").open() as file:
@@ -219,6 +222,7 @@ def test_a_robot_speaks_with_recorded_words(tmp_path: Path, refused: Refuse) -> 
     record(folder, "hi", "rob", "i", "am", "bot", "water", "the")
     message = refused("say", SENTENCE, "--voice", folder, "-o", tmp_path / "x.wav")
     assert "no recording of rose, yellow" in message
+    assert "--as: not allowed with argument --voice" in refused("say", SENTENCE, "--voice", folder, "--as", "Rob")
     record(folder, "yellow", "rose")
     assert main(["say", SENTENCE, "--voice", str(folder), "-o", str(tmp_path / "x.wav")]) == 0
     assert len(read_wav(tmp_path / "x.wav")) > 2.0 * SAMPLE_RATE_HZ

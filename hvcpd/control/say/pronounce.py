@@ -32,6 +32,8 @@ def run(options: argparse.Namespace) -> int:
     writes = bool(outputs)
     if bool(options.words) == options.paper_table or (options.paper_table and writes):
         raise PhraseError("give words, as in `hvcpctl pronounce Zorg 'wind the clock'`, or --paper-table alone")
+    if options.voice_of is not None and not writes:
+        raise PhraseError("--as changes the sound alone; leave it out, or write the sound with -o or --track")
     settings = load_settings(options.config, {}, name_needed=False)
     sound = make_sound(options.lexicon or settings.lexicon, user_cache_folder(), settings.accent)
     lexicon, builtin = sound.lexicon, Lexicon.load(None, settings.accent)
@@ -96,7 +98,7 @@ def _print_table(lexicon: Lexicon, as_json: bool) -> None:
 
 def _render(options: argparse.Namespace, phrases: Sequence[Sequence[str]], sound: Sound) -> None:
     """Write the words as sound, and the synthesizer's frames, if requested."""
-    voice = sound.voice_of(options.voice_of)
+    voice = sound.voice_of(options.voice_of or "Rob")
     if options.output is not None:
         write_wav(options.output, Speaker(voice, sound.lexicon, sound.cache).render(phrases))
     if options.track is None:

@@ -55,13 +55,11 @@ def _add_say(commands: Commands) -> None:
     )
     add_team(c)
     c.add_argument("text", metavar="TEXT", help='for example "Hi Rob, I am Bot, water the yellow rose"')
-    c.add_argument(
-        "--as",
-        dest="voice_of",
-        type=robot_name,
-        metavar="NAME",
-        help="use this robot's voice (default: the one in 'I am …')",
-    )
+    whose = c.add_mutually_exclusive_group()
+    text = "use this robot's voice (default: the one in 'I am …')"
+    whose.add_argument("--as", dest="voice_of", type=robot_name, metavar="NAME", help=text)
+    text = "speak with recorded words, one WAV each: DIR/water.wav"
+    whose.add_argument("--voice", type=Path, metavar="DIR", help=text)
     add_sound_out(c, _WAV)
     c.add_argument(
         "--rate", type=between(0.5, 2.0), default=1.0, metavar="R", help="rate: above 1 faster, below slower"
@@ -71,7 +69,6 @@ def _add_say(commands: Commands) -> None:
     )
     c.add_argument("--natural", action="store_true", help="a natural voice, whatever `synthesizer` the settings have")
     c.add_argument("--lombard", action="store_true", help="for people in noise: clearer consonants, brighter, louder")
-    c.add_argument("--voice", type=Path, metavar="DIR", help="speak with recorded words, one WAV each: DIR/water.wav")
     c.add_argument("--local", action="store_true", help="do not ask a running robot to say it")
     c.add_argument("--name", type=robot_name, metavar="NAME", help="let this robot say it; it must run here")
     c.add_argument("--socket", type=Path, metavar="FILE", help="let the robot with this control socket say it")
@@ -107,8 +104,8 @@ def _add_pronounce(commands: Commands) -> None:
     add_config(c)
     c.add_argument("--lexicon", type=Path, metavar="FILE", help="your own pronunciations (default: the settings')")
     c.add_argument("--paper-table", action="store_true", help="the words of the paper's table I")
-    whose = "whose voice, for -o and --track"
-    c.add_argument("--as", dest="voice_of", type=robot_name, default="Rob", metavar="NAME", help=whose)
+    whose = "whose voice, for -o and --track (default: Rob's)"
+    c.add_argument("--as", dest="voice_of", type=robot_name, metavar="NAME", help=whose)
     add_sound_out(c, "write the words as sound; - for a pipe")
     text = "write the synthesizer's frames of one word; - for a pipe"
     c.add_argument("--track", type=table_out, metavar="FILE.csv", help=text)

@@ -30,7 +30,7 @@ def speak(options: argparse.Namespace) -> int:
     typed = team.phrasebook.parse_text(options.text)
     if (utterance := for_robots(typed)) != typed:
         sys.stderr.write(f"hvcpctl: note: said as '{team.phrasebook.write(utterance)}', which robots hear\n")
-    if voice_of and options.voice is None and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
+    if voice_of and utterance.speaker and voice_of.lower() != utterance.speaker.lower():
         sys.stderr.write(f"hvcpctl: note: {utterance.speaker}'s words in {voice_of}'s voice\n")
     if not HEARD_RATES[0] <= options.rate <= HEARD_RATES[1]:
         least, most = HEARD_RATES
