@@ -29,6 +29,8 @@ MOST_LOG_ODDS = 8.0
 DENIAL = "DENIAL"
 """In a network, beside FRIEND: words that are no name, and after which "complete task two" is no order, as in "I am not
 going to". No word is in capitals."""
+REFUSAL = "REFUSAL"
+"""The same words after a name, as in "I am Anna, not confirmed"."""
 MOST_CALL_WORDS = 3
 """Words of a call for a halt at most: an addressee and the keyword, as in "team plant stop"."""
 
@@ -53,13 +55,13 @@ class Hypotheses:
     @cached_property
     def by_phones(self) -> CtcSentence | None:
         """The likeliest of the sentences that are best by one of the nets; None if there is none, or if it has a
-        DENIAL."""
+        DENIAL or a REFUSAL."""
         found = {each.words: each for posterior in self.posteriors if (each := self.search.best(posterior)) is not None}
         best = next(iter(found.values()), None)
         if len(found) > 1:  # mostly the nets agree, and nothing is to be weighed
             likelihood = self.search.log_likelihood_of
             best = max(found.values(), key=lambda each: sum(likelihood(one, each.words) for one in self.posteriors))
-        return best if best is not None and DENIAL not in best.words else None
+        return best if best is not None and not {DENIAL, REFUSAL}.intersection(best.words) else None
 
     @property
     def sentences(self) -> list[Words]:

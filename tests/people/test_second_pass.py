@@ -230,6 +230,17 @@ def test_what_somebody_is_not_going_to_do_is_no_order(book: Phrasebook, sound: S
     assert " ".join(found.words) == "hi rob i am friend complete task two"
 
 
+@pytest.mark.parametrize("name", ["anna", "sarah"])
+@pytest.mark.parametrize("words", ["not confirmed", "have not confirmed", "do not resume", "don't resume"])
+def test_what_somebody_does_not_do_after_saying_a_name_is_not_taken_for_the_opposite(
+    book: Phrasebook, sound: Sound, name: str, words: str
+) -> None:
+    """ "I am Anna, not confirmed" confirmed an order: "Anna not" was the name of a friend."""
+    opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True, "Rob")
+    found = sentence(opinion, alone(stranger(sound), f"hi rob i am {name} {words}"))
+    assert found is None
+
+
 def test_within_talk_a_stranger_must_be_surer(book: Phrasebook, sound: Sound) -> None:
     """And a sentence may begin later than the segment does."""
     opinion = SecondPassRecogniser(book.people_graph, sound.lexicon, {}, True)
