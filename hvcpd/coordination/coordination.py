@@ -113,9 +113,8 @@ class Coordination:
             hearing.hear_namesake(me, utterance, trust, now)
             return
         believed = trusting.admit(me, utterance, trust)
-        told = utterance.speaker if believed else None
-        team = team_of(utterance)
-        if told is not None and (peer := me.peers.heard(told, team, now, confidence, snr_db, by_person)) is not None:
+        speaker = utterance.speaker if believed else None
+        if (peer := me.peers.heard(speaker, team_of(utterance), now, confidence, snr_db, by_person)) is not None:
             me.do(SavePeer(peer.name, peer.team, now))
             note_presence(me, utterance, now)
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0
@@ -341,9 +340,7 @@ class Coordination:
         """Whether this repeats the sentence that was understood just before: the robot does not act on it again."""
         me = self.knowledge
         last, me.last_heard = me.last_heard, (u, now)
-        if last is None or not -math.inf < me.floor.busy_since_s <= last[1] + SAME_WITHIN_S:
-            return False
-        return last[0] == u
+        return last is not None and last[0] == u and -math.inf < me.floor.busy_since_s <= last[1] + SAME_WITHIN_S
 
     def _order_after(self, speaker: str | None, now: float) -> Order | None:
         """This robot's position in the round of turns after a speaker; None for a newcomer that was given no names."""

@@ -126,7 +126,7 @@ class Peers:
 
     def heard(
         self,
-        name: str,
+        name: str | None,
         team: str | None,
         now: float,
         confidence: float,
@@ -134,8 +134,8 @@ class Peers:
         by_person: bool | None = None,
     ) -> Peer | None:
         """Note that a peer spoke; a team once announced is kept. `by_person`: in no robot's voice; None: others told
-        it. None for FRIEND: nobody waits for somebody who may be anybody, or gives an order to it."""
-        if name.lower() == m.FRIEND:
+        it. None without a name, and for FRIEND: nobody waits for somebody who may be anybody, or gives it an order."""
+        if name is None or name.lower() == m.FRIEND:
             return None
         if not self.is_present(name, now):
             self._present = None

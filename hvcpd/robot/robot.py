@@ -262,8 +262,7 @@ class Robot:
         if utterance.speaker is not None and event.voice != expected and not is_torn:
             self._records.append(VoiceRecord(start_s, utterance.speaker, event.voice, expected))
         if not self._is_stranger(utterance, event):
-            by_person = event.source is Source.PEOPLE
-            self.coordination.heard(utterance, now, sure, snr_db, judged.trust, start_s, by_person)
+            self.coordination.heard(utterance, now, sure, snr_db, judged.trust, start_s, event.source is Source.PEOPLE)
             self._records += self._measures.understood(utterance, event, self.phrasebook, self.coordination, now)
 
     def _hold(self, event: KeywordEvent, detector: object, now: float) -> None:
