@@ -95,7 +95,7 @@ RULES = (
     Mechanism(
         "segments",
         "what is too short or even is no speech",
-        together(instead(f"{ACTIVITY}:MIN_FRAMES", 0), instead(f"{ACTIVITY}:MIN_MODULATION", 0.0)),
+        together(instead(f"{ACTIVITY}:MIN_SPEECH_FRAMES", 0), instead(f"{ACTIVITY}:MIN_MODULATION", 0.0)),
     ),
     Mechanism(
         "longer-wait",

@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from benchmarks.phones.stored import in_bytes
 from hvcpd.recognition.keyword.net import DILATIONS, KERNEL_SIZE, KERNEL_SIZES, N_INPUTS
 
 WIDTHS = (64, 96)
@@ -104,12 +105,6 @@ def save(path: Path, pairs: Pairs, lines: Sequence[tuple[float, float]], notes: 
         arrays[f"weights{number}"], arrays[f"scale{number}"] = in_bytes(matrix)
         arrays[f"offsets{number}"] = offsets.astype(np.float32)
     np.savez_compressed(path, **arrays)
-
-
-def in_bytes(weights: NDArray[np.floating], most: int = 127) -> tuple[NDArray[np.int8], NDArray[np.float32]]:
-    """Weights, shape (..., outputs), as bytes of -`most` to `most`, and the scale of each output, shape (outputs,)."""
-    scale = np.maximum(np.abs(weights).reshape(-1, weights.shape[-1]).max(axis=0), 1e-9) / most
-    return np.round(weights / scale).astype(np.int8), scale.astype(np.float32)
 
 
 def started(path: Path, sound: Tensor) -> Net:

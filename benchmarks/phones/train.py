@@ -24,15 +24,13 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from benchmarks.keyword.model import in_bytes
+from benchmarks.phones.stored import stored
 from benchmarks.transcripts import edits
 from hvcpd.people.bands import N_BANDS
 from hvcpd.people.phones import KERNEL_SIZES, PHONES
 
 BLANK = len(PHONES)
 WIDTH = 320
-MOST = 31
-"""The largest weight as it is stored: six bits, which pack into three quarters of the space of eight."""
 BATCH_FRAMES = 6000
 WARP = (0.9, 1.1)
 MEASURED = 10
@@ -223,12 +221,6 @@ def begun(path: Path, data: Data, rng: np.random.Generator) -> Net:
 def _set(layer: nn.Linear, name: str, file: Mapping[str, np.ndarray]) -> None:
     layer.weight.data = torch.from_numpy((file[f"weights{name}"] * file[f"scale{name}"]).T.copy())
     layer.bias.data = torch.from_numpy(file[f"bias{name}"].copy())
-
-
-def stored(name: str, weights: np.ndarray, bias: np.ndarray) -> dict[str, np.ndarray]:
-    """The arrays of one layer in a file, whose names end in `name`."""
-    whole, scale = in_bytes(weights, MOST)
-    return {f"weights{name}": whole, f"scale{name}": scale, f"bias{name}": bias.astype(np.float32)}
 
 
 def main() -> None:
