@@ -15,16 +15,9 @@ import numpy as np
 import torch
 
 from benchmarks.keyword.clips import load
-from benchmarks.keyword.model import Pairs, stored
+from benchmarks.keyword.model import stored
 from benchmarks.keyword.score import save_scored, validation_of
-
-
-def averaged(first: Pairs, second: Pairs, share: float) -> Pairs:
-    """The mean of two nets of the same layers, with that share of the first one."""
-    return [
-        (share * was + (1.0 - share) * now, share * was_off + (1.0 - share) * off)
-        for (was, was_off), (now, off) in zip(first, second, strict=True)
-    ]
+from benchmarks.phones.stored import averaged
 
 
 def main() -> None:

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from benchmarks.phones.stored import in_bytes
+from benchmarks.phones.stored import Pairs, in_bytes
 from hvcpd.recognition.keyword.net import DILATIONS, KERNEL_SIZE, KERNEL_SIZES, N_INPUTS
 
 WIDTHS = (64, 96)
@@ -47,10 +46,6 @@ class Net(nn.Module):
             sound = found if number < len(KERNEL_SIZES) else sound + self.drop(found)
         logits: Tensor = self.out(sound)
         return logits
-
-
-Pairs = list[tuple[NDArray[np.float32], NDArray[np.float32]]]
-"""Of each layer a matrix, shape (inputs, outputs), and offsets, as in `Weights`; the last one is `Weights.out`."""
 
 
 def stored(path: Path) -> Pairs:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from benchmarks.keyword.clips import Clip, load
-from benchmarks.keyword.model import Folded, Pairs, save, stored
+from benchmarks.keyword.model import Folded, save, stored
 from benchmarks.keyword.takes import NOTHING, TOLD, TOLD_S, Data
+from benchmarks.phones.stored import Pairs
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import HOP_SAMPLES
 from hvcpd.recognition.keyword.net import WEIGHTS

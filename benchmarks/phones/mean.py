@@ -9,31 +9,28 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.phones.stored import stored
+from benchmarks.phones.stored import Pairs, averaged, stored
 
 Arrays = Mapping[str, np.ndarray]
 
 
 def mean_of(first: Arrays, second: Arrays, share: float) -> dict[str, np.ndarray]:
     """The arrays of a net's file; `share`: of the second, from 0 to 1."""
+    names = [key.removeprefix("weights") for key in first if key.startswith("weights")]
+    layers = averaged(_layers(first, names), _layers(second, names), 1.0 - share)
     found = {"apart": first["apart"]}
-    for name in (key.removeprefix("weights") for key in first if key.startswith("weights")):
-        (weights, bias), (others, other_bias) = _layer(first, name), _layer(second, name)
-        found |= stored(name, _mean(weights, others, share), _mean(bias, other_bias, share))
+    for name, (weights, bias) in zip(names, layers, strict=True):
+        found |= stored(name, weights, bias)
     return found
 
 
-def _layer(net: Arrays, name: str) -> tuple[np.ndarray, np.ndarray]:
-    return net[f"weights{name}"] * net[f"scale{name}"], net[f"bias{name}"]
-
-
-def _mean(first: np.ndarray, second: np.ndarray, share: float) -> np.ndarray:
-    return np.asarray((1.0 - share) * first + share * second, np.float32)
+def _layers(net: Arrays, names: Iterable[str]) -> Pairs:
+    return [(net[f"weights{name}"] * net[f"scale{name}"], net[f"bias{name}"]) for name in names]
 
 
 def main() -> None:

@@ -8,20 +8,14 @@ import pytest
 from benchmarks.phones.mean import mean_of
 from hvcpd.people.phones import PhoneNet, far_net, near_net
 
-
-def arrays_of(path: str) -> dict[str, np.ndarray]:
-    with np.load(f"hvcpd/people/{path}.npz") as file:
-        return {name: file[name] for name in file.files if name != "about"}
-
-
 SOUND = np.random.default_rng(5).standard_normal((60, 25)).astype(np.float32)
-FAR, NEAR = arrays_of("phones_far"), arrays_of("phones_near")
+FAR, NEAR = far_net().arrays, near_net().arrays
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_a_share_of_nothing_or_all_is_one_of_the_nets(share: float) -> None:
-    mean = PhoneNet.of(mean_of(FAR, NEAR | {"apart": FAR["apart"]}, share) | {"about": np.array("{}")})
-    one = far_net() if share == 0.0 else PhoneNet.of(NEAR | {"apart": FAR["apart"]})
+    mean = PhoneNet.of(mean_of(FAR, NEAR, share))
+    one = far_net() if share == 0.0 else PhoneNet.of({**NEAR, "apart": FAR["apart"]})
     assert np.allclose(mean.log_posteriors(SOUND), one.log_posteriors(SOUND), atol=1e-3)
     assert not np.allclose(mean.log_posteriors(SOUND), near_net().log_posteriors(SOUND), atol=1e-3)
 
