@@ -132,11 +132,7 @@ class Daemon:
             stack.push_async_callback(self._control.close)
             stack.callback(self._end)
             await self._control.open()
-            self._control.body.button = self._devices.make_stop_button(settings.stop_button)
-            if self._control.body.button is not None:
-                stack.callback(self._control.body.button.close)
-                watching = asyncio.ensure_future(self._watch_button())
-                stack.callback(watching.cancel)
+            self._open_button(stack)
             memory = await self._journal.open()
             here = self._pose.recall()
             self._tell_start(memory, here)
@@ -184,14 +180,22 @@ class Daemon:
         warm_up.tell_unkept()
         return warm_up
 
+    def _open_button(self, stack: AsyncExitStack) -> None:
+        button = self._control.body.button = self._devices.make_stop_button(self.wiring.settings.stop_button)
+        if button is not None:
+            stack.callback(button.close)
+            watching = asyncio.ensure_future(self._watch_button())
+            stack.callback(watching.cancel)
+
     async def _watch_button(self) -> None:
         """Until the robot lives, and looks at it in each block; it begins stopped if the button was pressed before."""
         while not self.listening:
-            if self._is_pressed_anew():
+            if self._look_at_button():
                 self._control.stop()
             await asyncio.sleep(BUTTON_S)
 
-    def _is_pressed_anew(self) -> bool:
+    def _look_at_button(self) -> bool:
+        """Note whether the button is pressed. Returns whether it was not before."""
         before, self._held_down = self._held_down, self._control.body.is_held_down
         is_new = self._held_down and not before
         if is_new:
@@ -258,7 +262,7 @@ class Daemon:
             if self.wiring.settings.clock and robot.coordination.board.recurs:
                 robot.coordination.set_clock(time.time() - robot.now, robot.now)
             self._keep_hours(robot, time.time())
-            self._is_pressed_anew()
+            self._look_at_button()
             robot.is_held_down = self._held_down
             output = robot.step(block.samples, reading, block.lost)
             if self._wheels is not None:
