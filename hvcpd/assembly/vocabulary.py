@@ -150,9 +150,9 @@ def check(
 def _pairs(book: Phrasebook, sound: Sound) -> Iterator[Pair]:
     """What can be taken for one another: competing phrases, and commands for what sounds like them, wherever it is."""
     yield from competing_phrases(book.heard_graph)
-    commands = [(command, {*sound.lexicon.sounds(command)}) for command in sorted(SAFETY_WORDS)]
-    for word in sorted({*book.heard_graph.words} - FIXED_WORDS):
-        yield from (((command,), (word,)) for command, said in commands if said & {*sound.lexicon.sounds(word)})
+    own = sorted({*book.heard_graph.words} - FIXED_WORDS)
+    commands = (((command,), (word,)) for word in own for command in sorted(SAFETY_WORDS))
+    yield from (pair for pair in commands if _may_sound_the_same(pair, sound))
 
 
 def _is_same(pair: Pair, counts_as: Mapping[Phrase, str]) -> bool:
