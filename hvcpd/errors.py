@@ -227,7 +227,7 @@ def reading_own(path: Path) -> Iterator[None]:
         yield
     except HvcpdError:
         raise
-    except Exception as error:
+    except Exception as error:  # zipfile, zlib, NumPy and the readers raise all kinds for damaged files
         again = how_to_install("--force-reinstall ./hvcpd-*.whl", "--reinstall ./hvcpd_*.deb", str(path))
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         raise ConfigError(f"{path}: this file of hvcpd is missing or damaged ({reason}): {again}") from error

@@ -57,9 +57,9 @@ _mapped: list[mmap.mmap] = []
 
 
 def mapped_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    """The arrays in a file that `numpy.savez` wrote, by name, memory-mapped and read-only. Raises ValueError if they
-    are compressed. The phone nets, 3.3 MB, are needed only while somebody speaks whom the first pass does not
-    understand; otherwise they are in the system's file cache alone."""
+    """The arrays in a file that `numpy.savez` wrote, by name, memory-mapped and read-only. Raises ConfigError
+    where it is missing or damaged. The phone nets, 3.3 MB, are needed only while somebody speaks whom the first pass
+    does not understand; otherwise they are in the system's file cache alone."""
     with reading_own(path), path.open("rb") as file, zipfile.ZipFile(file) as archive:
         pages = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         _mapped.append(pages)

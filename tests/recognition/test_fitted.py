@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import astuple
 from datetime import date
 from pathlib import Path
@@ -14,6 +15,7 @@ from hvcpd.people.fusion import WEIGHTS
 from hvcpd.recognition.arrays import mapped_arrays
 from hvcpd.recognition.decoder_session import ConfidenceFeatures
 from hvcpd.recognition.fitted import fitted
+from hvcpd.recognition.keyword.net import Weights
 
 MODELS = (
     "steady_noise",
@@ -44,12 +46,13 @@ def test_what_speaks_against_a_sentence_never_counts_for_it() -> None:
     assert nearest_logit >= 0.0
 
 
-def test_a_damaged_net_is_named_with_the_remedy(tmp_path: Path) -> None:
+@pytest.mark.parametrize("read", [mapped_arrays, Weights.load])
+def test_a_damaged_net_is_named_with_the_remedy(read: Callable[[Path], object], tmp_path: Path) -> None:
     path = tmp_path / "net.npz"
     np.savez(path, weights=np.zeros(100))
     path.write_bytes(path.read_bytes()[:-10])
     with pytest.raises(ConfigError, match=r"net\.npz: this file of hvcpd is missing or damaged .*install"):
-        mapped_arrays(path)
+        read(path)
 
 
 def test_there_is_no_model_of_another_name() -> None:

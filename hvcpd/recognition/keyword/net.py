@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hvcpd.errors import reading_own
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.recognition.frontend import ENERGY_FLOOR, HOP_SAMPLES, N_BANDS, Energies
 from hvcpd.recognition.stream import CHUNK_FRAMES, Chunk
@@ -86,8 +87,9 @@ class Weights:
     @classmethod
     @lru_cache(1)
     def load(cls, path: Path = WEIGHTS) -> Weights:
-        """Read the weights that `benchmarks.keyword.train` wrote: bytes, with a scale for each output."""
-        with np.load(path) as file:
+        """Read the weights that `benchmarks.keyword.train` wrote: bytes, with a scale for each output. Raises
+        ConfigError where they are missing or damaged."""
+        with reading_own(path), np.load(path) as file:
             pairs = [_layer(file, n) for n in range(len(KERNEL_SIZES) + len(DILATIONS) + 1)]
             return cls(tuple(pairs[:-1]), pairs[-1], file["slopes"], file["intercepts"])
 
