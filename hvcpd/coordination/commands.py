@@ -117,7 +117,7 @@ def stop(me: Knowledge, heard: Heard, _: m.Stop) -> None:
     if me.latched:
         return
     fire(me, Trigger.STOP, now)
-    if me.state is State.STOPPED and not isinstance(to, m.ToRobot):
+    if me.state is not State.GONE and not isinstance(to, m.ToRobot):
         halting.call(me, "stop", m.Utterance(None, to, None, m.Stop()), now)
 
 

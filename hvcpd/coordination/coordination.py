@@ -156,18 +156,19 @@ class Coordination:
         """The robot can say nothing (True), or can speak again (False)."""
         self.knowledge.floor.muted = muted
 
-    def spoken(self, now: float) -> None:
-        """The sentence of the last `Say` is out."""
-        said = self.knowledge.repair.last_said
-        order = self._order_after(whose_turn(said) if said else self.role.name, now)
-        self.knowledge.floor.answer_slots = answer_slots(self.knowledge, now)
-        intent = self.knowledge.floor.ended(now, order)
-        if intent is not None:
-            right_of_way.said(self.knowledge, intent.topic, now)
-            ahead.said(self.knowledge, intent.topic, now)
-        if intent is not None and intent.trigger is not None:
-            fire(self.knowledge, intent.trigger, now)
-        teaming.settle(self.knowledge, now)
+    def spoken(self, now: float, cut: bool = False) -> None:
+        """The sentence of the last `Say` is out; `cut`: it was broken off, and nobody has understood it."""
+        me, said = self.knowledge, self.knowledge.repair.last_said
+        order = self._order_after(whose_turn(said) if said else me.role.name, now)
+        me.floor.answer_slots = answer_slots(me, now)
+        if (intent := me.floor.ended(now, order)) is not None:
+            right_of_way.said(me, intent.topic, now)
+            ahead.said(me, intent.topic, now)
+            if (trigger := intent.trigger) is not None:  # a motion whose read-back was cut waits to be confirmed
+                fire(me, Trigger.SPOKEN if cut and trigger is Trigger.SPOKEN_SURE else trigger, now)
+        teaming.settle(me, now)
+        if cut:
+            self.garbled(True, now)
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""
@@ -302,8 +303,7 @@ class Coordination:
         for number in dict.fromkeys(me.board.changed):
             me.board[number].since_s = now
             me.do(SaveTask(number, me.board[number].lasting_state, me.board[number].owner))
-            due_s = schedule.note_done(me, number, now)
-            if due_s is not None:
+            if (due_s := schedule.note_done(me, number, now)) is not None:
                 me.do(SaveDue(number, due_s))
             if me.board[number].is_changed:
                 me.do(SaveChange(number, me.board[number].change, me.board[number].skipped))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hvcpd.coordination import composing, effects
 from hvcpd.coordination.actions import BreakOff, Halt
 from hvcpd.coordination.conversation import NEVER_S
-from hvcpd.coordination.floor import RESUMES, Intent, Urgency
+from hvcpd.coordination.floor import OWN_TURN, RESUMES, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
@@ -28,10 +28,11 @@ def want_farewell(me: Knowledge, now: float) -> None:
     _want_to_say_farewell(me, now)
 
 
-def _want_to_say_farewell(me: Knowledge, now: float) -> None:
+def _want_to_say_farewell(me: Knowledge, now: float, after_s: float = 0.0) -> None:
     farewell = composing.to_all(me, m.Leaving())
-    slot = _farewell_slot(me, now)
-    effects.want_turn(me, lambda _: farewell, now, Urgency.ANSWER, trigger=Trigger.SPOKEN_FAREWELL, slot=slot)
+    slot, trigger = _farewell_slot(me, now), Trigger.SPOKEN_FAREWELL
+    said = Intent(Urgency.ANSWER, OWN_TURN, lambda: farewell, trigger, slot, not_before_s=now + after_s)
+    me.floor.want(said, now)
 
 
 def _farewell_slot(me: Knowledge, now: float) -> int:
@@ -41,10 +42,11 @@ def _farewell_slot(me: Knowledge, now: float) -> int:
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:
-    """The robot is stopped, and leaves anyway; it will still be stopped when it is switched on again."""
+    """The robot is stopped, and leaves anyway; it will still be stopped when it is switched on again. First the "stop"
+    travels on."""
     latch(me, now)
-    if me.floor.speaking is None or me.floor.speaking.trigger is not Trigger.SPOKEN_FAREWELL:
-        _want_to_say_farewell(me, now)
+    me.repair.last_said = None
+    _want_to_say_farewell(me, now, 2.0 * me.timing.stop_again_s)
 
 
 def latch(me: Knowledge, _now: float) -> None:
@@ -55,6 +57,7 @@ def latch(me: Knowledge, _now: float) -> None:
 def call(me: Knowledge, topic: str, stop: m.Utterance, now: float) -> None:
     """Say "stop" at once, over any other speech, and unless it is for one robot again, for those that missed it; no
     longer if this robot stands now and is released meanwhile."""
+    interrupt(me)
     stands = me.latched
     times_s = (now,) if isinstance(stop.addressee, m.ToRobot) else (now, now + me.timing.stop_again_s)
     for number, at_s in enumerate(times_s):
@@ -72,8 +75,8 @@ def interrupt(me: Knowledge) -> None:
     """Something more urgent is to be said than this robot's present sentence, unless that is a "stop"."""
     speaking = me.floor.speaking
     if speaking is not None and not speaking.at_once:
-        if speaking.trigger is Trigger.SPOKEN_SURE:
-            speaking.trigger = Trigger.SPOKEN  # nobody has heard the motion's read-back
+        if speaking.trigger is Trigger.SPOKEN_FAREWELL:
+            speaking.trigger = None  # it is said again
         me.do(BreakOff())
 
 

@@ -34,7 +34,6 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     if isinstance(statement, m.Change):
         return changing.want(me, statement.task.number, statement.skip, now)
     if isinstance(statement, m.Stop):
-        halting.interrupt(me)
         halting.call(me, "call to stop", utterance, now)
         return f"{own} has no sound, or its words are not ready yet: it calls nobody now" if me.floor.muted else None
     kind = RESUMES if isinstance(statement, m.Resume) else "requested"

@@ -330,8 +330,7 @@ class Robot:
     def _break_off(self, now: float) -> None:
         """Nothing more of its sentence is heard."""
         if self._voice.break_off(now):
-            self.coordination.spoken(now)
-            self.coordination.garbled(True, now)
+            self.coordination.spoken(now, cut=True)
 
     def _say(self, say: Say, now: float) -> None:
         if self._sealing is not None:

@@ -6,6 +6,7 @@ from hvcpd.coordination.actions import Halt, SaveStopped, Say
 from hvcpd.coordination.states import AT_WORK, State, Trigger
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
+from tests.coordination.test_stopping import call, row, stops
 
 LEAVING = "Hi all, I am Rob, I am leaving"
 
@@ -95,7 +96,7 @@ def test_stop_is_obeyed_by_who_leaves_and_does_not_cut_its_farewell(when: str) -
     mission = Mission(("Rob", "Bot"), plants(2), seed=4)
     _until_rob_is_at_work(mission)
     rob, now = mission.robots["Rob"], mission.air.now
-    stop = m.Utterance(None, m.ToAll(), None, m.Stop())
+    stop = m.Utterance(None, m.ToRobot("Rob"), None, m.Stop())
     rob.leave(now)
     rob.actions(mission.air.now)
     if when == "before":
@@ -113,6 +114,21 @@ def test_stop_is_obeyed_by_who_leaves_and_does_not_cut_its_farewell(when: str) -
     assert SaveStopped(True) in actions, "it will stand when it is switched on again"
     assert Halt() in actions
     assert rob.has_left
+
+
+@pytest.mark.parametrize("speaks", [False, True])
+def test_who_leaves_passes_a_stop_for_all_on_and_then_says_farewell(speaks: bool) -> None:
+    """It stopped, and said nothing of it: a robot out of the caller's earshot drove on."""
+    mission = row(2)
+    rob = mission.robots["Rob"]
+    mission.leave("Rob")
+    while speaks and rob.knowledge.floor.speaking is None:
+        mission.air.run_until(mission.air.now + 0.1)
+    began_s = call(mission)
+    assert stops(mission, began_s) == ["Rob", "Max", "Rob", "Max"]
+    assert mission.written(began_s)[-2:] == [LEAVING, "Hi all, I am Max, I have stopped"]
+    assert rob.has_left
+    assert mission.stopped == {"Rob", "Max"}
 
 
 def test_a_button_that_is_held_keeps_nobody_from_leaving_and_is_latched_once() -> None:

@@ -6,9 +6,11 @@ import numpy as np
 
 from hvcpd.config.tasks import Forward
 from hvcpd.coordination.actions import SaveStopped
+from hvcpd.coordination.states import State
+from hvcpd.language.messages import Confirmed, ToRobot, TurnBy, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ, STANDSTILL
 from hvcpd.robot.records import PerformedRecord, SaidRecord
-from tests.robot.test_hold import BLOCK, Bench
+from tests.robot.test_hold import BLOCK, Bench, Mouth
 
 NONE = np.zeros(0, np.float32)
 
@@ -69,6 +71,23 @@ def test_what_was_being_said_is_said_again() -> None:
     assert isinstance(first, SaidRecord)
     assert isinstance(again, SaidRecord)
     assert again.text == first.text
+
+
+def test_a_motion_whose_read_back_was_cut_waits_for_its_confirmation() -> None:
+    """The wheels turned as soon as sound was back, and nobody had heard what the robot had understood."""
+    bench = Bench(mouth=Mouth(16000))
+    talk = bench.robot.coordination
+    while not (talk.board.all_done and talk.state is State.READY):
+        bench.live()
+    talk.heard(Utterance("Bot", ToRobot("Rob"), None, TurnBy(90.0)), bench.robot.now)
+    while not (talk.state is State.READING_BACK and bench.robot.speaking):
+        bench.live()
+    deaf(bench, 1.0)
+    bench.run(2.0)
+    assert not bench.robot.performer.busy
+    talk.heard(Utterance("Bot", ToRobot("Rob"), None, Confirmed()), bench.robot.now)
+    bench.run(1.0)
+    assert bench.robot.performer.busy
 
 
 def test_a_stop_by_hand_while_deaf_is_kept_at_once_and_ends_the_motion() -> None:
