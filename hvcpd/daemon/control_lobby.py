@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import structlog
 
-from hvcpd.daemon.control_protocol import MAX_LINE_BYTES, RefusalError, parse_request, refusal_line
+from hvcpd.daemon.control_protocol import MAX_LINE_BYTES, RefusalError, refusal_line, says_stop
 from hvcpd.daemon.control_socket import Caller, caller_of
 
 MAX_WAITING = 64
@@ -50,10 +50,7 @@ class Visitor:
     def says_stop(self) -> bool:
         """Whether its first line is a request to stop."""
         line, _, _ = self.said.partition(b"\n")
-        try:
-            return parse_request(bytes(line)).command == "stop"
-        except RefusalError:
-            return False
+        return says_stop(bytes(line))
 
     def refuse(self, text: str) -> None:
         """Send the reason and close the connection."""

@@ -70,6 +70,14 @@ def parse_request(line: bytes) -> Request:
     return Request(mark, command, value)
 
 
+def says_stop(line: bytes) -> bool:
+    """Whether a line is a request to stop."""
+    try:
+        return parse_request(line).command == "stop"
+    except RefusalError:
+        return False
+
+
 def id_of(line: bytes) -> Id:
     """The `id` of a line that cannot be served, if it can be read, so that the client knows which request failed."""
     mark = (json_object(line) or {}).get("id")

@@ -29,6 +29,7 @@ from hvcpd.daemon.control_protocol import (
     parse_request,
     refusal_line,
     reply_line,
+    says_stop,
 )
 from hvcpd.daemon.control_socket import Caller
 
@@ -40,7 +41,8 @@ STOP_PLACES = 16
 MAX_FOLLOWERS = 12
 """Maximum number of clients that may stay for events; the other places are for requests, such as "stop"."""
 MAX_PENDING = 8
-"""Maximum number of unanswered requests of a client; its next line is read once one of them is answered."""
+"""Maximum number of unanswered requests of a client: another one is refused, unless it is a "stop", of which as many
+again may be unanswered."""
 PAUSE_S = 0.01
 """After each request of a client, so that 16 that ask without end take less than a tenth of a processor's time."""
 PATIENCE_S = 5.0
@@ -178,13 +180,16 @@ class ControlServer:
         async with asyncio.TaskGroup() as replies:
             while (line := await _line(client, reader)) is not None:
                 client.asked_s, client.is_new = loop.time(), False
+                if len(client.pending) >= MAX_PENDING * (1 + says_stop(line)):
+                    text = f"{MAX_PENDING} requests of this program are not answered yet"
+                    client.send(refusal_line(id_of(line), RefusalError("busy", text)))
+                    await asyncio.sleep(PAUSE_S)
+                    continue
                 reply = replies.create_task(self._reply(client, client.writer, line))
                 client.pending.add(reply)
                 reply.add_done_callback(client.pending.discard)
                 if id_of(line) is None:
                     await asyncio.wait([reply])
-                elif len(client.pending) >= MAX_PENDING:
-                    await asyncio.wait(client.pending, return_when=asyncio.FIRST_COMPLETED)
                 await asyncio.sleep(PAUSE_S)
 
     def _let_go(self, client: Client) -> None:

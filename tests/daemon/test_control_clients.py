@@ -106,9 +106,12 @@ def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Pat
         listener.bind(str(tmp_path / "a.sock"))
         listener.listen()
         server.open(listener)
-        talk, other = [Talk(*await asyncio.open_unix_connection(tmp_path / "a.sock")) for _ in range(2)]
+        talk, other, crowd = [Talk(*await asyncio.open_unix_connection(tmp_path / "a.sock")) for _ in range(3)]
         stopped = await talk.say(b'{"id": 1, "command": "task"}\n{"id": 2, "command": "stop"}\n')
         assert stopped == {"id": 2, "ok": True, "result": {"done": "stop"}}
+        refused = await crowd.say(b'{"id": 4, "command": "task"}\n' * 8 + b'{"id": 5, "command": "status"}\n')
+        assert (refused["id"], refused["error"]["code"]) == (5, "busy")
+        assert (await crowd.say(b'{"id": 6, "command": "stop"}\n'))["result"] == {"done": "stop"}
         in_order = asyncio.create_task(other.say(b'{"command": "task"}\n{"command": "tasks"}\n'))
         for _ in range(3):
             await talk.say(b'{"id": 3, "command": "status"}\n')
@@ -117,6 +120,7 @@ def test_a_stop_does_not_wait_for_what_its_client_asked_for_before(tmp_path: Pat
         assert (await talk.line() or {})["id"] == 1
         await talk.hang_up()
         await other.hang_up()
+        await crowd.hang_up()
         await server.close()
 
     run(scene())
