@@ -1,20 +1,18 @@
 """Front end of the phone nets: log energies in mel bands, after spectral subtraction of the noise.
 
-The noise is estimated from the sound before the speech. Where the band above 4 kHz was lost (telephones, narrow
-microphones), it is extrapolated from the lower bands.
+The noise is estimated from the sound before the speech.
 """
 
 from __future__ import annotations
 
 from functools import cache
 from itertools import accumulate
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.arrays import mapped_arrays, quantile
+from hvcpd.recognition.arrays import quantile
 from hvcpd.recognition.frontend import FFT_SIZE, HOP_SAMPLES, mel_edges_hz, power_ratio
 from hvcpd.recognition.stream import INT16_SCALE
 
@@ -50,13 +48,6 @@ FAINT_DB = 37.0
 """Level below the loudest eighth of the frames that is masked, by as much energy in each band: of 200 digits in quiet
 181 were right, 165 without."""
 LOUD_PARTS = 8
-
-FIRST_UPPER_BAND = 20
-"""The first band of those that lie above 4 kHz."""
-NARROWBAND_DB = 35.0
-"""Level below the loudest frame at which those bands count as lost, in all frames but one of NARROWBAND_SHARE:
-consonants come to within 25 dB of it."""
-NARROWBAND_SHARE = 50
 
 
 @cache
@@ -123,27 +114,4 @@ def log_bands(sound: Samples, noise: NDArray[np.float64]) -> Bands:
     power = np.sort(bands.sum(axis=1))
     loud = float(power[-max(len(power) // LOUD_PARTS, 1) :].mean())
     mask = loud / N_BANDS * power_ratio(-FAINT_DB)
-    logs = np.log(noise_subtracted(bands, noise) + mask + LEAST)
-    return with_upper_bands(np.asarray(logs), bands)
-
-
-def with_upper_bands(logs: Bands, bands: Bands) -> Bands:
-    """Log energies, shape (frames, N_BANDS), of `bands`, with the upper bands extrapolated if those were lost."""
-    if not is_narrowband(bands):
-        return logs
-    lower, weights = logs[:, :FIRST_UPPER_BAND], _upper_band_regression()
-    return np.concatenate([lower, weights[0] + lower @ weights[1:]], axis=1)
-
-
-def is_narrowband(bands: Bands) -> bool:
-    """Whether the sound has nothing above 4 kHz."""
-    upper = np.sort(bands[:, FIRST_UPPER_BAND:].sum(axis=1))
-    most = float(upper[-1 - len(upper) // NARROWBAND_SHARE])
-    return most < power_ratio(-NARROWBAND_DB) * float(bands.sum(axis=1).max())
-
-
-@cache
-def _upper_band_regression() -> NDArray[np.float64]:
-    """Regression coefficients of the upper bands' logarithms on the lower ones', shape (1 + FIRST_UPPER_BAND, N_BANDS -
-    FIRST_UPPER_BAND), the constants first; fitted by `benchmarks/upper_bands.py` to synthetic speech."""
-    return np.asarray(mapped_arrays(Path(__file__).with_name("upper_bands.npz"))["weights"], np.float64)
+    return np.asarray(np.log(noise_subtracted(bands, noise) + mask + LEAST))

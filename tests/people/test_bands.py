@@ -14,7 +14,6 @@ from hvcpd.people.bands import (
     N_BANDS,
     SPECTRAL_FLOOR,
     estimated_noise,
-    is_narrowband,
     log_bands,
     mel_bands,
     noise_subtracted,
@@ -41,13 +40,6 @@ def sentence(sound: Sound) -> Samples:
 
 def noise(n: int, rms: float) -> NDArray[np.float64]:
     return rms * np.random.default_rng(7).standard_normal(n)
-
-
-def narrow(sound: Samples) -> Samples:
-    """As from a telephone: nothing above 3.8 kHz."""
-    spectrum = np.fft.rfft(sound)
-    spectrum[np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ) > 3800.0] = 0.0
-    return np.asarray(np.fft.irfft(spectrum, len(sound)), np.float32)
 
 
 def distance(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
@@ -90,12 +82,3 @@ def test_the_noise_is_what_was_heard_before_without_who_spoke_before(spoken: int
     found = estimated_noise(both, len(before))
     assert np.abs(np.log(found / wanted)).max() < 0.5
     assert np.isfinite(estimated_noise(both[:500], 0)).all()
-
-
-def test_what_a_narrow_microphone_lost_is_made_up(sentence: Samples) -> None:
-    telephone = np.asarray(narrow(sentence) + noise(len(sentence), 1e-5), np.float32)
-    assert is_narrowband(mel_bands(telephone))
-    assert not is_narrowband(mel_bands(sentence))
-    wide = centred_logs(sentence, NOBODY)
-    floor = centred_logs(np.asarray(telephone + noise(len(sentence), 0.003), np.float32), NOBODY)  # hides the loss
-    assert distance(centred_logs(telephone, NOBODY), wide) < 0.9 * distance(floor, wide)
