@@ -1,7 +1,8 @@
 """The daemon's microphone and loudspeaker, which outlive the sound card: what fails is opened again, time goes on.
 
 While there is no sound, `read` gives blocks without samples that tell how much time has passed, so that the sample
-clock, the wheels, the memory and whoever asks from outside are served on.
+clock, the wheels, the memory and whoever asks from outside are served on. So it does while the microphone does not hear
+even what the loudspeaker plays: a robot that cannot hear "stop" stands still.
 """
 
 from __future__ import annotations
@@ -93,7 +94,11 @@ somebody has to find is not, and an attempt costs about 0.1 s of processor time.
 STEADY_S = 10.0
 """Life of a stream after which its next failure is met with the short pause again: it has shown that it works."""
 MUTE_S = 10.0
-"""Length of digital zeros after which the microphone counts as one that does not hear."""
+"""Length of digital zeros after which the microphone counts as one that may not hear."""
+UNHEARD_S = 2.0
+"""Length of the robot's own voice that such a microphone must have missed, too: one that only leaves out a quiet room's
+noise hears that. Sound comes back no later (`audio.queue_s`)."""
+STANDS = "the robot stands still until it hears again"
 LET_GO_S = 30.0
 """Time after which a card that is not let go counts as held by a library that hangs; then only a new process helps."""
 
@@ -133,9 +138,12 @@ class SoundService:
         self._before = self._counted = StreamCounters()
         self._seen: StreamCounters | None = None
         self._all = self._reported = StreamCounters()
-        self._quiet_s = 0.0
+        self._quiet_s = self._unheard_s = 0.0
+        self._silence = _NONE
         self.mute = False
         """The microphone has given nothing but zeros for MUTE_S."""
+        self.deaf = False
+        """Nor has it heard UNHEARD_S of what was played meanwhile."""
         self.overload = Overload()
         self._sampled_s = 0.0
         self._reported_s = self._heard_s = self._since_s = self._failed_s = 0.0
@@ -158,8 +166,8 @@ class SoundService:
 
     @property
     def flowing(self) -> bool:
-        """Whether the stream is open."""
-        return self._recovery is None
+        """Whether the stream is open, and the microphone hears."""
+        return self._recovery is None and not self.deaf
 
     @property
     def counters(self) -> StreamCounters:
@@ -189,16 +197,19 @@ class SoundService:
         if self._heard_s - self._reported_s >= LOSSES_EVERY_S and not self.overload.standing:  # one alarm says it
             self.tell_losses()
         self._notice_zeros(samples)
-        if self._counted is before:
+        if self._counted is before and not self.deaf:
             return Block(samples, None)
         lost = self._counted.input_dropped + self._counted.card_lost - before.input_dropped - before.card_lost
+        if self.deaf:
+            return Block(_NONE, samples.size + lost)
         gap = lost > 0 or self._counted.card_overflows > before.card_overflows
         return Block(samples, lost if gap else None, is_disturbed(before, self._counted))
 
     def write(self, samples: Samples) -> None:
         """Play sound, shape (n,), float32, as long as the block that was read; without a card it is dropped."""
         if self._recovery is None:
-            self._stream.write(samples)
+            self._unheard_s += samples.size / SAMPLE_RATE_HZ * bool(samples.any())
+            self._stream.write(self._silence if self.deaf else samples)
 
     async def close(self) -> None:
         """Close the card. Never raises for a device."""
@@ -223,7 +234,7 @@ class SoundService:
         if samples.any():
             if self.mute:
                 _log.info("the microphone gives sound")
-            self._quiet_s, self.mute = 0.0, False
+            self._quiet_s, self._unheard_s, self.mute, self.deaf = 0.0, 0.0, False, False
             return
         self._quiet_s += samples.size / SAMPLE_RATE_HZ
         if self._quiet_s >= MUTE_S and not self.mute:
@@ -234,6 +245,9 @@ class SoundService:
                 remedy="is it switched off, turned down in `alsamixer`, or not the one named by audio.input_device or "
                 "audio.input_channel?",
             )
+        if self.mute and self._unheard_s >= UNHEARD_S and not self.deaf:
+            self.deaf, self._silence = True, np.zeros_like(samples)
+            _log.error("the robot is deaf", reason="it does not hear its own voice", remedy=STANDS)
 
     def _passed(self, n: int) -> int:
         """Samples between what was accounted for and the `n` that have come now; from here on all is accounted for."""
@@ -246,7 +260,7 @@ class SoundService:
         now_s = self._failed_s = self._clock()
         if now_s - self._since_s >= STEADY_S:
             self._pause_s = RETRY_FIRST_S
-        _log.error("sound failed", reason=reason, remedy="the robot stands still until it hears again")
+        _log.error("sound failed", reason=reason, remedy=STANDS)
         self._recovery = asyncio.ensure_future(self._recover())
 
     async def _wait(self, recovery: asyncio.Task[Samples]) -> Block:

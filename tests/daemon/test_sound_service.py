@@ -18,6 +18,7 @@ from hvcpd.daemon.sound_service import (
     RETRY_FIRST_S,
     RETRY_MOST_S,
     STEADY_S,
+    UNHEARD_S,
     Block,
     SoundService,
 )
@@ -71,6 +72,7 @@ class Streams:
         self.log: list[tuple[float, str]] = []
         self.counters = StreamCounters()
         self.level = 1.0
+        self.written = 0
 
     def make(self) -> FakeStream:
         return FakeStream(self, self.lives.pop(0) if self.lives else 10**9)
@@ -86,7 +88,6 @@ class FakeStream:
         self._streams = streams
         self._life = life
         self.counters = StreamCounters()
-        self.written: list[Samples] = []
 
     def _note(self, word: str) -> None:
         self._streams.log.append((self._streams.clock.now_s, word))
@@ -110,6 +111,7 @@ class FakeStream:
 
     def write(self, samples: Samples) -> None:
         self._note("write")
+        self._streams.written = samples.size
 
     async def close(self) -> None:
         self._note("close")
@@ -286,6 +288,39 @@ def test_a_microphone_of_nothing_but_zeros_is_told_once() -> None:
             assert not service.mute
         assert [line["event"] for line in logs] == ["the microphone is mute", "the microphone gives sound"]
         assert "audio.input_channel" in logs[0]["remedy"]
+
+    run(scene)
+
+
+def test_who_does_not_hear_even_itself_stands_still_until_it_hears() -> None:
+    """It went on with its tasks, and nobody could stop it by voice."""
+
+    async def scene(service: SoundService, streams: Streams) -> None:
+        async def live(for_s: float, said: float) -> Block:
+            block = Block(np.zeros(0, np.float32), None)
+            for _ in range(round(for_s / BLOCK_S)):
+                block = await service.read()
+                service.write(np.full(block.samples.size, said, np.float32))
+            return block
+
+        streams.level = 0.0
+        with capture_logs() as logs:
+            assert (await live(2.0 * MUTE_S, 0.0)).samples.size == BLOCK, "the room may be quiet"
+            await live(UNHEARD_S, 0.1)
+            deaf = await live(5.0, 0.1)
+            assert (deaf.samples.size, deaf.lost) == (0, BLOCK)
+            assert streams.written == BLOCK, "the loudspeaker does not run dry"
+            assert not service.flowing
+            streams.level = 1e-6
+            assert (await live(2.0 * MUTE_S, 0.1)).samples.size == BLOCK
+            assert service.flowing
+            streams.level = 0.0
+            assert (await live(0.9 * MUTE_S, 0.1)).samples.size == BLOCK
+        assert [line["event"] for line in logs] == [
+            "the microphone is mute",
+            "the robot is deaf",
+            "the microphone gives sound",
+        ]
 
     run(scene)
 
