@@ -14,7 +14,7 @@ from hvcpd.config.quiet_hours import QuietSettings
 from hvcpd.config.shared_places import WITHIN_ROOM
 from hvcpd.config.skill_settings import SkillSettings, StopButtonSettings, way_fault
 from hvcpd.config.skills import valid_keys
-from hvcpd.config.tasks import default_tasks_path
+from hvcpd.config.tasks import TaskRepository, default_tasks_path
 from hvcpd.config.unknown_keys import synonyms
 from hvcpd.ports import Pose
 
@@ -219,3 +219,7 @@ class Settings:
     def task_changes_path(self) -> Path:
         """The file of tasks that commands have added to this robot's task file or removed from it."""
         return self.state_dir / f"{self.name.lower()}.tasks.yaml"
+
+    def beyond(self, tasks: TaskRepository) -> frozenset[int]:
+        """The numbers of the tasks that the robot cannot do: its `unable` and, without wheels, those that drive."""
+        return frozenset(self.unable) | (tasks.driving if self.wheels.driver == "none" else frozenset())

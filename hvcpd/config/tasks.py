@@ -138,6 +138,11 @@ class TaskRepository:
         return frozenset(task.number for task in self.tasks if not task.skills <= known)
 
     @property
+    def driving(self) -> frozenset[int]:
+        """The numbers of the tasks that need wheels."""
+        return frozenset(task.number for task in self.tasks if any(isinstance(a, Motion) for a in task.actions))
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """The sentences that its actions have robots say, each once."""
         said = (a.text for task in self.tasks for a in task.actions if isinstance(a, SayAction))

@@ -102,7 +102,7 @@ class BaseRequestHandler:
 
     def unable(self, wiring: Wiring) -> frozenset[int]:
         """The tasks that the robot lacks the means for at present."""
-        return wiring.unable if self._there else wiring.unable | wiring.driving
+        return wiring.unable if self._there else wiring.unable | wiring.tasks.driving
 
 
 def _is_due(last: Drive, new: Drive) -> bool:

@@ -19,7 +19,7 @@ from hvcpd.config.document import place_of
 from hvcpd.config.settings import MAX_KNOWN_NAMES, Settings
 from hvcpd.config.task_changes import TaskChanges, read_changes
 from hvcpd.config.task_file import load_tasks
-from hvcpd.config.tasks import Motion, TaskRepository
+from hvcpd.config.tasks import TaskRepository
 from hvcpd.coordination.actions import Role, Talk, Timing
 from hvcpd.daemon.pose_keeper import KeptPose
 from hvcpd.errors import ConfigError, HvcpdError, PhraseError, VocabularyError
@@ -82,14 +82,8 @@ class Wiring:
 
     @property
     def unable(self) -> frozenset[int]:
-        """The tasks that the robot cannot do: those in the settings and, without wheels, those that drive."""
-        wheeled = self.settings.wheels.driver != "none"
-        return frozenset(self.settings.unable) | (frozenset() if wheeled else self.driving)
-
-    @property
-    def driving(self) -> frozenset[int]:
-        """The tasks that need wheels."""
-        return frozenset(t.number for t in self.tasks.tasks if any(isinstance(a, Motion) for a in t.actions))
+        """The tasks that the robot cannot do."""
+        return self.settings.beyond(self.tasks)
 
     @property
     def drive(self) -> Drive:

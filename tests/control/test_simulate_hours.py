@@ -10,8 +10,11 @@ import pytest
 
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import TaskDefinition, Wait
-from hvcpd.control.cli import main
+from hvcpd.control.cli import main, make_parser
 from hvcpd.control.keys.key import today
+from hvcpd.control.simulate.day import day_plan
+from hvcpd.control.simulate.team import load_team
+from hvcpd.coordination.actions import Speech
 from hvcpd.reporting.occurrences import JUST_DUE_S, Occurrence, occurrences
 from hvcpd.security.keyring import KeyFile, fresh_entry, write_key_file
 
@@ -97,6 +100,46 @@ def test_robots_talk_as_much_as_the_settings_say_if_no_option_does(
     assert full > normal
     assert said("--config", str(settings)) == full
     assert said("--config", str(settings), "--talk", "normal") == normal
+
+
+def test_the_settings_robot_does_what_they_say_it_can(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It did tasks that it cannot do, and picked tasks where the settings have it give orders."""
+    settings = tmp_path / "hvcpd.yaml"
+
+    def deeds(text: str, *options: str) -> tuple[int, set[tuple[int, str]], str]:
+        settings.write_text(f"name: Rob\n{text}\n", encoding="utf-8")
+        status = hours(tmp_path, "--config", str(settings), "--hours", "24", "--json", *options)
+        out, err = capsys.readouterr()
+        return status, {(each["task"], by) for each in json.loads(out)["due"] for _, by in each["deeds"]}, err
+
+    assert {"Rob", "Bot"} == {by for _, by in deeds("")[1]}
+    assert not deeds("unable: [1, 2]")[1] & {(1, "Rob"), (2, "Rob")}
+    assert {by for _, by in deeds("mode: coordinate")[1]} == {"Bot"}
+    assert {by for _, by in deeds("mode: follow")[1]} == {"Rob"}
+    assert {"Rob", "Bot"} == {by for _, by in deeds("mode: coordinate", "--mode", "volunteer")[1]}
+    status, done, err = deeds("unable: [3]", "--robots", "Rob")
+    assert (status, {number for number, _ in done}) == (1, {1, 2})
+    assert "warning: task 3, 'sweep the long floor': what Rob cannot do leaves no robot to do it" in err
+
+
+def test_a_robot_without_wheels_or_a_clock_is_one_in_a_day_too(tmp_path: Path) -> None:
+    tasks, settings = tmp_path / "tasks.yaml", tmp_path / "hvcpd.yaml"
+    place = "place: {x_m: -4, y_m: -4}, actions: [go to place]"
+    tasks.write_text(f"tasks: [{{number: 1, name: look at the rose, every: 6 h, {place}}}]\n")
+    settings.write_text("name: Rob\nwheels: {driver: none}\nclock: false\n")
+    options = make_parser().parse_args(["simulate", "--config", str(settings), "--tasks", str(tasks), "--hours", "1"])
+    options.robots, options.talk = ("Rob", "Bot"), "normal"
+    plan = day_plan(options, load_team(options, options.robots), None, Speech())
+    assert (plan.unable["Rob"], plan.unable["Bot"]) == ({1}, frozenset())
+    assert plan.clocks == {"Bot": 0.0}
+
+
+def test_places_that_a_day_leaves_out_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Robots drove through them unasked, without a word of it."""
+    tap = "places: [{name: tap, centre: {x_m: 4.0, y_m: 0.0}, radius_m: 0.5}]\n"
+    (tmp_path / "places.yaml").write_text(tap + TASKS)
+    main(["simulate", "--hours", "0.1", "--tasks", str(tmp_path / "places.yaml"), "--robots", "Rob,Bot"])
+    assert "note: with --hours robots drive through tap unasked" in capsys.readouterr().err
 
 
 def test_what_is_not_there_cannot_be_taken_away_and_a_time_of_nothing_is_told(

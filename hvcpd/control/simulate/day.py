@@ -14,7 +14,7 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
 from hvcpd.control.simulate.simulate_parser import FOR_SOUND
-from hvcpd.control.simulate.team import Team, lacked_skills
+from hvcpd.control.simulate.team import Team, lacked_skills, unable_robots
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, writing
 from hvcpd.language import messages as m
@@ -38,7 +38,10 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     if once:
         subject = f"task{'s' * (len(once) > 1)} {', '.join(map(str, once))}"
         sys.stderr.write(f"hvcpctl: note: {subject}: done only once, without `every:` (docs/skills.md)\n")
-    mission = WordMission(_plan(options, team, coordinator, speech), keep=True)
+    if team.tasks.places:
+        names = ", ".join(place.name for place in team.tasks.places)
+        sys.stderr.write(f"hvcpctl: note: with --hours robots drive through {names} unasked; see it without --hours\n")
+    mission = WordMission(day_plan(options, team, coordinator, speech), keep=True)
     understood: list[m.Utterance] = []
 
     def note(listener: str, utterance: m.Utterance) -> tuple[m.Utterance, Trust]:
@@ -63,9 +66,12 @@ def run_hours(options: argparse.Namespace, team: Team, coordinator: str | None, 
     return EX_OK if good else EX_FAILURE
 
 
-def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> WordPlan:
+def day_plan(options: argparse.Namespace, team: Team, coordinator: str | None, speech: Speech) -> WordPlan:
+    """The hours that the options, and the settings for their own robot, describe."""
     skills = frozenset(skill.name for skill in team.tasks.skills)
-    lacked = lacked_skills(options.without, options.robots, skills, team.tasks)
+    lacked = lacked_skills(options.without, options.robots, skills, team)
+    unable = unable_robots(team.settings, team.tasks, options.robots)
+    clocked = [name for name in options.robots if team.settings.clock or name not in unable]
     return WordPlan(
         options.robots,
         team.tasks.tasks,
@@ -75,8 +81,11 @@ def _plan(options: argparse.Namespace, team: Team, coordinator: str | None, spee
         nearest_first=options.pick == "nearest",
         speech=speech,
         talks=dict.fromkeys(options.robots, Talk(options.talk)),
-        unable={name: team.tasks.lacking(skills - missing) for name, missing in lacked.items()},
-        clocks=dict.fromkeys(options.robots, 0.0),
+        unable={
+            name: unable.get(name, frozenset()) | team.tasks.lacking(skills - lacked.get(name, frozenset()))
+            for name in options.robots
+        },
+        clocks=dict.fromkeys(clocked, 0.0),
         begin_s=BEGIN_S,
         team=team.settings.team,
         limit_s=options.hours * HOUR_S,

@@ -25,12 +25,20 @@ from hil_fakes.skills import FakeDevice, FakePump, usual_devices
 from hvcpd.assembly.plan import speech_of
 from hvcpd.config.command_line import print_error
 from hvcpd.config.files import make_writable
-from hvcpd.config.settings import SpeechSettings
+from hvcpd.config.settings import Settings, SpeechSettings
 from hvcpd.config.task_doubts import doubts
 from hvcpd.config.tasks import Tend, Use
 from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
-from hvcpd.control.simulate.team import Team, lacked_skills, load_team, refuse_confusable, robots_of, taking_part
+from hvcpd.control.simulate.team import (
+    Team,
+    lacked_skills,
+    load_team,
+    refuse_confusable,
+    robots_of,
+    taking_part,
+    unable_robots,
+)
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, DeviceError, writing
 from hvcpd.hardware.soundfile import write_wav
@@ -64,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
         options, robots, allow_confusable=options.allow_confusable, sealed=keys is not None, encrypted=options.encrypted
     )
     options.pick, options.talk = options.pick or team.settings.pick, options.talk or team.settings.talk
-    coordinator = _coordinator(options, robots)
+    coordinator = _coordinator(options, robots, team.settings)
     for text in doubts(team.tasks, len(robots) - 1 if coordinator is not None else None):
         print_error("hvcpctl", f"warning: {team.settings.tasks}: {text}")
     for name in robots:
@@ -86,6 +94,7 @@ def run(options: argparse.Namespace) -> int:
         talk=Talk(options.talk),
         keys=keys,
         encrypts=options.encrypted,
+        unable=unable_robots(team.settings, team.tasks, robots),
         skills=_skills(options, team, robots),
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
         ways=FurnishedRoom() if options.room == "furnished" else FreeField(),
@@ -126,7 +135,7 @@ def _skills(options: argparse.Namespace, team: Team, robots: tuple[str, ...]) ->
     }
     if options.tank is not None and not _uses_pump(team, skills[robots[0]]):
         raise ConfigError("--tank: no task uses a pump; give a skill a pin (`gpio:`) in the settings, or leave it out")
-    for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]], team.tasks).items():
+    for robot, lacked in lacked_skills(options.without, robots, skills[robots[0]], team).items():
         skills[robot] = {name: fake for name, fake in skills[robot].items() if name not in lacked}
     return skills
 
@@ -143,9 +152,12 @@ def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
     return replace(usual, slowly=options.slow or usual.slowly, times=options.repeat or usual.times)
 
 
-def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | None:
+def _coordinator(options: argparse.Namespace, robots: tuple[str, ...], settings: Settings) -> str | None:
+    """Who gives the orders, by the options or else as the settings have their own robot do; None: nobody."""
     named: str | None = options.coordinator
-    if options.mode == "volunteer":
+    own = next((robot for robot in robots if robot.lower() == settings.name.lower()), None)
+    role = settings.mode if own is not None else "volunteer"
+    if (options.mode or role) == "volunteer":
         if named:
             raise ConfigError("--coordinator: in volunteer mode nobody gives orders; add --mode coordinate")
         return None
@@ -154,7 +166,8 @@ def _coordinator(options: argparse.Namespace, robots: tuple[str, ...]) -> str | 
     chosen = next((robot for robot in robots if named and robot.lower() == named.lower()), None)
     if named and chosen is None:
         raise ConfigError(f"--coordinator: {named} does not take part; choose one of {', '.join(robots)}")
-    return chosen or robots[-1]
+    others = [robot for robot in robots if role != "follow" or robot != own]
+    return chosen or (own if role == "coordinate" else others[-1])
 
 
 @contextmanager

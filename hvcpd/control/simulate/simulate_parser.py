@@ -59,10 +59,10 @@ def _add_simulate(commands: Commands) -> None:
     c.add_argument(
         "--mode",
         choices=("volunteer", "coordinate"),
-        default="volunteer",
-        help="every robot picks tasks, or one gives orders",
+        help="every robot picks tasks, or one gives orders (default: the settings')",
     )
-    c.add_argument("--coordinator", metavar="NAME", help="who gives the orders in coordinate mode (default: the last)")
+    orders = "who gives the orders in coordinate mode (default: as the settings say, or else the last)"
+    c.add_argument("--coordinator", metavar="NAME", help=orders)
     pick = "how a volunteer picks a task (default: the settings')"
     c.add_argument("--pick", choices=("nearest", "random"), help=pick)
     talk = "how much the robots say (default: the settings')"

@@ -103,13 +103,19 @@ def taking_part(robot: str, robots: Iterable[str], option: str) -> str:
     raise ConfigError(f"{option}: {robot} does not take part; {did_you_mean(robot, robots)}")
 
 
+def unable_robots(settings: Settings, tasks: TaskRepository, robots: Iterable[str]) -> dict[str, frozenset[int]]:
+    """By the name of the settings' robot, if it takes part, the numbers of the tasks that it cannot do."""
+    return {name: settings.beyond(tasks) for name in robots if name.lower() == settings.name.lower()}
+
+
 def lacked_skills(
-    without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str], tasks: TaskRepository
+    without: Iterable[tuple[str, str]], robots: Sequence[str], skills: Collection[str], team: Team
 ) -> dict[str, frozenset[str]]:
-    """By the names of `robots`, which of the `skills` each lacks. Warns of `tasks` for which too few robots remain.
+    """By the names of `robots`, which of the `skills` each lacks. Warns of tasks for which too few robots remain.
 
     Raises ConfigError for another robot or skill.
     """
+    unable = unable_robots(team.settings, team.tasks, robots)
     lacked: dict[str, frozenset[str]] = {}
     for robot, skill in without:
         name = taking_part(robot, robots, "--without")
@@ -117,11 +123,13 @@ def lacked_skills(
             remedy = did_you_mean(skill, skills) if skills else "declare it under `skills:` in the task file"
             raise ConfigError(f"--without: {name} has no skill {skill!r}; {remedy}")
         lacked[name] = lacked.get(name, frozenset()) | {skill}
-    for task in tasks.tasks if lacked else ():
-        able = sum(task.skills.isdisjoint(lacked.get(name, ())) for name in robots)
+    for task in team.tasks.tasks:
+        willing = [name for name in robots if task.number not in unable.get(name, ())]
+        able = sum(task.skills.isdisjoint(lacked.get(name, ())) for name in willing)
         if able < task.robots:
             remain = f"{able or 'no'} robot{'s' * (able > 1)}" + f" of {task.robots}" * (task.robots > 1)
-            print_error("hvcpctl", f"warning: task {task.number}, {task.name!r}: --without leaves {remain} to do it")
+            why = "--without leaves" if len(willing) > able else f"what {team.settings.name} cannot do leaves"
+            print_error("hvcpctl", f"warning: task {task.number}, {task.name!r}: {why} {remain} to do it")
     return lacked
 
 
