@@ -121,6 +121,39 @@ def test_home_assistant_finds_the_robot_and_can_stop_it(tmp_path: Path, port: in
         home.close()
 
 
+def test_a_broker_that_goes_is_told(tmp_path: Path) -> None:
+    """Nothing was told, and a stop did not arrive."""
+    with RunningRobot(tmp_path):
+        with broker_of(tmp_path) as port:
+            home, bridge = Home(port), bridge_of(tmp_path, port)
+            home.wait_for("hvcpd/rob/available", "online".__eq__)
+            home.close()
+        assert bridge.stderr is not None
+        told = bridge.stderr.readline()
+        bridge.send_signal(signal.SIGINT)
+        assert bridge.wait(PATIENCE_S) == 130
+    assert told == f"hvcpctl: MQTT: the broker at 127.0.0.1, port {port}, is gone; trying again\n"
+    assert bridge.stderr.read() == "\n"
+
+
+def test_two_bridges_of_one_robot_leave_each_other_connected(tmp_path: Path, port: int) -> None:
+    """The broker disconnected each when the other connected, every second: a command reached one of them, or none."""
+    with RunningRobot(tmp_path):
+        home = Home(port)
+        bridges = []
+        for _ in range(2):
+            bridges.append(bridge_of(tmp_path, port))
+            home.wait_for("homeassistant/device/hvcpd_rob/config")
+            home.wait_for("hvcpd/rob/status")
+        home.tell("hvcpd/rob/command", "dance")
+        for bridge in bridges:
+            assert bridge.stderr is not None
+            assert "MQTT: 'dance' is not obeyed" in bridge.stderr.readline()
+            bridge.send_signal(signal.SIGINT)
+            assert bridge.wait(PATIENCE_S) == 130
+        home.close()
+
+
 def test_a_command_that_the_broker_keeps_is_not_carried_out_at_each_connection(tmp_path: Path, port: int) -> None:
     with RunningRobot(tmp_path) as robot:
         home = Home(port)
@@ -129,6 +162,7 @@ def test_a_command_that_the_broker_keeps_is_not_carried_out_at_each_connection(t
         assert bridge.stderr is not None
         assert "retained commands are ignored" in bridge.stderr.readline()
         assert robot.state is not State.STOPPED
+        home.wait_for("hvcpd/rob/available", "online".__eq__)  # from then on it follows the robot
         home.tell("hvcpd/rob/command", "Stop")
         home.wait_for("hvcpd/rob/statechanged", lambda text: json.loads(text)["state"] == "stopped")
         bridge.send_signal(signal.SIGINT)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import secrets
 import sys
 from collections.abc import Callable
 from contextlib import closing, suppress
@@ -52,7 +53,9 @@ class Broker:
         version: dict[str, Any] = {}
         if hasattr(mqtt, "CallbackAPIVersion"):  # from paho 2 on; Debian 12 has 1.6
             version["callback_api_version"] = mqtt.CallbackAPIVersion.VERSION2
-        self._client = mqtt.Client(client_id=f"hvcpd-{name.lower()}", **version)
+        # Of two with one identifier the broker disconnects each when the other connects, and a stop may reach neither.
+        identifier = f"{f'hvcpd-{name.lower()}'[:16]}-{secrets.token_hex(3)}"  # 23 characters, MQTT 3.1.1, section 3.1.3
+        self._client = mqtt.Client(client_id=identifier, **version)
         self._client.max_queued_messages_set(MOST_UNSENT)
         self._client.will_set(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True)
         if options.user:
@@ -60,9 +63,11 @@ class Broker:
         if options.tls:
             self._client.tls_set()
         self._client.on_connect = lambda _client, _data, _flags, code, *_: self._answered(code)
+        self._client.on_disconnect = lambda *_: self._lost()
         self._client.on_message = lambda _client, _data, message: self._command(message, obey)
         self._at_connect: dict[str, str] = {}
         self._n_dropped = 0
+        self._is_there = False
 
     def __enter__(self) -> Broker:
         try:
@@ -75,6 +80,7 @@ class Broker:
         return self
 
     def __exit__(self, *exception: object) -> None:
+        self._is_there = False
         with suppress(ValueError, RuntimeError):  # paho's, of a message that the broker never took
             self._client.publish(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True).wait_for_publish(2.0)
         self._client.disconnect()
@@ -102,11 +108,18 @@ class Broker:
         else:
             obey(message.payload.decode(errors="replace"))
 
+    def _lost(self) -> None:
+        if self._is_there:
+            host, port = self._address
+            sys.stderr.write(f"hvcpctl: MQTT: the broker at {host}, port {port}, is gone; trying again\n")
+        self._is_there = False
+
     def _answered(self, code: Any) -> None:
         """The broker has taken or refused the connection; paho tries again by itself."""
         if code != 0:
             sys.stderr.write(f"hvcpctl: MQTT: the broker refuses us ({code}); see --user and --password-file\n")
             return
+        self._is_there = True
         if self._n_dropped:
             sys.stderr.write(f"hvcpctl: MQTT: connected again; {self._n_dropped} messages were dropped\n")
             self._n_dropped = 0
