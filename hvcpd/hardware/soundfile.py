@@ -120,7 +120,7 @@ def _read_file(path: Path, file: BinaryIO) -> Samples:
         # a number of its own: Debian 12's libsndfile closes it where it cannot read the file, whatever `closefd` says.
         with soundfile.SoundFile(os.dup(file.fileno())) as sound:
             _check(path, sound.samplerate, sound.channels, sound.frames, sound.extra_info)
-            frames = sound.read(dtype="float32", always_2d=True)
+            frames = sound.read(sound.frames, dtype="float32", always_2d=True)  # "all" fails where it cannot seek
             rate_hz: int = sound.samplerate
     except soundfile.LibsndfileError as error:
         reason = error.error_string.rstrip(".")

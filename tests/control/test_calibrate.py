@@ -78,6 +78,14 @@ def test_a_robot_that_does_not_hear_itself_is_not_calibrated(tmp_path: Path) -> 
         run(options(tmp_path), EchoRoom(gain=0.0).devices, lambda _command: None)
 
 
+@pytest.mark.slow
+def test_no_reach_is_predicted_from_digital_silence(tmp_path: Path) -> None:
+    """A microphone that suppresses noise had a peer understood up to 10 km, and that was kept."""
+    with pytest.raises(DeviceError, match="digital silence"):
+        run(options(tmp_path), EchoRoom(noise_rms=0.0).devices, lambda _command: None)
+    assert not (tmp_path / "state" / "calibration.json").exists()
+
+
 @settings(max_examples=20)
 @given(st.floats(200.0, 1500.0), st.floats(6.0, 12.0), st.integers(0, 5))
 @example(1400.0, 12.0, 0)  # read as 8.7 dB while it lifted the middle that it is compared with

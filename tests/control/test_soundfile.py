@@ -90,6 +90,14 @@ def test_every_kind_of_sample(kind: str, extensible: bool, tmp_path: Path) -> No
     np.testing.assert_allclose(got, wanted, atol=step)
 
 
+@pytest.mark.parametrize(("kind", "atol"), [("GSM610", 0.2), ("G721_32", 0.05)])
+def test_compressed_samples_in_which_nobody_can_seek(kind: str, atol: float, tmp_path: Path) -> None:
+    """What telephone systems record was told as "this is not a file name"."""
+    soundfile.write(tmp_path / "x.wav", tone(8_000), 8_000, kind)
+    got = read_wav(tmp_path / "x.wav")[:4_000]
+    np.testing.assert_allclose(got[800:-800], tone(SAMPLE_RATE_HZ)[800:-800], atol=atol)
+
+
 @pytest.mark.parametrize("rate_hz", [8_000, 11_025, 22_050, 32_000, 44_100, 48_000, 96_000])
 def test_every_rate_becomes_16_khz(rate_hz: int, tmp_path: Path) -> None:
     got = read(tmp_path, riff(KINDS["float"][2](tone(rate_hz)), FLOAT, 32, rate_hz))

@@ -153,3 +153,4 @@ def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest
 def test_bad_input_names_the_remedy(refused: Refuse, tmp_path: Path, memory: Path) -> None:
     assert "--memory" in refused("transcript", "--memory", tmp_path / "none")
     assert "8h" in refused("audit", "--memory", memory, "--since", "yesterday")
+    assert "2999-01-01 is yet to come" in refused("report", "--memory", memory, "--since", "2999-01-01")

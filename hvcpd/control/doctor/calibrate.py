@@ -19,7 +19,7 @@ from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hea
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, writing
-from hvcpd.hardware.acoustics import NEEDED_SNR_DB, Echo, Response, predicted_range_m
+from hvcpd.hardware.acoustics import NEEDED_SNR_DB, SILENCE_DBFS, Echo, Response, predicted_range_m
 from hvcpd.hardware.audio import find_device
 from hvcpd.reporting.text import over_noise
 
@@ -56,6 +56,11 @@ def run(
         raise DeviceError(
             "the robot does not hear itself: is the loudspeaker's volume up and the microphone unmuted? "
             "see hvcpctl doctor --only sound"
+        )
+    if heard.floor_dbfs <= SILENCE_DBFS:
+        raise DeviceError(
+            "between words the microphone gives digital silence, so nobody can say how far a peer is heard: "
+            "turn its noise suppression off, or choose another"
         )
     return _finish(options, team, heard, heard.echo, control, wall_s())
 

@@ -54,7 +54,7 @@ class Broker:
         if hasattr(mqtt, "CallbackAPIVersion"):  # from paho 2 on; Debian 12 has 1.6
             version["callback_api_version"] = mqtt.CallbackAPIVersion.VERSION2
         # Of two with one identifier the broker disconnects each when the other connects, and a stop may reach neither.
-        identifier = f"{f'hvcpd-{name.lower()}'[:16]}-{secrets.token_hex(3)}"  # 23 characters, MQTT 3.1.1, section 3.1.3
+        identifier = f"{f'hvcpd-{name.lower()}'[:16]}-{secrets.token_hex(3)}"  # 23 characters: MQTT 3.1.1, 3.1.3
         self._client = mqtt.Client(client_id=identifier, **version)
         self._client.max_queued_messages_set(MOST_UNSENT)
         self._client.will_set(f"{self.topic}/available", "offline", AT_LEAST_ONCE, retain=True)

@@ -24,6 +24,8 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     """Print the shift, and with --html draw it."""
     end_s = now_s()
     since_s = since_wall_s(options.since, end_s)
+    if since_s > end_s:
+        raise ConfigError(f"--since {options.since} is yet to come; give a time that has passed")
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
         phrasebook, tasks = vocabulary_of(reader, rows, options)
