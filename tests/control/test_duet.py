@@ -22,7 +22,7 @@ from hil_fakes.shared_card import SharedCard
 from hil_fakes.shared_room import BLOCK, PATIENCE_S, PAUSE_S, SharedRoom, SimulatedAir, Voice
 from hvcpd.config.settings import AudioSettings
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.cli import make_parser
+from hvcpd.control.cli import main, make_parser
 from hvcpd.control.duet.duet import (
     SLOW_S,
     VISITOR,
@@ -355,6 +355,23 @@ def test_devices_are_those_of_the_settings_or_of_the_options(tmp_path: Path) -> 
     options = make_parser().parse_args(["duet", "--pipe", "--input-device", "robot"])
     with pytest.raises(ConfigError, match="simulated air has no devices"):
         choose_medium(options, 2, audio)
+
+
+def test_a_device_that_was_named_and_is_not_there_is_told() -> None:
+    """The robots talked through simulated air, and nobody heard the loudspeaker that was meant."""
+    options = make_parser().parse_args(["duet", "--output-device", "no such device"])
+    with pytest.raises(DeviceError, match=r"there is no (microphone|loudspeaker)"):
+        choose_medium(options, 2, AudioSettings(output_device="no such device"))
+
+
+@pytest.mark.parametrize(
+    ("names", "why"),
+    [("Kim,Tina", "'Kim' sounds like the phrasebook's word 'team'"), ("Nca,Nka", "'Nca' and 'Nka' sound the same")],
+)
+def test_names_that_robots_would_confuse_are_refused(names: str, why: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Only here they were accepted."""
+    assert main(["duet", "--pipe", "--no-console", "--names", names]) == 2
+    assert why in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("wrong", [["--as", "Rob,Bot"], ["--names", "Rob,rob"], ["--prt", "1"]])

@@ -24,6 +24,7 @@ from hvcpd.config.settings_file import load_with_sources
 from hvcpd.control.duet.onlookers import Onlooker, Visitor, page
 from hvcpd.control.duet.rendering import Rendering, is_rendered
 from hvcpd.control.duet.texts import lacking_text, ready_text, welcome_text
+from hvcpd.control.simulate.team import refuse_same_sound
 from hvcpd.daemon.control_socket import socket_path
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.library_output import LibraryOutput
@@ -35,6 +36,7 @@ from hvcpd.daemon.wiring import Wiring
 from hvcpd.errors import EX_OK, ConfigError, DeviceError, HvcpdError
 from hvcpd.hardware.audio import find_device, load_backend
 from hvcpd.hardware.audio_stream import AudioStream
+from hvcpd.synthesis.likeness import name_check
 
 START_X_M = -5.0
 """Start of the first robot; the others start beside it, 1 m apart."""
@@ -72,6 +74,7 @@ def run(options: argparse.Namespace) -> int:
         set_up_logging("warning", log, form="console")
         rereadings = {robot: rereading_of(options, Path(folder), robot, k) for k, robot in enumerate(robots)}
         wirings = [rereading.read(None)[1] for rereading in rereadings.values()]
+        refuse_same_sound(options.names, wirings[0].sound.lexicon)
         medium, where = choose_medium(options, len(robots), wirings[0].settings.audio)
         bodies = [stack.enter_context(Body(w.settings.start.pose, seed)) for seed, w in enumerate(wirings)]
         room = SharedRoom(bodies, medium=medium)
@@ -112,7 +115,8 @@ def choose_medium(
 ) -> tuple[SharedCard | SimulatedAir, str]:
     """The sound card, or simulated air where there is none, and how to name it. Raises DeviceError and ConfigError.
 
-    A robot that plays its part alone, for a partner on another computer, needs the card.
+    A robot that plays its part alone, for a partner on another computer, needs the card; and who has named a device
+    wants that one.
     """
     if options.pipe and options.as_name:
         raise ConfigError(
@@ -129,7 +133,7 @@ def choose_medium(
             shared = AudioSettings(audio.input_device, audio.output_device, audio.input_channel)
             return SharedCard(lambda: AudioStream(shared, backend)), _CARD.format(microphone=microphone.name)
         except DeviceError as error:
-            if options.as_name:
+            if options.as_name or options.input_device or options.output_device:
                 raise
             why = str(error)
     else:
@@ -174,7 +178,7 @@ def rereading_of(options: argparse.Namespace, folder: Path, robot: str, place: i
     }
     given |= {key: str(value) for key, value in more.items() if value is not None}
 
-    load = partial(load_with_sources, options.config, given, system_path=folder / "none.yaml")
+    load = partial(load_with_sources, options.config, given, reserved=name_check, system_path=folder / "none.yaml")
     return Rereading(load, load().sources)
 
 
