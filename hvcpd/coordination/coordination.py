@@ -130,16 +130,16 @@ class Coordination:
         for part in m.parts(utterance):
             schedule.heard(me, part.speaker, part.statement, now)
             hearing.react(me, Heard(part, 1.0 if trust.checks_words else confidence, now, given_up, began_s))
-        if me.state is State.READY and me.timer_s == math.inf and not me.board.all_done:
-            me.arm(now, me.timing.decide_s)
+        only_hearsay = me.board.changed and not me.board.not_done()  # it asks while somebody is there to answer
+        if (only_hearsay or me.timer_s == math.inf) and not me.board.all_done:
+            me.reconsider(now)
 
     def garbled(self, over_own_speech: bool, now: float, addressed: bool = False) -> None:
         """Speech was noticed that could not be understood; over the robot's own speech it shows that nobody heard
         it. `addressed`: it was for this robot by name."""
         me = self.knowledge
         me.floor.answer_slots = answer_slots(me, now)
-        me.floor.hold_back(now)
-        me.floor.garbled()
+        me.floor.garbled(now)
         if me.floor.is_second or now < me.repair.foreign_until_s:
             return  # its content is known
         if me.state is State.MEETING:

@@ -192,8 +192,9 @@ class Floor:
         """Another robot has answered: hold back this robot's answer."""
         self._intents = [i for i in self._intents if i.call != call or (only_tentative and not i.tentative)]
 
-    def garbled(self) -> None:
-        """An unintelligible sentence was heard that may have been an objection."""
+    def garbled(self, now: float) -> None:
+        """An unintelligible sentence was heard that may have been an objection; back off from its end as others do."""
+        self.hold_back(now)
         self._slots = min(2 * self._slots, SLOTS_MAX)
         if not self.is_second:
             self._give_up_tentative()

@@ -168,3 +168,15 @@ def test_who_only_follows_orders_asks_at_last_what_is_left() -> None:
     kim.board[1].failed_by = frozenset({"Max"})  # as if nobody were free to do it with Kim
     kim.heard(m.Utterance("Max", m.ToRobot("Rob"), None, m.Confirmed()), 10.0)
     assert next_said(kim).statement == m.WhatLeft()
+
+
+def test_who_knows_only_by_hearsay_that_all_is_done_asks_while_somebody_is_there() -> None:
+    """It waited until it would have asked for an order: by then nobody was heard any more, and it never asked."""
+    kim = ordered(State.READY, "Max", "Rob")
+    kim.knowledge.current.clear()
+    kim.board.complete(1, "Rob")
+    kim.knowledge.timer_s = 900.0
+    kim.heard(m.Utterance("Lou", m.ToRobot("Kim"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 40.0)
+    assert kim.board[2].hearsay
+    assert next_said(kim) == m.Utterance("Kim", m.ToAll(), None, m.WhatLeft())
+    assert kim.knowledge.floor.began_s < 100.0
