@@ -212,7 +212,7 @@ def _away(away: PeerDistance, now: float) -> dict[str, Any]:
 
 def _sound(body: Body) -> dict[str, Any]:
     return {
-        "listening": body.heard and (body.sound is None or body.sound.flowing),
+        "listening": body.heard and (body.sound is None or (body.sound.flowing and not body.sound.deaf)),
         "level_dbfs": round(body.meter.level_dbfs, 1),
         "floor_dbfs": round(body.meter.floor_dbfs, 1),
         "mute": body.sound is not None and body.sound.mute,

@@ -55,6 +55,7 @@ BUTTON_S = 0.025
 """Interval (real time) at which the stop button is read while the robot starts: as often as later, in each block."""
 
 STOPPED = 'stopped until somebody says "resume"'
+DEAF = "deaf: the microphone is mute, and the robot stands still until it hears"
 NO_SOUND = "without sound: the robot stands still, and tries again to open the sound card"
 
 _log = structlog.get_logger(__name__)
@@ -301,6 +302,8 @@ class Daemon:
     def _state_of(self, robot: Robot, sound: SoundService) -> str:
         if not sound.flowing:
             return NO_SOUND
+        if sound.deaf:
+            return DEAF
         if sound.overload.standing:
             return f"{TOO_BUSY}: sound is lost or late"
         stands = STOPPED if robot.coordination.knowledge.latched else None

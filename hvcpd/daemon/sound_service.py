@@ -166,8 +166,8 @@ class SoundService:
 
     @property
     def flowing(self) -> bool:
-        """Whether the stream is open, and the microphone hears."""
-        return self._recovery is None and not self.deaf
+        """Whether the stream is open."""
+        return self._recovery is None
 
     @property
     def counters(self) -> StreamCounters:

@@ -9,15 +9,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from structlog.testing import capture_logs
 
-from hil_fakes.shared_room import SimulatedAir
-from hvcpd.daemon.main_loop import NO_SOUND, STOPPED, Daemon
+from hil_fakes.shared_room import SimulatedAir, VirtualStream
+from hvcpd.daemon.main_loop import DEAF, NO_SOUND, STOPPED, Daemon
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.sound_service import TOO_BUSY
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.errors import DeviceError
+from hvcpd.ports import Samples
 from tests.daemon.test_main_loop import settings_of
 from tests.daemon.virtual import devices_of, shared_room
 
@@ -168,3 +170,29 @@ def test_a_robot_on_a_computer_that_is_too_busy_says_so(tmp_path: Path, units: P
     listener.close()
     assert told.count(f"STATUS={TOO_BUSY}: sound is lost or late") == 1
     assert [line["event"] for line in logs].count(TOO_BUSY) == 1
+
+
+@pytest.mark.slow
+def test_a_robot_whose_microphone_is_switched_off_says_so_and_stands_until_it_hears(
+    tmp_path: Path, units: Path
+) -> None:
+    listener = Listener(str(tmp_path / "notify"))
+    settings = settings_of(tmp_path, units, "Rob")
+
+    class Switched(VirtualStream):
+        async def read(self) -> Samples:
+            return await super().read() * np.float32(self.room.now_s >= 16.0)
+
+    def watch(now_s: float) -> None:
+        if now_s >= 17.0:
+            daemon.leave()
+
+    with shared_room([settings], watch) as room:
+        room.streams[0] = Switched(room)
+        daemon = Daemon(wire_up(settings), devices_of(room), ServiceManager(listener.environment))
+        room.streams[0].settled = daemon.settled
+        asyncio.run(daemon.run())
+    states = [text for text in listener.told() if text.startswith("STATUS=") and ", 0 of " not in text]
+    listener.close()
+    deaf = states.index(f"STATUS={DEAF}")
+    assert states[deaf + 1] == "STATUS=Rob of team plant listens"

@@ -310,10 +310,10 @@ def test_who_does_not_hear_even_itself_stands_still_until_it_hears() -> None:
             deaf = await live(5.0, 0.1)
             assert (deaf.samples.size, deaf.lost) == (0, BLOCK)
             assert streams.written == BLOCK, "the loudspeaker does not run dry"
-            assert not service.flowing
+            assert service.deaf
             streams.level = 1e-6
             assert (await live(2.0 * MUTE_S, 0.1)).samples.size == BLOCK
-            assert service.flowing
+            assert not service.deaf
             streams.level = 0.0
             assert (await live(0.9 * MUTE_S, 0.1)).samples.size == BLOCK
         assert [line["event"] for line in logs] == [

@@ -58,6 +58,7 @@ _FIRST_START = "      (the first start renders them: some seconds on a laptop, s
 _TOO_BUSY = "this computer is too busy: sound is lost or late; end other programs"
 _SLOW = "this computer is too busy: simulated time falls behind real time; end other programs"
 _LEAVING = "each robot says that it leaves; Ctrl-C again ends at once"
+_DEAF = "the microphone gives nothing but zeros; the robots stand still until they hear"
 _NO_SOUND = "the sound card does not answer; the robots stand still until it does"
 _CARD = "through this computer's loudspeaker and microphone ({microphone})"
 _PIPE = "through simulated air ({why})"
@@ -263,7 +264,8 @@ class Duet:
             busy = any(sound.overload.standing for sound in sounds)
             behind = slow.look(asyncio.get_running_loop().time(), self._room.now_s) and not self._ready
             late = behind and isinstance(self._room.medium, SimulatedAir)  # a card loses sound instead
-            trouble = _NO_SOUND if lost else _TOO_BUSY if busy else _SLOW if late else ""
+            deaf = any(sound.deaf for sound in sounds)
+            trouble = _NO_SOUND if lost else _DEAF if deaf else _TOO_BUSY if busy else _SLOW if late else ""
             if trouble and trouble != self._trouble:
                 self._onlooker.note(trouble)
             self._trouble = trouble

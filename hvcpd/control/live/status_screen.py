@@ -108,7 +108,7 @@ def _battery(status: Mapping[str, Any]) -> RenderableType:
 
 def _sound(sound: Mapping[str, Any]) -> RenderableType:
     if not sound["listening"]:
-        return Text("not listening", "bold red")
+        return Text("not listening" + (": the microphone is mute" if sound.get("mute") else ""), "bold red")
     if sound.get("mute"):  # a daemon before this field says nothing of it
         return Text("the microphone is mute: it gives nothing but zeros", "bold red")
     if sound.get("too_busy"):
