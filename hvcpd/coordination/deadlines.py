@@ -6,7 +6,7 @@ import math
 
 from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
 from hvcpd.coordination.entry import OPEN, Entry
-from hvcpd.coordination.floor import CROWD, Intent, Urgency
+from hvcpd.coordination.floor import CROWD, LEFT_ALONE, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.coordination.table import fire, states_with
@@ -108,7 +108,7 @@ def _choose(me: Knowledge, now: float) -> None:
         fire(me, Trigger.CHOSE_REPORT, now)
     elif me.role.coordinator and choosing.can_order(me, now):
         fire(me, Trigger.CHOSE_ORDER, now)
-    elif _may_claim(me, now) and not choosing.leaves_to_others(me, now):
+    elif _may_claim(me, now) and not (me.floor.wants(LEFT_ALONE) or choosing.leaves_to_others(me, now)):
         fire(me, Trigger.CHOSE_CLAIM, now)
     else:
         _choose_talk_or_wait(me, now)

@@ -15,7 +15,7 @@ from hil_fakes.word_plans import random_plan
 from hvcpd.config.recurrence import Recurrence
 from hvcpd.config.tasks import Place, TaskDefinition, Wait
 from hvcpd.coordination import choosing, composing, effects, teaming
-from hvcpd.coordination.actions import Role
+from hvcpd.coordination.actions import Role, Say
 from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.floor import OWN_TURN, Intent, Urgency
 from hvcpd.coordination.states import State
@@ -233,6 +233,22 @@ def test_who_leaves_a_task_for_several_says_so_before_it_claims_another() -> Non
     effects.want_claim(kim.knowledge, 10.0)
     assert kim.knowledge.floor.wants(OWN_TURN)
     assert composing.joinable(kim.knowledge) is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_who_was_left_alone_says_so_before_it_claims(seed: int) -> None:
+    """It drew a later slot for that than for its claim, by which its partner understood that it had done its part."""
+    kim = Coordination(Role("Kim", "plant", roster=("Kim", "Max")), shared(2), random.Random(seed))
+    kim.heard(m.Utterance("Max", m.ToTeam("plant")), 5.0)
+    kim.knowledge.floor.hold_back(38.0, (1, 2), own=True)
+    kim.knowledge.state, kim.knowledge.current.task = State.ANNOUNCING, 1
+    teaming.leave(kim.knowledge, 1, 40.0)
+    said: list[m.Statement | None] = []
+    while len(said) < 2:
+        kim.tick(at_s := kim.next_deadline())
+        said += [action.utterance.statement for action in kim.actions(at_s) if isinstance(action, Say)]
+        kim.spoken(at_s)
+    assert said == [m.Failed(m.TaskByNumber(1)), m.Claim(m.TaskByNumber(2))]
 
 
 def test_who_lists_a_task_for_two_believes_a_robot_that_tells_it_twice_that_it_is_done() -> None:
