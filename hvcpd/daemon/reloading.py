@@ -162,7 +162,10 @@ class Reloader:
             else:
                 changed += _task_changes(self._tasks, read.tasks)
                 self._coming = read.tasks
+                tasks = _still(tasks, read.tasks)
         self._body.wiring = replace(wiring, settings=settings, tasks=tasks, people=people)
+        if len(tasks.tasks) < len(wiring.tasks.tasks):
+            self._retask(robot)
         self._tell(robot)
         if self._coming is read.tasks and self._body.retask is not None:
             self._body.retask(read.tasks, partial(self._take_tasks, robot, read.tasks))
@@ -171,13 +174,18 @@ class Reloader:
         return {"changed": changed, "restart": restart}
 
     def _take_tasks(self, robot: Robot, tasks: TaskRepository) -> None:
-        """The robot knows their words now."""
+        """The robot knows their words now; those that were removed in the meantime stay so."""
         if self._coming is tasks:
             self._coming = None
-        self._body.wiring = replace(self._body.wiring, tasks=tasks)
+        self._body.wiring = replace(self._body.wiring, tasks=_still(tasks, self._coming or tasks))
+        self._retask(robot)
+        self._tell(robot)
+
+    def _retask(self, robot: Robot) -> None:
+        """Have the robot use the tasks in force, and no others."""
+        tasks = self._body.wiring.tasks
         self._body.journal.use_tasks(tasks)
         robot.coordination.retask(tasks.tasks, robot.now, tasks.places)
-        self._tell(robot)
 
     def _tell(self, robot: Robot) -> None:
         """Have the robot use what is in force."""
@@ -207,6 +215,14 @@ def _news_of_people(before: Mapping[str, Person], now: Mapping[str, Person]) -> 
     ]
     names = [sorted(person.name for person in people.values()) for people in (before, now)]
     return [{"key": "people", "before": names[0], "now": names[1]}, *changes] if names[0] != names[1] else changes
+
+
+def _still(tasks: TaskRepository, coming: TaskRepository) -> TaskRepository:
+    """The tasks without those that the coming ones lack: no words must be learned to leave a task alone. All of them
+    if none would be left."""
+    kept = [task for task in tasks.tasks if coming.by_name(task.name) is not None] or tasks.tasks
+    numbers = frozenset(task.number for task in kept)
+    return replace(tasks, tasks=tuple(replace(task, after=task.after & numbers) for task in kept))
 
 
 def _words(tasks: TaskRepository) -> tuple[object, ...]:

@@ -127,6 +127,39 @@ def test_reload_takes_tasks_with_new_words_once_the_robot_knows_these(tmp_path: 
     run(scene())
 
 
+def test_a_removed_task_is_gone_at_once_while_the_words_of_others_are_learned(tmp_path: Path) -> None:
+    """The command said "gone", and for as long as other words were prepared the robot still claimed the task."""
+    more = ONE_TASK.partition("tasks:\n")[2]
+    first, second = (
+        more.replace("number: 1", f"number: {n}").replace("green", c) for n, c in ((2, "pink"), (3, "red"))
+    )
+
+    async def scene() -> None:
+        async with control(tmp_path) as bench:
+            talk = await bench.connect()
+            learned: list[Callable[[], None]] = []
+
+            async def numbers() -> list[int]:
+                return [task["number"] for task in (await talk.ask("tasks"))["result"]["tasks"]]
+
+            bench.body.retask = lambda _tasks, then: learned.append(then)
+            for text in (ONE_TASK + first, ONE_TASK + second):  # the first ones are learned last
+                (tmp_path / "tasks.yaml").write_text(text)
+                await talk.ask("reload")
+            learned.pop(0)()
+            assert await numbers() == [1], "2 is removed by now, and 3 not known yet"
+            learned.pop(0)()
+            assert await numbers() == [1, 3]
+            await talk.ask("task", do="remove", number=1)
+            assert await numbers() == [3]
+            assert await numbers() == [task.number for task in bench.body.wiring.tasks.tasks]
+            learned.pop(0)()
+            assert await numbers() == [3]
+            await talk.hang_up()
+
+    run(scene())
+
+
 def test_a_task_is_added_and_removed_and_the_task_file_stays_as_it_is(tmp_path: Path) -> None:
     tulip = {"number": 11, "name": "water the red tulip", "place": {"x_m": 1.2, "y_m": 0.5}}
     tulip |= {"actions": ["go to place", {"water": 5}], "after": [1], "every": "6 h"}
