@@ -131,7 +131,7 @@ def _choose_talk_or_wait(me: Knowledge, now: float) -> None:
         me.missed.ask_again_s = now + pause_s * (1.0 + me.rng.random())
         _ask(me, now)
     elif unsure:
-        for number in me.board.hearsay() if choosing.may_volunteer(me, now) else ():
+        for number in me.board.hearsay() if me.role.coordinator or choosing.may_volunteer(me, now) else ():
             me.board.reopen(number)  # there is nobody to ask: better twice than not at all
             me.reconsider(now)
     else:

@@ -180,3 +180,13 @@ def test_who_knows_only_by_hearsay_that_all_is_done_asks_while_somebody_is_there
     assert kim.board[2].hearsay
     assert next_said(kim) == m.Utterance("Kim", m.ToAll(), None, m.WhatLeft())
     assert kim.knowledge.floor.began_s < 100.0
+
+
+def test_who_gives_orders_and_has_nobody_to_ask_whether_all_is_done_calls_for_robots() -> None:
+    """It knew so only by hearsay, and slept for ever."""
+    zoe = Coordination(Role("Zoe", "plant", coordinator=True, volunteer=False), plants(1), random.Random(1))
+    zoe.heard(m.Utterance("Max", m.ToTeam("plant")), 10.0)
+    zoe.board.complete(1, "Max", hearsay=True)
+    zoe.knowledge.state, now = State.READY, 10.0 + zoe.knowledge.timing.absent_s + 1.0
+    zoe.knowledge.arm(now, 0.0)
+    assert next_said(zoe) == m.Utterance("Zoe", m.ToAll(), None, m.WhoHere())
