@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import ipaddress
 import logging
+import os
 import socket
 import stat
 from collections.abc import Callable, Iterator
@@ -47,7 +48,8 @@ def open_port(address: str, port: int) -> Iterator[socket.socket]:
     try:
         listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
     except (OSError, OverflowError) as error:
-        why = getattr(error, "strerror", None) or str(error)
+        number = getattr(error, "errno", None)  # from Python 3.11 on, the text repeats the address as a tuple
+        why = os.strerror(number) if number else str(error)
         raise ConfigError(f"cannot serve a page at {address}, port {port}: {why}; choose another with --port") from None
     with listener:
         yield listener

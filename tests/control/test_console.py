@@ -38,6 +38,15 @@ def test_a_wrong_option_is_told_with_the_remedy(
     assert part in capsys.readouterr().err
 
 
+def test_a_port_that_is_in_use_is_told_in_plain_words(capsys: pytest.CaptureFixture[str]) -> None:
+    """It had "(while attempting to bind on address ('127.0.0.1', 8765))" in it."""
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        assert main(["console", "--port", str(port)]) == 2
+    text = f"cannot serve a page at 127.0.0.1, port {port}: Address already in use; choose another with --port\n"
+    assert text in capsys.readouterr().err
+
+
 def test_without_a_daemon_there_is_nothing_to_show(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["console", "--port", "0", "--socket", str(tmp_path / "rob.sock")]) == 3
     assert "no daemon answers" in capsys.readouterr().err
