@@ -235,12 +235,16 @@ def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion
     return Confusion(" ".join(pair[0]), " ".join(pair[1]), voice.name, same, *rates, fixed)
 
 
+ARTICLES = frozenset(("a", "an", "the"))
+"""Of two that alone tell two tasks apart, none can be replaced: one of the tasks needs another name."""
+
+
 def _explained(c: Confusion, book: Phrasebook) -> Confusion:
     """With two sentences that show it, and the word of the team that is to be another, which is not the article."""
     sides = [tuple(c.first.split()), tuple(c.second.split())]
     c = replace(c, sentences=example_sentences(book, sides[0], sides[1]))
     chosen = [(w, side) for side in sides for w in side if w != "the" and ("the" in side or w not in FIXED_WORDS)]
-    if c.alternative_of or not chosen:
+    if c.alternative_of or not chosen or ARTICLES.issuperset(sides[0] + sides[1]):
         return c
     word, _ = max(chosen, key=lambda each: (-len(each[1]), len(each[0])))
     return replace(c, subject=word, key=_key_of(word, book.vocabulary))

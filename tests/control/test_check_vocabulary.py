@@ -51,6 +51,12 @@ def sound() -> Sound:
     return make_sound(None, user_cache_folder())
 
 
+def test_of_two_articles_none_is_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It said: instead of 'a' say for example 'big a' or 'little a'."""
+    main(["check-vocabulary", "--tasks", str(task_file(tmp_path, "greet the visitor", "greet a visitor"))])
+    assert "by the words 'a' and 'the'; reword one of them" in capsys.readouterr().out
+
+
 def test_the_default_team_passes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check-vocabulary"]) == 0
     out = capsys.readouterr().out
