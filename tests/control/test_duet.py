@@ -15,6 +15,7 @@ from typing import TextIO
 
 import numpy as np
 import pytest
+import structlog
 
 from hil_fakes.body import Body
 from hil_fakes.room import Air, Room
@@ -46,6 +47,13 @@ STOP_S = 21.0
 
 class OverError(HvcpdError):
     """The test has seen enough."""
+
+
+@pytest.fixture(autouse=True, scope="module")
+def log_as_before() -> Iterator[None]:
+    """A duet logs warnings only, also for the tests of other modules that come after it."""
+    yield
+    structlog.reset_defaults()
 
 
 def wiring(folder: Path, units: Path, name: str, place: int) -> Wiring:
