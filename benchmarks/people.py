@@ -3,7 +3,7 @@
     python -m benchmarks.people [--data DIR]
         [--rows people,neural,rooms,requests,names,enrolment,talk,digits,strangers,enrolled,stop]
         [--sentences 20] [--most 200] [--takes 15] [--voices NAME,...] [--minutes 30] [--seed 1] [--wrong]
-        [--names Rob,Bot,Anna] [--tasks FILE.yaml]
+        [--names Rob,Bot,Anna] [--tasks FILE.yaml] [--cut-hz 3800]
 
 With DIR, of speakers and recordings that nothing was trained or fitted with: `people`, "stop" by them, in noise and
 over talk, their words that are no sentence, and digits, nobody enrolled; `talk`, people who order coffee, and talk
@@ -18,6 +18,7 @@ voices. Speech is at 20 dB SNR in white noise where nothing else is said.
 Ours is told nothing but what enters a microphone; PocketSphinx is told where each sentence is. A sentence counts only
 if all its words are right ("hi, I am" may be "hi all, I am", which means the same) and nothing else was made of it.
 The phone net has learned from sentences with the default tasks: --names and --tasks are for others.
+--cut-hz: sentences and requests come through a microphone that gives nothing above that frequency.
 """
 
 from __future__ import annotations
@@ -163,11 +164,12 @@ def main() -> None:
     parser.add_argument("--voices", help="those of the synthesizers' voices whose names hold one of these")
     parser.add_argument("--names", default=",".join(NAMES), help="of two robots, and of who else is known")
     parser.add_argument("--tasks", type=Path, help="a task file, for other words than those that the phone net learned")
+    parser.add_argument("--cut-hz", type=float, help="the microphone's highest frequency")
     parser.add_argument("--minutes", type=float, default=30.0, help="of talk, at most")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--wrong", action="store_true", help="print every sentence that was not right")
     o = parser.parse_args()
-    stage = Stage(o.wrong, o.names.split(","), o.tasks)
+    stage = Stage(o.wrong, o.names.split(","), o.tasks, o.cut_hz)
     rows = o.rows.split(",")
     if o.data is not None:
         people_rows(stage, o, rows)

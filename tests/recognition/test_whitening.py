@@ -11,6 +11,7 @@ from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.recognition.channel.recogniser import ChannelRecogniser
 from hvcpd.recognition.channel.search import ChannelSegment
 from hvcpd.recognition.channel.whitening import (
+    BINS,
     CELL_STEP,
     CELLS,
     cell_weights,
@@ -64,5 +65,38 @@ def test_a_sentence_is_found_among_plates_that_are_put_down(seed: int) -> None:
         hz = rng.choice([1700.0, 3100.0, 5200.0])
         ring = loud * np.exp(-time / 800.0) * np.sin(2 * np.pi * hz / SAMPLE_RATE_HZ * time)
         sound[begin : begin + 2400] += ring[: len(sound) - begin].astype(np.float32)
+    found = ChannelRecogniser(GRAPH, (BOOKS["oak"],)).search(ChannelSegment(sound, 0, AT))
+    assert [" ".join(each.words) for each in found.sentences] == ["hi rob water rose"]
+
+
+def cut_off(sound: Samples, hz: float = 3800.0) -> Samples:
+    """As a narrow microphone gives it."""
+    spectrum = np.fft.rfft(sound)
+    spectrum[np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ) > hz] = 0.0
+    return np.asarray(np.fft.irfft(spectrum, len(sound)), np.float32)
+
+
+def test_what_a_narrow_microphone_does_not_give_counts_nothing() -> None:
+    heard, alone = cut_off(noise(32_000)), cut_off(noise(16_000, 1))
+    weighted = inverse_spectrum(heard, alone)
+    hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
+    assert (weighted[hz > 4000.0] == 0.0).all()
+    assert (weighted[(hz > 150.0) & (hz < 3700.0)] > 0.0).all()
+
+
+@pytest.mark.parametrize("loud", ["offset", "hum"])
+def test_neither_an_offset_nor_a_hum_empties_the_other_bands(loud: str) -> None:
+    """Both 60 dB louder than the noise."""
+    time = np.arange(32_000) / SAMPLE_RATE_HZ
+    more = 1000.0 * (np.ones(32_000) if loud == "offset" else np.sin(2 * np.pi * 150.0 * time))
+    heard, alone = noise(32_000) + more.astype(np.float32), noise(16_000, 1) + more[:16_000].astype(np.float32)
+    hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
+    assert (inverse_spectrum(heard, alone)[(hz > 400.0) & (hz < 7500.0)] > 0.0).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_sentence_is_found_through_a_narrow_microphone(seed: int) -> None:
+    voice = through_a_room(spoken("hi rob, water rose"), 1)
+    sound = cut_off(scene(AT + len(voice) + SAMPLE_RATE_HZ, (AT, voice), seed=seed))
     found = ChannelRecogniser(GRAPH, (BOOKS["oak"],)).search(ChannelSegment(sound, 0, AT))
     assert [" ".join(each.words) for each in found.sentences] == ["hi rob water rose"]

@@ -24,8 +24,11 @@ LATE_ECHO_SHARE = 0.3
 LOUD = 4.0
 """Ratio to the noise's power above which sound is weighted by its own power: clatter and loud echoes are noise."""
 POWER_S = 0.04
-FLOOR = 1e-4
-"""No bin has less than -40 dB of the mean noise: a converter's empty bands would outweigh all others."""
+EMPTY_SHARE = 10.0**-3.5
+"""Power of a bin relative to that of bins of LOUD_QUANTILE (-35 dB) below which it counts nothing: whitened, the empty
+bands of a narrow microphone outweigh all others, and any voice seems to be a robot's (docs/decisions/channel.md)."""
+LOUD_QUANTILE = 0.75
+"""A hum does not change it, and a band up to 3.4 kHz suffices for it."""
 SILENCE = 1e-13
 LEAST_NOISE = 1e-6
 """Smallest power of the noise relative to the mean power of what was heard (-60 dB): a microphone may be muted
@@ -58,12 +61,13 @@ def transform_size(n: int) -> int:
 
 
 def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
-    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ."""
-    alone, received = (power_spectra(sound).mean(axis=0) for sound in (noise, heard))
-    usual = moving_average(alone, 3) + LATE_ECHO_SHARE * moving_average(received, 6)
+    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ, and in empty bands."""
+    alone = moving_average(power_spectra(noise).mean(axis=0), 3)
+    received = moving_average(power_spectra(heard).mean(axis=0), 6)
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
-    inverse = 1.0 / (usual + FLOOR * usual.mean() + SILENCE)
-    return np.where((hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1]), inverse, 0.0)
+    within = (hz >= BAND_HZ[0]) & (hz <= BAND_HZ[1])
+    counts = within & (received >= EMPTY_SHARE * quantile(received[within], LOUD_QUANTILE))
+    return np.where(counts, 1.0 / (alone + LATE_ECHO_SHARE * received + SILENCE), 0.0)
 
 
 def loudness_weights(heard: Samples, noise: Samples, inverse: NDArray[np.float64]) -> NDArray[np.float64]:
