@@ -61,7 +61,7 @@ def transform_size(n: int) -> int:
 
 
 def inverse_spectrum(heard: Samples, noise: Samples) -> NDArray[np.float64]:
-    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ, and in empty bands."""
+    """One over the power of the noise and of late echoes, at BINS frequencies; 0 outside BAND_HZ and in empty bands."""
     alone = moving_average(power_spectra(noise).mean(axis=0), 3)
     received = moving_average(power_spectra(heard).mean(axis=0), 6)
     hz = np.linspace(0.0, SAMPLE_RATE_HZ / 2, BINS)
