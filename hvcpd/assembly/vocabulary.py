@@ -48,6 +48,8 @@ LIMIT_NOISE = 0.01
 """Robots are to hear 99 of 100 sentences in noise: a word that is confused more often at 0 dB spoils it alone."""
 FIXED_WORDS = RESERVED_WORDS.union(*(number_words(n) for n in range(NUMBER_MAX + 1)))
 """The forms' own words and the numbers: a team can choose none of them."""
+ARTICLES = frozenset(("a", "an", "the"))
+"""Of two that alone tell two tasks apart, none can be replaced: one of the tasks needs another name."""
 SAME = 1.0
 """A distance below this in quiet is the same sound: one step of the DTW off the diagonal costs 0.3."""
 PROPOSALS = 2
@@ -233,10 +235,6 @@ def judge(pair: Pair, voice: Voice, distances: NDArray[np.float32]) -> Confusion
     same = float(distances[CONDITIONS.index(Condition())]) < SAME
     rates = (worst(None), worst(0.0), worst(-5.0))
     return Confusion(" ".join(pair[0]), " ".join(pair[1]), voice.name, same, *rates, fixed)
-
-
-ARTICLES = frozenset(("a", "an", "the"))
-"""Of two that alone tell two tasks apart, none can be replaced: one of the tasks needs another name."""
 
 
 def _explained(c: Confusion, book: Phrasebook) -> Confusion:

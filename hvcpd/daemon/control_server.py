@@ -180,16 +180,16 @@ class ControlServer:
         async with asyncio.TaskGroup() as replies:
             while (line := await _line(client, reader)) is not None:
                 client.asked_s, client.is_new = loop.time(), False
-                if len(client.pending) >= MAX_PENDING * (1 + says_stop(line)):
+                n_pending = len(client.pending)
+                if n_pending >= MAX_PENDING and (n_pending >= 2 * MAX_PENDING or not says_stop(line)):
                     text = f"{MAX_PENDING} requests of this program are not answered yet"
                     client.send(refusal_line(id_of(line), RefusalError("busy", text)))
-                    await asyncio.sleep(PAUSE_S)
-                    continue
-                reply = replies.create_task(self._reply(client, client.writer, line))
-                client.pending.add(reply)
-                reply.add_done_callback(client.pending.discard)
-                if id_of(line) is None:
-                    await asyncio.wait([reply])
+                else:
+                    reply = replies.create_task(self._reply(client, client.writer, line))
+                    client.pending.add(reply)
+                    reply.add_done_callback(client.pending.discard)
+                    if id_of(line) is None:
+                        await asyncio.wait([reply])
                 await asyncio.sleep(PAUSE_S)
 
     def _let_go(self, client: Client) -> None:

@@ -197,8 +197,6 @@ class SoundService:
         if self._heard_s - self._reported_s >= LOSSES_EVERY_S and not self.overload.standing:  # one alarm says it
             self.tell_losses()
         self._notice_zeros(samples)
-        if self._counted is before and not self.deaf:
-            return Block(samples, None)
         lost = self._counted.input_dropped + self._counted.card_lost - before.input_dropped - before.card_lost
         if self.deaf:
             return Block(_NONE, samples.size + lost)

@@ -34,6 +34,7 @@ from hvcpd.control.simulate.team import (
     Team,
     lacked_skills,
     load_team,
+    own_robot,
     refuse_confusable,
     robots_of,
     taking_part,
@@ -94,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
         talk=Talk(options.talk),
         keys=keys,
         encrypts=options.encrypted,
-        unable=unable_robots(team.settings, team.tasks, robots),
+        unable=unable_robots(team, robots),
         skills=_skills(options, team, robots),
         air=Air(noise_db_spl=options.noise_db, muted=options.mute),
         ways=FurnishedRoom() if options.room == "furnished" else FreeField(),
@@ -155,7 +156,7 @@ def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
 def _coordinator(options: argparse.Namespace, robots: tuple[str, ...], settings: Settings) -> str | None:
     """Who gives the orders, by the options or else as the settings have their own robot do; None: nobody."""
     named: str | None = options.coordinator
-    own = next((robot for robot in robots if robot.lower() == settings.name.lower()), None)
+    own = own_robot(settings, robots)
     role = settings.mode if own is not None else "volunteer"
     if (options.mode or role) == "volunteer":
         if named:

@@ -103,9 +103,15 @@ def taking_part(robot: str, robots: Iterable[str], option: str) -> str:
     raise ConfigError(f"{option}: {robot} does not take part; {did_you_mean(robot, robots)}")
 
 
-def unable_robots(settings: Settings, tasks: TaskRepository, robots: Iterable[str]) -> dict[str, frozenset[int]]:
+def own_robot(settings: Settings, robots: Iterable[str]) -> str | None:
+    """The settings' robot, as it is written among these; None if it does not take part."""
+    return next((name for name in robots if name.lower() == settings.name.lower()), None)
+
+
+def unable_robots(team: Team, robots: Iterable[str]) -> dict[str, frozenset[int]]:
     """By the name of the settings' robot, if it takes part, the numbers of the tasks that it cannot do."""
-    return {name: settings.beyond(tasks) for name in robots if name.lower() == settings.name.lower()}
+    own = own_robot(team.settings, robots)
+    return {own: team.settings.beyond(team.tasks)} if own is not None else {}
 
 
 def lacked_skills(
@@ -115,7 +121,7 @@ def lacked_skills(
 
     Raises ConfigError for another robot or skill.
     """
-    unable = unable_robots(team.settings, team.tasks, robots)
+    unable = unable_robots(team, robots)
     lacked: dict[str, frozenset[str]] = {}
     for robot, skill in without:
         name = taking_part(robot, robots, "--without")
