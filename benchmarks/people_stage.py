@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.hearing.worlds.microphones import Microphone, narrow
 from benchmarks.people_material import Said
 from hvcpd.assembly.make import make_speech_recogniser, make_waveform_books
 from hvcpd.assembly.plan import HearingPlan
@@ -38,9 +39,9 @@ class Stage:
         self, wrong: bool, names: Sequence[str] = NAMES, tasks: Path | None = None, cut_hz: float | None = None
     ) -> None:
         """`names`: of both robots, and of who else is known; `tasks`: a task file, else the default one; `cut_hz`: the
-        highest frequency that the microphone of `through_microphone` gives."""
+        highest frequency that the microphone gives."""
         self.wrong = wrong
-        self._cut_hz = cut_hz
+        self.microphone = narrow(cut_hz) if cut_hz is not None else Microphone()
         self.names = tuple(names)
         self.sound = make_sound(None, user_cache_folder())
         self.book = make_phrasebook(self.names, DEFAULT_TEAMS, load_tasks(tasks or default_tasks_path()))
@@ -58,14 +59,6 @@ class Stage:
         """Of enrolled people, and of strangers."""
         known = {person.name.lower(): person for person in people}
         return SecondPassRecogniser(graph, self.sound.lexicon, known, True)
-
-    def through_microphone(self, sound: Samples) -> Samples:
-        """The sound, or what a narrow microphone gives of it."""
-        if self._cut_hz is None:
-            return sound
-        spectrum = np.fft.rfft(sound)
-        spectrum[np.fft.rfftfreq(len(sound), 1.0 / SAMPLE_RATE_HZ) > self._cut_hz] = 0.0
-        return np.asarray(np.fft.irfft(spectrum, len(sound)), np.float32)
 
     def peer(self, graph: WordGraph) -> Any:
         """PocketSphinx as it comes, with beams that favour it."""

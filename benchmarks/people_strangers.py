@@ -100,7 +100,7 @@ def heard(
     count = Count()
     for at in range(0, len(said), TOGETHER):
         sound, where = stream(said[at : at + TOGETHER], snr_db, colour, seed + at)
-        sound = stage.through_microphone(sound)
+        sound = np.asarray(stage.microphone.take(np.asarray(sound, np.float64)), np.float32)
         events = listen(stage.recogniser(), sound)
         for one in where:
             got = found(events, one)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hearing.worlds import noises, rooms
-from benchmarks.hearing.worlds.microphones import Microphone
+from benchmarks.hearing.worlds.microphones import Microphone, narrow
 from benchmarks.hearing.worlds.world import FASTEST_M_S, World, draw_world
 from hil_fakes.loudspeakers import GOOD, SMALL, SMALL_DISTORTING
 
@@ -16,8 +16,6 @@ MakeWorld = Callable[[int], World]
 """The world of a sentence, by a seed that no other has."""
 QUIET_DB = 30.0
 """SNR of a quiet room."""
-NARROW = Microphone(codec_bits=12, codec_hz=3800.0)
-"""Of a telephone or a headset."""
 VARIANTS = 8
 """Number of rooms of a kind for each seed: to simulate one takes seconds."""
 
@@ -72,7 +70,7 @@ def _channels(seed: int, fan: str) -> list[Condition]:
         plain("small-vacuum", "small driver, vacuum −5 dB", loudspeaker=SMALL, noise="vacuum", snr_db=-5.0),
         plain("good-vacuum", "good loudspeaker, vacuum −10 dB", loudspeaker=GOOD, noise="vacuum", snr_db=-10.0),
         plain("ideal-vacuum", "ideal loudspeaker, vacuum −10 dB", noise="vacuum", snr_db=-10.0),
-        plain("narrow", "microphone up to 3.8 kHz, white 20 dB", noise="white", microphone=NARROW),
+        plain("narrow", "microphone up to 3.8 kHz, white 20 dB", noise="white", microphone=narrow(3800.0)),
         _off("clock", "clock ±300 ppm, pink −10 dB", -10.0, ppm=300.0),
         _off("clock-worst", "clock ±1,300 ppm, pink −10 dB", -10.0, ppm=1300.0),
         _off("doppler", "Doppler, ±0.44 m/s, pink −5 dB", -5.0, speed_m_s=FASTEST_M_S),

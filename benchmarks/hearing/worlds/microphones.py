@@ -42,6 +42,11 @@ class Microphone:
         return coded(sound, self.codec_bits, self.codec_hz) if self.codec_bits else sound
 
 
+def narrow(cut_hz: float) -> Microphone:
+    """As of a telephone or a headset, which give nothing above a frequency."""
+    return Microphone(codec_bits=12, codec_hz=cut_hz)
+
+
 def moved(sound: Sound, lag_s: NDArray[np.float64]) -> Sound:
     """The resampled sound: sample k of the result is the sound at `lag_s[k]` s before sample k."""
     padded = np.pad(sound, (0, next_fast_len(len(sound) + 64) - len(sound)))
