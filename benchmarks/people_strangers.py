@@ -40,7 +40,7 @@ from hvcpd.people.phones import net_inputs
 from hvcpd.people.second_pass import SecondPassRecogniser
 from hvcpd.people.stage import Found, PeopleStage
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
-from hvcpd.recognition.events import Garbled, Recognised, Urgent
+from hvcpd.recognition.events import Garbled, Held, Recognised, Urgent
 from hvcpd.recognition.stages import Segment, SpeechRecogniser, SynchronousWorker
 from hvcpd.synthesis.speaker import Speaker
 from hvcpd.synthesis.voices import VOICES
@@ -125,7 +125,7 @@ def stop_rows(stage: Stage, data: Path, most: int, seed: int) -> None:
     spoken = [(u.words, u.sound) for u in said]
     for label, snr_db in CONDITIONS:
         heard(stage, spoken, snr_db, "pink", seed).told(f"stop by {_people(said)} people, {label}")
-    over = Count()
+    over, halts = Count(), 0
     talk = _talk(stage, data, seed)
     for number, utterance in enumerate(said):
         # Quiet after the talk, too: a call counts at the latest when the talk has ended.
@@ -137,11 +137,14 @@ def stop_rows(stage: Stage, data: Path, most: int, seed: int) -> None:
         rng = np.random.default_rng(seed + number)
         sound += QUIET_RMS * rng.standard_normal(len(sound)).astype(np.float32)
         one = Said(("stop",), at, at + len(call))
-        got = found(listen(stage.recogniser(), sound), one)
+        events = listen(stage.recogniser(), sound)
+        got = found(events, one)
+        halts += any(isinstance(event, Held | Urgent) for event in near(events, one))
         over.n += 1
         over.right += any(each[-1] == "stop" for each in got)
         over.theirs += "stop" in stage.theirs(stage.book.people_graph, sound, one).split()
     over.told("the same over another's talk, +6 dB")
+    print(f"  of these, a robot stands still at once: {_share(halts, over.n)}")
 
 
 def words_row(stage: Stage, data: Path, most: int, seed: int) -> None:
