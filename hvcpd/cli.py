@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from hvcpd.config.interruption import InterruptEnds, unwrapped
+from hvcpd.config.interruption import handled, interrupt_ends, unwrapped
 
-with InterruptEnds():
+with interrupt_ends():
     import argparse
     import signal
     import sys
-    from collections.abc import Callable, Iterable, Iterator, Sequence
-    from contextlib import contextmanager
+    from collections.abc import Callable, Iterable, Sequence
     from functools import partial
     from pathlib import Path
     from typing import TYPE_CHECKING
@@ -65,23 +64,13 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None, devices: Devices | None = None) -> int:
     """Run `hvcpd`; returns the exit status. `devices` are the real ones by default."""
+    hangups: list[int] = []
+    """SIGHUPs before the daemon can obey them: by default they would end it, which systemd takes for an orderly end."""
     try:
-        with unwrapped(), _hangups_noted() as hangups:
+        with unwrapped(), handled(lambda number, _: hangups.append(number), signal.SIGHUP):
             return _started(arguments, devices, hangups)
     except KeyboardInterrupt:  # before there is a robot that could say that it leaves
         return EX_INTERRUPTED
-
-
-@contextmanager
-def _hangups_noted() -> Iterator[list[int]]:
-    """SIGHUPs that come before the daemon can obey them: by default they would end it, which systemd takes for an
-    orderly end."""
-    noted: list[int] = []
-    before = signal.signal(signal.SIGHUP, lambda number, _: noted.append(number))
-    try:
-        yield noted
-    finally:
-        signal.signal(signal.SIGHUP, before)
 
 
 def _started(arguments: Sequence[str] | None, devices: Devices | None, hangups: Sequence[int]) -> int:

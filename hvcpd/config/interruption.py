@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 
 
 @contextmanager
@@ -33,28 +33,14 @@ def handled(handler: signal._HANDLER, *numbers: signal.Signals) -> Iterator[None
             signal.signal(number, usual)
 
 
-class InterruptEnds:
+@contextmanager
+def interrupt_ends() -> Iterator[None]:
     """A context in which SIGINT ends the process at once, as the kernel does it (130 in a shell), without a traceback.
 
     Nothing is open yet that must be closed. If SIGINT is ignored or handled otherwise, or in another thread than the
     main one, nothing changes."""
-
-    def __init__(self) -> None:
-        self._taken = False
-
-    def __enter__(self) -> None:
+    with ExitStack() as stack:
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            self._taken = _handle(signal.SIG_DFL)
-
-    def __exit__(self, *_: object) -> None:
-        if self._taken:
-            _handle(signal.default_int_handler)
-
-
-def _handle(handler: signal._HANDLER) -> bool:
-    """Whether the handler is set, which only the main thread may do."""
-    try:
-        signal.signal(signal.SIGINT, handler)
-    except ValueError:
-        return False
-    return True
+            with suppress(ValueError):  # only the main thread may handle signals
+                stack.enter_context(handled(signal.SIG_DFL, signal.SIGINT))
+        yield

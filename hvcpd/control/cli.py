@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from hvcpd.config.interruption import InterruptEnds, unwrapped
+from hvcpd.config.interruption import interrupt_ends, unwrapped
 
-with InterruptEnds():
+with interrupt_ends():
     import argparse
     import gc
     import sys

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from hvcpd.config.interruption import InterruptEnds
+from hvcpd.config.interruption import interrupt_ends
 
 INTERRUPTED = """
 import os, signal, sys
@@ -95,7 +95,7 @@ def test_who_handles_interrupts_goes_on_doing_so() -> None:
     taken: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: taken.append(number))
     try:
-        with InterruptEnds():
+        with interrupt_ends():
             signal.raise_signal(signal.SIGINT)
     finally:
         signal.signal(signal.SIGINT, before)
@@ -108,7 +108,7 @@ def test_afterwards_an_interrupt_is_pythons_again() -> None:
 
 
 def interrupt_after() -> None:
-    with InterruptEnds():
+    with interrupt_ends():
         assert signal.getsignal(signal.SIGINT) == signal.SIG_DFL
     signal.raise_signal(signal.SIGINT)
 
@@ -117,7 +117,7 @@ def test_in_another_thread_nothing_changes() -> None:
     seen: list[object] = []
 
     def enter() -> None:
-        with InterruptEnds():
+        with interrupt_ends():
             seen.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=enter)
