@@ -7,7 +7,6 @@ import ipaddress
 import logging
 import os
 import socket
-import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +15,7 @@ import h11
 import uvicorn
 from starlette.types import ASGIApp
 
-from hvcpd.daemon.control_socket import short_address
+from hvcpd.daemon.control_socket import listen_at, short_address
 from hvcpd.errors import ConfigError
 
 BACKLOG = 64
@@ -58,34 +57,18 @@ def open_port(address: str, port: int) -> Iterator[socket.socket]:
 @contextmanager
 def open_file(path: Path) -> Iterator[socket.socket]:
     """A listening UNIX socket; one that nobody listens at any more is replaced. Raises ConfigError."""
-    listener = socket.socket(socket.AF_UNIX)
     try:
-        _remove_stale(path)
-        with short_address(path) as address:
-            listener.bind(address)
-        path.chmod(SOCKET_MODE)  # nobody can connect before `listen`
-        listener.listen(BACKLOG)
+        with socket.socket(socket.AF_UNIX) as probe, short_address(path) as address:
+            if probe.connect_ex(address) == 0:
+                raise FileExistsError(None, "another console has that socket")
+        listener = listen_at(path, SOCKET_MODE, BACKLOG)
     except OSError as error:
-        listener.close()
         raise ConfigError(f"--unix {path}: {error.strerror or error}; name another file") from None
     try:
         yield listener
     finally:
         listener.close()
         path.unlink(missing_ok=True)
-
-
-def _remove_stale(path: Path) -> None:
-    try:
-        status = path.lstat()
-    except FileNotFoundError:
-        return
-    if not stat.S_ISSOCK(status.st_mode):
-        raise FileExistsError(None, "something that is not a socket is in its place")
-    with socket.socket(socket.AF_UNIX) as probe, short_address(path) as address:
-        if probe.connect_ex(address) == 0:
-            raise FileExistsError(None, "another console has that socket")
-    path.unlink()
 
 
 def _is_ours(record: logging.LogRecord) -> bool:

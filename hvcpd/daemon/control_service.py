@@ -62,7 +62,8 @@ class ControlService:
                     "no control socket",
                     path=str(error.filename or file.path),
                     reason=error.strerror or fault,
-                    remedy="make its folder, writable for the daemon's user, or set `control.socket` to another file",
+                    remedy="make its folder, writable for the daemon's user, or clear its place, or set "
+                    "`control.socket` to another file",
                 )
             self._fault = fault
         else:

@@ -95,17 +95,8 @@ class SocketFile:
         """
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._lock = self._locked(self.path.with_name(self.path.name + ".lock"))
-        self._remove_stale()
-        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
-            with short_address(self.path) as address:
-                listener.bind(address)
-            self._made = self.path.lstat()
-            self.path.chmod(MODE)  # nobody can connect before `listen`, so nobody slips in
-            listener.listen(BACKLOG)
-        except OSError:
-            listener.close()
-            raise
+        listener = listen_at(self.path, MODE, BACKLOG)
+        self._made = self.path.lstat()
         return listener
 
     def remove(self) -> None:
@@ -134,15 +125,6 @@ class SocketFile:
             os.write(lock, self._robot.encode())
         return lock
 
-    def _remove_stale(self) -> None:
-        try:
-            status = self.path.lstat()
-        except FileNotFoundError:
-            return
-        if not stat.S_ISSOCK(status.st_mode):
-            raise FileExistsError(None, "something that is not a socket is in its place; move it away", str(self.path))
-        self.path.unlink()
-
 
 def locked(path: Path, what: Path) -> int:
     """Lock the file `path` until the returned descriptor is closed or the process ends.
@@ -161,6 +143,25 @@ def locked(path: Path, what: Path) -> int:
             "another name with --name NAME"
         ) from None
     return lock
+
+
+def listen_at(path: Path, mode: int, backlog: int) -> socket.socket:
+    """A socket that listens at `path`, with these permissions, in place of one that was left behind there. Raises
+    OSError."""
+    with suppress(FileNotFoundError):
+        if not stat.S_ISSOCK(path.lstat().st_mode):
+            raise FileExistsError(None, "something that is not a socket is in its place", str(path))
+        path.unlink()
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        with short_address(path) as address:
+            listener.bind(address)
+        path.chmod(mode)  # nobody can connect before `listen`, so nobody slips in
+        listener.listen(backlog)
+    except OSError:
+        listener.close()
+        raise
+    return listener
 
 
 @contextmanager
