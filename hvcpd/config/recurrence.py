@@ -6,6 +6,7 @@ All robots that read the same text come to the same times, whenever they were sw
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from functools import cached_property
@@ -26,10 +27,8 @@ GAPS = 60
 
 _UNITS = {"min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 _INTERVAL = re.compile(r"([0-9]{1,4}) ?(min|h|d|w)")
-_FREQUENCY = re.compile(r"(?:^|;)FREQ=([A-Za-z]+)", re.IGNORECASE)
-_COUNT = re.compile(r"(?:^|;)COUNT=", re.IGNORECASE)
-_UNTIL = re.compile(r"(?:^|;)UNTIL=([^;]*)", re.IGNORECASE)
-_END_FORM = re.compile(r"[0-9]{8}(T[0-9]{6})?", re.IGNORECASE)
+_PART = re.compile(r"(?:^|;)([A-Z]+)=([^;]*)")
+_END_FORM = re.compile(r"[0-9]{8}(T[0-9]{6})?")
 _END = "20640101T000000"
 """No time is sought after it, 40 years after BEGIN: a rule that is never due would be sought up to the year 9999, for
 seconds."""
@@ -90,28 +89,26 @@ class Recurrence:
     def _rule(self) -> rrule:
         from dateutil.rrule import rrule, rrulestr  # most teams have no rule
 
-        text = self.text.removeprefix("RRULE:")
-        frequency = _FREQUENCY.search(text)
-        if frequency is None:
+        text = self.text.upper().removeprefix("RRULE:")
+        parts = dict(_PART.findall(text))
+        if not parts.get("FREQ"):
             raise ValueError("neither an interval nor a rule with FREQ=")
-        rule = rrulestr(_ending(text), dtstart=BEGIN, cache=True)
-        if not isinstance(rule, rrule) or frequency[1].upper() not in FREQUENCIES:
+        _check_end(parts)
+        rule = rrulestr(text if "UNTIL" in parts else f"{text};UNTIL={_END}", dtstart=BEGIN, cache=True)
+        if not isinstance(rule, rrule) or parts["FREQ"] not in FREQUENCIES:
             raise ValueError("one rule, hourly or rarer")
         return rule
 
 
-def _ending(text: str) -> str:
-    """The rule with an end. Raises ValueError for an end that would not be where its author means it to be."""
-    if _COUNT.search(text):
+def _check_end(parts: Mapping[str, str]) -> None:
+    """Raise ValueError for an end of a rule that would not be where its author means it to be."""
+    if "COUNT" in parts:
         raise ValueError(f"COUNT would count from {BEGIN.year}; give UNTIL instead")
-    until = _UNTIL.search(text)
-    if until is None:
-        return f"{text};UNTIL={_END}"
-    if until[1].upper().endswith("Z"):
+    until = parts.get("UNTIL", _END)
+    if until.endswith("Z"):
         raise ValueError("UNTIL is in local time; leave out its Z")
-    if not _END_FORM.fullmatch(until[1]):  # dateutil would complete it with today's day
+    if not _END_FORM.fullmatch(until):  # dateutil would complete it with today's day
         raise ValueError("UNTIL is a day such as 20301231")
-    return text
 
 
 def interval_s(text: str) -> float | None:
