@@ -6,8 +6,9 @@ import os
 import stat
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from hvcpd.assembly.sound import make_phrasebook
 from hvcpd.assembly.vocabulary import check, refusal
@@ -19,7 +20,7 @@ from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.latch_service import stop_latch
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigError, DeviceError
-from hvcpd.hardware.audio import Direction, find_device
+from hvcpd.hardware.audio import KIND, Direction, SoundDevice, find_device
 from hvcpd.hardware.gpio import missing
 from hvcpd.memory.latch import UNREADABLE, Permit, StopLatch
 from hvcpd.security.keyring import KeyFile
@@ -37,11 +38,18 @@ class Finding:
     text: str
     exit_status: int = EX_OK
     doubtful: bool = False
-    """Whether it works, but may be a mistake."""
+    """Whether it works, but may be a mistake, or could work better."""
+    figures: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
+        """Whether the robot can work with this."""
         return self.exit_status == EX_OK
+
+    @property
+    def grade(self) -> str:
+        """Its severity: ok, note or wrong."""
+        return "wrong" if not self.ok else "note" if self.doubtful else "ok"
 
 
 @dataclass(frozen=True)
@@ -187,19 +195,19 @@ def find_memory(directory: Path, access: Access = os.access) -> Finding:
     return Finding("memory", _usable(directory)) if fault is None else Finding("memory", fault, EX_CANTCREAT)
 
 
-def find_clips(folder: Path | None, access: Access = os.access) -> Iterator[Finding]:
+def find_clips(folder: Path | None) -> Iterator[Finding]:
     """Whether recordings can be kept, if the settings want them; without them the robot runs, too."""
     if folder is not None:
-        fault = directory_fault("clips.folder", folder, access)
+        fault = directory_fault("clips.folder", folder)
         yield Finding("clips", fault or _usable(folder), doubtful=fault is not None)
 
 
-def find_control(settings: ControlSettings, access: Access = os.access) -> Iterator[Finding]:
+def find_control(settings: ControlSettings) -> Iterator[Finding]:
     """Whether the control socket can be made where the settings name it; without one the robot runs, too."""
     path = settings.socket
     if path is None or not settings.enabled:
         return
-    fault = directory_fault("control.socket", path.parent, access)
+    fault = directory_fault("control.socket", path.parent)
     if fault is None and (reason := _not_a_name(path)) is not None:
         fault = f"control.socket: {path}: {reason}; set `control.socket` to another"
     if fault is None and os.path.lexists(path) and not path.is_socket():
@@ -219,24 +227,29 @@ def find_stop(latch: StopLatch, memory: Path) -> Iterator[Finding]:
         yield Finding("stop", f"the robot is stopped by {spare or latch.path}; {release}")
 
 
-def sides_of(settings: AudioSettings) -> tuple[tuple[str, Direction, str | None], ...]:
-    """A sound device that is needed: microphone or loudspeaker, and the name in the settings."""
-    return ("microphone", "input", settings.input_device), ("loudspeaker", "output", settings.output_device)
+def _with_its_rate(_backend: Any, _direction: Direction, device: SoundDevice) -> str:
+    return f"{device.name!r}, {device.rate_hz:g} Hz by itself"
 
 
-def find_sound(settings: AudioSettings, devices: Devices) -> Iterator[Finding]:
-    """The microphone and the loudspeaker, or one finding if no sound card can be listed at all."""
+def find_sound(
+    settings: AudioSettings, devices: Devices, told: Callable[[Any, Direction, SoundDevice], str] = _with_its_rate
+) -> Iterator[Finding]:
+    """The microphone and the loudspeaker, or one finding if no sound card can be listed at all. `told` is the text for
+    a device of the backend that was found."""
     try:
         backend = devices.sound_backend()
     except DeviceError as error:
         yield Finding("sound", str(error), error.exit_status)
         return
-    for subject, direction, name in sides_of(settings):
+    sides: tuple[tuple[Direction, str | None], ...] = (
+        ("input", settings.input_device),
+        ("output", settings.output_device),
+    )
+    for direction, name in sides:
         try:
-            device = find_device(backend, direction, name)
-            yield Finding(subject, f"{device.name!r}, {device.rate_hz:g} Hz by itself")
+            yield Finding(KIND[direction], told(backend, direction, find_device(backend, direction, name)))
         except DeviceError as error:
-            yield Finding(subject, str(error), error.exit_status)
+            yield Finding(KIND[direction], str(error), error.exit_status)
 
 
 def find_port(settings: WheelSettings, device_directory: Path, access: Access = os.access) -> Finding:

@@ -25,7 +25,7 @@ than processes."""
 ALSA_NAME = re.compile(r"(?:(?:plug|sys)?hw:(?:CARD=)?|CARD=)(?P<id>\w+)(?:,(?:DEV=)?(?P<device>\d+))?", re.I)
 """As `aplay -L` and asound.conf write a card; PortAudio converts nothing by itself, so plughw is hw here."""
 
-_KIND = {"input": "microphone", "output": "loudspeaker"}
+KIND = {"input": "microphone", "output": "loudspeaker"}
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def find_device(
     is at present. Raises DeviceError that names the nearest device, or all there are.
     """
     able = [device for device in list_devices(backend) if device.can(direction)]
-    kind = _KIND[direction]
+    kind = KIND[direction]
     if not able:
         raise DeviceError(f"there is no {kind} on this machine; connect one, then look with `arecord -l`, `aplay -l`")
     if wanted is None:
@@ -151,7 +151,7 @@ def _default_device(backend: Any, direction: Direction, able: Sequence[SoundDevi
     chosen = next((device for device in able if device.index == index), None)
     if chosen is None:
         key = f"audio.{direction}_device"
-        raise DeviceError(f"{key}: the system has no default {_KIND[direction]}; set it to one of {_listed(able)}")
+        raise DeviceError(f"{key}: the system has no default {KIND[direction]}; set it to one of {_listed(able)}")
     return chosen
 
 

@@ -1,50 +1,27 @@
-"""One finding of `hvcpctl doctor`."""
+"""What the checks of `hvcpctl doctor` share: their findings in three grades, and commands of the system."""
 
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from enum import StrEnum
+from collections.abc import Callable, Sequence
+
+from hvcpd.daemon.preflight import Finding
+from hvcpd.errors import EX_UNAVAILABLE
 
 
-class Grade(StrEnum):
-    """The severity of a finding."""
-
-    OK = "ok"
-    NOTE = "note"
-    """The robot works; it could work better."""
-    WRONG = "wrong"
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """The result of one check: what was found, or what is wrong and what to do."""
-
-    subject: str
-    grade: Grade
-    text: str
-    figures: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def ok(self) -> bool:
-        """Whether the robot can work with this."""
-        return self.grade is not Grade.WRONG
-
-
-def fine(subject: str, text: str, **figures: float) -> Diagnosis:
+def fine(subject: str, text: str, **figures: float) -> Finding:
     """All is well."""
-    return Diagnosis(subject, Grade.OK, text, figures)
+    return Finding(subject, text, figures=figures)
 
 
-def note(subject: str, text: str, **figures: float) -> Diagnosis:
-    """Return a finding that works, but deserves a note."""
-    return Diagnosis(subject, Grade.NOTE, text, figures)
+def note(subject: str, text: str, **figures: float) -> Finding:
+    """Return a finding that works, but could work better."""
+    return Finding(subject, text, doubtful=True, figures=figures)
 
 
-def wrong(subject: str, text: str, **figures: float) -> Diagnosis:
+def wrong(subject: str, text: str, **figures: float) -> Finding:
     """Return a finding that does not work; the text has the remedy."""
-    return Diagnosis(subject, Grade.WRONG, text, figures)
+    return Finding(subject, text, EX_UNAVAILABLE, figures=figures)
 
 
 RunCommand = Callable[[Sequence[str]], str | None]

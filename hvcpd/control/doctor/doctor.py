@@ -5,25 +5,27 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from itertools import chain
 
 from hvcpd.config.settings import WheelSettings
 from hvcpd.config.settings_file import load_settings
-from hvcpd.control.doctor.diagnosis import Diagnosis, Grade, fine, note, wrong
+from hvcpd.control.doctor.diagnosis import fine, note, wrong
 from hvcpd.control.doctor.doctor_board import Board, look_at_board
 from hvcpd.control.doctor.doctor_machine import Machine, look_at_machine
 from hvcpd.control.doctor.doctor_sound import look_at_sound
 from hvcpd.control.live.daemon_client import find_daemon_of
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
+from hvcpd.daemon.preflight import Finding
 from hvcpd.errors import EX_FAILURE, EX_OK
 from hvcpd.hardware.wheels_bus import MakePort
 from hvcpd.hardware.wheels_find import KINDS, examine
 from hvcpd.hardware.wheels_port import WaitingPort
 
-_SIGNS = {Grade.OK: "ok   ", Grade.NOTE: "note ", Grade.WRONG: "WRONG"}
+_SIGNS = {"ok": "ok   ", "note": "note ", "wrong": "WRONG"}
 
 
 def run(
@@ -35,11 +37,11 @@ def run(
 ) -> int:
     """Check everything, or the given subjects; returns 0 only if nothing is wrong."""
     where = devices or Devices()
-    subjects: dict[str, Callable[[Team], Iterator[Diagnosis]]] = {
+    subjects: dict[str, Callable[[Team], Iterator[Finding]]] = {
         "machine": lambda team: chain(look_at_board(board or Board()), look_at_machine(team, machine or Machine())),
         "sound": lambda team: look_at_sound(team, where, aloud=not options.silent),
     }
-    found: list[Diagnosis] = []
+    found: list[Finding] = []
     if options.only != "machine":
         found += _shown(look_for_daemon(options), options.json)
     if options.only in (None, "machine", "sound"):
@@ -52,10 +54,10 @@ def run(
         wheels = load_settings(options.config, overrides, name_needed=False).wheels
         found += _shown(look_at_wheels(wheels, make_port), options.json)
     list(_shown([_verdict(found)], options.json))
-    return EX_OK if all(diagnosis.ok for diagnosis in found) else EX_FAILURE
+    return EX_OK if all(finding.ok for finding in found) else EX_FAILURE
 
 
-def look_for_daemon(options: argparse.Namespace) -> Iterator[Diagnosis]:
+def look_for_daemon(options: argparse.Namespace) -> Iterator[Finding]:
     """Whether the robot runs now, so that others of these checks do not tell what they seem to."""
     daemon = find_daemon_of(load_settings(options.config, {}, name_needed=False).name, options)
     if daemon is not None:
@@ -63,7 +65,7 @@ def look_for_daemon(options: argparse.Namespace) -> Iterator[Diagnosis]:
             yield note("hvcpd", f"{daemon.name} runs now, and uses the card and the port: end it, and check again")
 
 
-def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -> Iterator[Diagnosis]:
+def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -> Iterator[Finding]:
     """Make the handshake of the daemon's start; nothing moves."""
     if settings.driver == "none":
         yield fine("wheels", "none, as wheels.driver says")
@@ -81,20 +83,20 @@ def look_at_wheels(settings: WheelSettings, make_port: MakePort = WaitingPort) -
         yield fine("wheels", f"{KINDS[finding.kind]} at {finding.port}: {', '.join(finding.facts)}")
 
 
-def _verdict(found: list[Diagnosis]) -> Diagnosis:
-    counts = {grade: sum(diagnosis.grade is grade for diagnosis in found) for grade in Grade}
-    notes = f"; {counts[Grade.NOTE]} to note" if counts[Grade.NOTE] else ""
-    if counts[Grade.WRONG]:
-        return wrong("verdict", f"{counts[Grade.WRONG]} of {len(found)} checks failed; the remedies are above{notes}")
+def _verdict(found: list[Finding]) -> Finding:
+    counts = Counter(finding.grade for finding in found)
+    notes = f"; {counts['note']} to note" if counts["note"] else ""
+    if counts["wrong"]:
+        return wrong("verdict", f"{counts['wrong']} of {len(found)} checks failed; the remedies are above{notes}")
     return fine("verdict", f"all {len(found)} checks passed{notes}")
 
 
-def _shown(diagnoses: Iterator[Diagnosis] | list[Diagnosis], as_json: bool) -> Iterator[Diagnosis]:
+def _shown(findings: Iterator[Finding] | list[Finding], as_json: bool) -> Iterator[Finding]:
     """Write each finding as soon as it is known, because the checks take a while."""
-    for diagnosis in diagnoses:
+    for finding in findings:
         if as_json:
-            fields = {"subject": diagnosis.subject, "grade": diagnosis.grade.value, "ok": diagnosis.ok}
-            sys.stdout.write(json.dumps({**fields, "text": diagnosis.text, **diagnosis.figures}) + "\n")
+            fields = {"subject": finding.subject, "grade": finding.grade, "ok": finding.ok}
+            sys.stdout.write(json.dumps({**fields, "text": finding.text, **finding.figures}) + "\n")
         else:
-            sys.stdout.write(f"{_SIGNS[diagnosis.grade]} {diagnosis.subject}: {diagnosis.text}\n")
-        yield diagnosis
+            sys.stdout.write(f"{_SIGNS[finding.grade]} {finding.subject}: {finding.text}\n")
+        yield finding

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
+from hvcpd.control.doctor.diagnosis import RunCommand, fine, note, run_command, wrong
+from hvcpd.daemon.preflight import Finding
 
 UNDERVOLTAGE, CAPPED, THROTTLED, SOFT_LIMIT = (1 << bit for bit in range(4))
 """Bits of the firmware's word, which `vcgencmd get_throttled` prints; the same bits 16 places higher mean "since the
@@ -29,7 +30,7 @@ class Board:
     run: RunCommand = run_command
 
 
-def look_at_board(board: Board) -> Iterator[Diagnosis]:
+def look_at_board(board: Board) -> Iterator[Finding]:
     """All checks of a Raspberry Pi; on other computers those that apply."""
     yield from _look_at_supply(board)
     yield from _look_at_width(board)
@@ -37,7 +38,7 @@ def look_at_board(board: Board) -> Iterator[Diagnosis]:
     yield from look_at_owners(board)
 
 
-def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
+def _look_at_supply(board: Board) -> Iterator[Finding]:
     """By the firmware's word or, where this user may not ask it, by the kernel's file, which soon forgets."""
     found = re.search(r"throttled=0x([0-9a-f]+)", board.run(("vcgencmd", "get_throttled")) or "")
     try:
@@ -61,7 +62,7 @@ def _look_at_supply(board: Board) -> Iterator[Diagnosis]:
         yield fine("supply", text, word=word)
 
 
-def _look_at_width(board: Board) -> Iterator[Diagnosis]:
+def _look_at_width(board: Board) -> Iterator[Finding]:
     machine, system = (
         (board.run(command) or "").strip() for command in (("uname", "-m"), ("dpkg", "--print-architecture"))
     )
@@ -70,7 +71,7 @@ def _look_at_width(board: Board) -> Iterator[Diagnosis]:
         yield wrong("system", f"{text}; write Raspberry Pi OS (64-bit) to the card")
 
 
-def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
+def _look_at_overlays(board: Board) -> Iterator[Finding]:
     """Whether there is a card that can record and, on a Raspberry Pi without one, which overlays its start asks for."""
     if list(board.proc.glob("asound/card*/pcm*c")):
         return
@@ -84,7 +85,7 @@ def _look_at_overlays(board: Board) -> Iterator[Diagnosis]:
     yield wrong("overlay", f"{text} of {board.boot}, which {there}; then reboot the Pi")
 
 
-def look_at_owners(board: Board) -> Iterator[Diagnosis]:
+def look_at_owners(board: Board) -> Iterator[Finding]:
     """The other programs that have sound cards open now."""
     for (pid, name), cards in sorted(_owners(board.proc).items()):
         text = f"{name} (process {pid}) has {', '.join(sorted(cards))}"

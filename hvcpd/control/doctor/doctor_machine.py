@@ -13,9 +13,9 @@ import numpy as np
 
 import hvcpd
 from hvcpd.assembly.make import make_speech_recogniser
-from hvcpd.control.doctor.diagnosis import Diagnosis, RunCommand, fine, note, run_command, wrong
+from hvcpd.control.doctor.diagnosis import RunCommand, fine, note, run_command, wrong
 from hvcpd.control.simulate.team import Team
-from hvcpd.daemon.preflight import find_memory, nearest_there
+from hvcpd.daemon.preflight import Finding, find_memory, nearest_there
 from hvcpd.hardware.groups import group_of
 from hvcpd.hardware.temperature import THERMAL, processor_temperature_c
 from hvcpd.language.messages import Free, Utterance
@@ -47,7 +47,7 @@ class Machine:
     may: Callable[[Path, int], bool] = os.access
 
 
-def look_at_machine(team: Team, machine: Machine) -> Iterator[Diagnosis]:
+def look_at_machine(team: Team, machine: Machine) -> Iterator[Finding]:
     """All checks but those of sound and wheels."""
     yield from _look_at_permissions(machine)
     yield _look_at_clock(machine)
@@ -57,7 +57,7 @@ def look_at_machine(team: Team, machine: Machine) -> Iterator[Diagnosis]:
     yield look_at_service(machine)
 
 
-def _look_at_permissions(machine: Machine) -> Iterator[Diagnosis]:
+def _look_at_permissions(machine: Machine) -> Iterator[Finding]:
     for group, pattern in GROUPS.items():
         there = sorted(path for path in machine.devices.glob(pattern) if not path.is_dir())
         denied = [path for path in there if not machine.may(path, os.R_OK | os.W_OK)]
@@ -68,7 +68,7 @@ def _look_at_permissions(machine: Machine) -> Iterator[Diagnosis]:
             yield fine("permissions", f"{len(there)} device{'s' * (len(there) != 1)} of the group {group} may be used")
 
 
-def _look_at_clock(machine: Machine) -> Diagnosis:
+def _look_at_clock(machine: Machine) -> Finding:
     installed_s = Path(hvcpd.__file__).stat().st_mtime
     now_s = machine.wall_s()
     told = time.strftime("%Y-%m-%d %H:%M", time.localtime(now_s))
@@ -81,9 +81,8 @@ def _look_at_clock(machine: Machine) -> Diagnosis:
     return fine("clock", told)
 
 
-def _look_at_disk(state_dir: Path) -> Iterator[Diagnosis]:
-    memory = find_memory(state_dir)
-    yield fine("memory", memory.text) if memory.ok else wrong("memory", memory.text)
+def _look_at_disk(state_dir: Path) -> Iterator[Finding]:
+    yield find_memory(state_dir)
     nearest = nearest_there(state_dir)
     free = shutil.disk_usage(nearest).free
     text, figures = f"{free / 1e6:.0f} MB free at {nearest}", {"free_mb": round(free / 1e6)}
@@ -95,7 +94,7 @@ def _look_at_disk(state_dir: Path) -> Iterator[Diagnosis]:
         yield fine("disk", text, **figures)
 
 
-def _look_at_processor(team: Team, machine: Machine) -> Diagnosis:
+def _look_at_processor(team: Team, machine: Machine) -> Finding:
     """The recogniser on some sentences of a peer, timed against their length."""
     listener = team.settings.name
     peer = next((name for name in team.names if name.lower() != listener.lower()), listener)
@@ -118,7 +117,7 @@ def _look_at_processor(team: Team, machine: Machine) -> Diagnosis:
     return fine("processor", text, load=round(load, 3))
 
 
-def _look_at_heat(machine: Machine) -> Iterator[Diagnosis]:
+def _look_at_heat(machine: Machine) -> Iterator[Finding]:
     heat_c = processor_temperature_c(machine.thermal)
     if heat_c is None:
         return
@@ -129,7 +128,7 @@ def _look_at_heat(machine: Machine) -> Iterator[Diagnosis]:
         yield fine("heat", text, heat_c=heat_c)
 
 
-def look_at_service(machine: Machine) -> Diagnosis:
+def look_at_service(machine: Machine) -> Finding:
     """Whether systemd runs the daemon, and in which state it is."""
     told = machine.run(("systemctl", "show", "hvcpd.service", "-p", "LoadState,ActiveState,SubState,Result,NRestarts"))
     values = dict(line.split("=", 1) for line in (told or "").splitlines() if "=" in line)

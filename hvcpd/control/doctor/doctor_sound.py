@@ -6,15 +6,14 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from hvcpd.config.settings import AudioSettings
-from hvcpd.control.doctor.diagnosis import Diagnosis, fine, note, wrong
+from hvcpd.control.doctor.diagnosis import fine, note, wrong
 from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hear_oneself, listen
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.devices import Devices
-from hvcpd.daemon.preflight import sides_of
+from hvcpd.daemon.preflight import Finding, find_sound
 from hvcpd.errors import DeviceError
 from hvcpd.hardware.acoustics import SILENCE_DBFS
-from hvcpd.hardware.audio import Direction, find_device
+from hvcpd.hardware.audio import Direction, SoundDevice
 from hvcpd.ports import SAMPLE_RATE_HZ
 from hvcpd.reporting.text import over_noise
 
@@ -27,12 +26,12 @@ WEAK_SNR_DB = 10.0
 """Least signal-to-noise ratio of the robot's own voice, which arrives 20 dB louder than a peer's at 1 m."""
 
 
-def look_at_sound(team: Team, devices: Devices, aloud: bool) -> Iterator[Diagnosis]:
+def look_at_sound(team: Team, devices: Devices, aloud: bool) -> Iterator[Finding]:
     """Devices and rates, then the room's noise, then with `aloud` the own voice."""
     settings = team.settings.audio
-    found = list(_look_at_devices(settings, devices))
+    found = list(find_sound(settings, devices, _with_rates))
     yield from found
-    if not all(diagnosis.ok for diagnosis in found):
+    if not all(finding.ok for finding in found):
         return
     try:
         heard = hear_oneself(team, devices.make_stream) if aloud else listen(settings, devices.make_stream)
@@ -43,21 +42,10 @@ def look_at_sound(team: Team, devices: Devices, aloud: bool) -> Iterator[Diagnos
     yield from _calibration(team)
 
 
-def _look_at_devices(settings: AudioSettings, devices: Devices) -> Iterator[Diagnosis]:
-    try:
-        backend = devices.sound_backend()
-    except DeviceError as error:
-        yield wrong("sound", str(error))
-        return
-    for subject, direction, name in sides_of(settings):
-        try:
-            device = find_device(backend, direction, name)
-        except DeviceError as error:
-            yield wrong(subject, str(error))
-            continue
-        rates = [rate for rate in CARD_RATES_HZ if _takes(backend, direction, device.index, rate)]
-        listed = ", ".join(f"{rate / 1000:g}" for rate in rates) or "none of the usual rates"
-        yield fine(subject, f"{device.name!r}: {listed} kHz; its own rate is {device.rate_hz / 1000:g} kHz")
+def _with_rates(backend: Any, direction: Direction, device: SoundDevice) -> str:
+    rates = [rate for rate in CARD_RATES_HZ if _takes(backend, direction, device.index, rate)]
+    listed = ", ".join(f"{rate / 1000:g}" for rate in rates) or "none of the usual rates"
+    return f"{device.name!r}: {listed} kHz; its own rate is {device.rate_hz / 1000:g} kHz"
 
 
 def _takes(backend: Any, direction: Direction, index: int, rate_hz: int) -> bool:
@@ -69,7 +57,7 @@ def _takes(backend: Any, direction: Direction, index: int, rate_hz: int) -> bool
     return True
 
 
-def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
+def judge(heard: SelfHearing) -> Iterator[Finding]:
     """The findings of one round of listening."""
     floor = f"noise floor {heard.floor_dbfs:.0f} dBFS"
     figures = {"floor_dbfs": round(heard.floor_dbfs, 1), "clipped_share": round(heard.clipped, 5)}
@@ -118,7 +106,7 @@ def judge(heard: SelfHearing) -> Iterator[Diagnosis]:
         yield fine("loopback", f"{result}, and understood {heard.said!r} ({heard.confidence:.0%})", **values)
 
 
-def _calibration(team: Team) -> Iterator[Diagnosis]:
+def _calibration(team: Team) -> Iterator[Finding]:
     try:
         found = json.loads(calibration_path(team).read_text(encoding="utf-8"))
         text = f"of {found['date']}: a peer is understood up to {found['range_m']:.1f} m"
