@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+from cattrs import Converter
+
 from hvcpd.config.document import Document, KeyPath, Place, parse
 from hvcpd.config.unknown_keys import synonym_of
 from hvcpd.errors import ConfigError, did_you_mean
@@ -88,6 +90,11 @@ def _is_text(hint: Any) -> bool:
     return hint in (str, Path)
 
 
+_PLAIN = Converter(unstruct_collection_overrides={tuple: list})
+"""Turns settings into the types of JSON and YAML."""
+_PLAIN.register_unstructure_hook(Path, str)
+
+
 @dataclass(frozen=True)
 class Sourced:
     """One setting as it is in force, and its source: an option, a variable, a file with its line, or `default`."""
@@ -105,19 +112,4 @@ def sources_of(settings: Any, document: Document) -> Iterator[Sourced]:
         for part in key:
             value = getattr(value, str(part))
         source = str(document.place(key)) if document.has(key) else "default"
-        yield Sourced(".".join(map(str, key)), plain(value), source)
-
-
-def plain(value: Any) -> Any:
-    """A setting's value in the types of JSON and YAML."""
-    match value:
-        case Path():
-            return str(value)
-        case tuple():
-            return [plain(each) for each in value]
-        case Mapping():
-            return {key: plain(each) for key, each in value.items()}
-        case _ if dataclasses.is_dataclass(value) and not isinstance(value, type):
-            return {key: plain(each) for key, each in vars(value).items()}
-        case _:
-            return value
+        yield Sourced(".".join(map(str, key)), _PLAIN.unstructure(value), source)
