@@ -17,8 +17,8 @@ PATIENCE_S = 600.0
 """Time limit for one piece of work; a first start that takes ten seconds here takes about fifty on the slowest 64-bit
 board."""
 MOST_LOAD = 0.8
-"""Limit for the share of one core in the busiest second of speech, as in `hvcpctl doctor`; sound cards and wheels need
-the rest."""
+"""Limit for the share of one core that decoding speech in real time takes, in `hvcpctl doctor`, too; wheels, sound and
+the system need the rest."""
 
 
 class BenchError(HvcpdError):

@@ -13,6 +13,7 @@ import numpy as np
 
 import hvcpd
 from hvcpd.assembly.make import make_speech_recogniser
+from hvcpd.control.bench.bench import MOST_LOAD
 from hvcpd.control.doctor.diagnosis import RunCommand, fine, note, run_command, wrong
 from hvcpd.control.simulate.team import Team
 from hvcpd.daemon.preflight import Finding, find_memory, nearest_there
@@ -25,9 +26,8 @@ GROUPS = {"audio": "snd/*", "dialout": "tty[AU][CS][MB][0-9]*"}
 """Groups that may use each kind of device on Debian, Ubuntu and Raspberry Pi OS."""
 LEAST_FREE_BYTES, FEW_FREE_BYTES = 60e6, 200e6
 """Least free space: the rendered words of a team take about 40 MB, a day's transcript less than one."""
-MOST_LOAD, HIGH_LOAD = 0.8, 0.4
-"""Limit for the share of one core that decoding speech in real time takes; wheels, sound and the system need the
-rest."""
+HIGH_LOAD = 0.5 * MOST_LOAD
+"""Share of one core that decoding speech takes from which there is little headroom."""
 HOT_C = 80.0
 """A Raspberry Pi lowers its clock from 80 °C (documentation, "Frequency management and thermal control")."""
 BENCHMARK_SENTENCES = 4

@@ -37,7 +37,6 @@ class Following:
 
     asking: DaemonClient
     hearing: DaemonClient
-    clock: Callable[[], float] = time.monotonic
     _offset_s: float = 0.0
     _looked_s: float = field(default=float("-inf"))
 
@@ -54,8 +53,8 @@ class Following:
             self.hearing.ask("subscribe", events=[*usual["events"], *more])
         shown = 0
         while n_events is None or shown < n_events:
-            if self.clock() - self._looked_s >= LOOK_S:
-                self._looked_s = self.clock()
+            if time.monotonic() - self._looked_s >= LOOK_S:
+                self._looked_s = time.monotonic()
                 self._look(show)
             event = self.hearing.event_within(LOOK_S)
             if event is not None:

@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.rule import Rule
 from rich.text import Text
 
-from hvcpd.console.lines import SURE, is_passing
+from hvcpd.console.lines import SURE, SpeakerColours, is_passing
 from hvcpd.control.live.status_screen import memory_faults, status_screen, tasks_screen
 from hvcpd.reporting.palette import ROBOT_TERMINAL
 from hvcpd.reporting.text import clean, how_sure, seal_words, skill_words, task_words
@@ -26,7 +26,7 @@ class FollowLines:
     def __init__(self, console: Console) -> None:
         self._console = console
         self._live: Live | None = None
-        self._styles: dict[str, str] = {}
+        self._colours = SpeakerColours()
         self._tasks: dict[int, str] = {}
 
     def __enter__(self) -> FollowLines:
@@ -106,7 +106,7 @@ class FollowLines:
         return task_words(number, self._tasks.get(number))
 
     def _style(self, name: str) -> str:
-        return self._styles.setdefault(name, ROBOT_TERMINAL[len(self._styles) % len(ROBOT_TERMINAL)])
+        return ROBOT_TERMINAL[self._colours.of(name)]
 
 
 def _seal(event: Event) -> Parts:
