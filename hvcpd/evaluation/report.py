@@ -14,13 +14,13 @@ from markupsafe import Markup
 from hvcpd.config.files import write_whole
 from hvcpd.evaluation import plots
 from hvcpd.evaluation.trials import Findings, Table
-from hvcpd.reporting.markup import document, tag
+from hvcpd.reporting.markup import document, table, tag
 from hvcpd.reporting.palette import own_file
 
 STYLE = (
     "main{max-width:60rem;margin:0 auto;padding:1rem}table{border-collapse:collapse;font-size:.85rem}"
     "th,td{padding:.15rem .6rem;text-align:right;border-bottom:1px solid #8884}th:first-child,td:first-child,"
-    "td.text,th.text{text-align:left}img{max-width:100%;height:auto;background:#fff}.wide{overflow-x:auto}"
+    "td.text,.beside *{text-align:left}img{max-width:100%;height:auto;background:#fff}.wide{overflow-x:auto}"
 )
 OPEN_ROWS = 20
 """A longer table is folded away."""
@@ -60,14 +60,11 @@ def write_page(found: Sequence[tuple[str, Findings]], about: str, folder: Path) 
 def _beside(found: Sequence[tuple[str, Findings]]) -> Markup | None:
     """The paper's figures and ours, each with a link to its section."""
     lines = [
-        tag("tr", *(tag("td", cell, class_="text") for cell in (tag("a", b.what, href=f"#{name}"), b.paper, b.here)))
+        tag("tr", *(tag("td", cell) for cell in (tag("a", b.what, href=f"#{name}"), b.paper, b.here)))
         for name, one in found
         for b in one.beside
     ]
-    if not lines:
-        return None
-    head = tag("tr", *(tag("th", text, class_="text") for text in ("", "the paper", "here")))
-    return tag("div", tag("table", tag("thead", head), tag("tbody", *lines)), class_="wide")
+    return tag("div", table(("", "the paper", "here"), lines), class_="wide beside") if lines else None
 
 
 def _section(name: str, found: Findings, picture: Path) -> Markup:
@@ -75,19 +72,14 @@ def _section(name: str, found: Findings, picture: Path) -> Markup:
     if found.draw is not None and picture.exists():
         data = base64.b64encode(picture.read_bytes()).decode()
         plot = tag("img", src=Markup(f"data:image/png;base64,{data}"), alt=found.title)
-    table = tag("div", _table(found.table), class_="wide")
-    folded = len(found.table.rows) > OPEN_ROWS
-    shown = tag("details", tag("summary", f"All {len(found.table.rows)} rows"), table) if folded else table
+    rows = [
+        tag("tr", *(tag("td", str(c), class_="text" if isinstance(c, str) else None) for c in row))
+        for row in found.table.rows
+    ]
+    shown = tag("div", table(found.table.columns, rows), class_="wide")
+    if len(rows) > OPEN_ROWS:
+        shown = tag("details", tag("summary", f"All {len(rows)} rows"), shown)
     assumptions = tag("ul", *(tag("li", text) for text in found.assumptions)) if found.assumptions else None
     simulated = tag("p", "Simulated, with these assumptions:") if found.assumptions else None
     paragraphs = (tag("p", text) for text in found.paragraphs)
     return tag("section", tag("h2", found.title), *paragraphs, plot, simulated, assumptions, shown, id=name)
-
-
-def _table(table: Table) -> Markup:
-    head = tag("tr", *(tag("th", column) for column in table.columns))
-    rows = [
-        tag("tr", *(tag("td", str(c), class_="text" if isinstance(c, str) else None) for c in row))
-        for row in table.rows
-    ]
-    return tag("table", tag("thead", head), tag("tbody", *rows))
