@@ -31,6 +31,7 @@ _REMEDIES: tuple[tuple[str, str, bool], ...] = (
     ("a flow sequence", "close the bracket; put text with a colon or # in quotes", True),
     ("a flow mapping", "close the brace; put text with a colon or # in quotes", True),
     ("that cannot start any token", "put the text in quotes", False),
+    ("another document", "delete the line `---`, or make two files", False),
     ("alias", "put the text in quotes", False),
     ("an anchor", "put the text in quotes", False),
 )

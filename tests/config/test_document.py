@@ -52,6 +52,7 @@ def test_a_syntax_error_names_its_line() -> None:
         ("a: 1\nb: {x: 1\nc: 3\n", 2, "close the brace; put text with a colon or # in quotes"),
         ("a: @rob\n", 1, "put the text in quotes"),
         ("a: *rob\n", 1, "put the text in quotes"),
+        ("a: 1\n---\nb: 2\n", 2, "delete the line `---`, or make two files"),
     ],
 )
 def test_a_common_mistake_has_its_line_and_its_own_remedy(text: str, line: int, remedy: str) -> None:
