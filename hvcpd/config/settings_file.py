@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 from hvcpd.config.document import Document, KeyPath, Place, parse, read_bytes
 from hvcpd.config.loading import Parts, structure
 from hvcpd.config.names import NameCheck, NameCheckBy, repeated_names
-from hvcpd.config.settings import DEFAULT_NAMES, Settings
+from hvcpd.config.settings import DEFAULT_NAMES, STATE_DIR, ControlSettings, Settings
 from hvcpd.config.skill_settings import SkillSettings, runnable
 from hvcpd.config.sources import FILE_VARIABLE, Sourced, overlay_environment, sources_of
 from hvcpd.errors import ConfigError, did_you_mean
@@ -90,6 +91,33 @@ def load_with_sources(
 def load_settings(path: Path | None = None, overrides: Mapping[str, object] | None = None, **options: Any) -> Settings:
     """The settings of `load_with_sources` alone."""
     return load_with_sources(path, overrides, **options).settings
+
+
+def guessed_settings(
+    path: Path | None, name: str | None, environment: Mapping[str, str] = os.environ
+) -> tuple[Settings, str | None]:
+    """Settings with errors, as far as they say where the robot's control socket is, and its name if there is one."""
+    path = path or Path(environment.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH)
+    try:
+        document = parse(read_bytes(path), str(path))
+    except ConfigError:
+        document = Document(Place(str(path)))
+    overlay_environment(document, Settings, environment)
+
+    def text(*key: str) -> str | None:
+        found = document.value
+        for part in key:
+            found = found.get(part) if isinstance(found, dict) else None
+        return found if isinstance(found, str) else None
+
+    def file(*key: str) -> Path | None:
+        with suppress(ConfigError):
+            return _absolute(Path(found), document, key, path) if (found := text(*key)) else None
+        return None
+
+    name, state_dir = name or text("name"), file("state_dir")
+    control = ControlSettings(socket=file("control", "socket"))
+    return Settings(name=name or STAND_IN_NAME, state_dir=state_dir or STATE_DIR, control=control), name
 
 
 def commented_settings() -> str:

@@ -10,7 +10,7 @@ from hypothesis import settings as examples
 from hypothesis import strategies as st
 
 from hvcpd.config.settings import AudioSettings, PeerSettings, Settings
-from hvcpd.config.settings_file import load_settings, load_with_sources
+from hvcpd.config.settings_file import guessed_settings, load_settings, load_with_sources
 from hvcpd.errors import ConfigError
 
 
@@ -152,3 +152,18 @@ def test_any_value_gives_settings_or_a_config_error_that_names_a_variable(enviro
     else:
         lines = []
     assert all(line.startswith("HVCPD_") for line in lines)
+
+
+def test_a_robot_is_found_by_settings_with_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """~ was the name of a folder beside the file there, and variables did not count: `hvcpctl stop` found no robot."""
+    monkeypatch.setenv("HOME", "/home/anna")
+    path = tmp_path / "hvcpd.yaml"
+    path.write_text("mdoe: follow\nname: Rob\nstate_dir: ~/state\ncontrol: {socket: rob.sock}\n")
+    found, name = guessed_settings(path, None, {})
+    assert (found.state_dir, found.control.socket) == (Path("/home/anna/state"), tmp_path / "rob.sock")
+    assert (found.name, name) == ("Rob", "Rob")
+    found, name = guessed_settings(path, None, {"HVCPD_NAME": "Zoe", "HVCPD_CONTROL__SOCKET": "/run/zoe.sock"})
+    assert (found.control.socket, name) == (Path("/run/zoe.sock"), "Zoe")
+    path.write_text("\t: [")
+    found, name = guessed_settings(None, None, {"HVCPD_CONFIG": str(path), "HVCPD_STATE_DIR": "/var/lib/zoe"})
+    assert (found.state_dir, found.control.socket, found.name, name) == (Path("/var/lib/zoe"), None, "Rob", None)

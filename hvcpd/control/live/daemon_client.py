@@ -16,11 +16,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hvcpd.config.document import parse, read_bytes
 from hvcpd.config.json_objects import json_object
-from hvcpd.config.settings import STATE_DIR, ControlSettings, Settings
-from hvcpd.config.settings_file import STAND_IN_NAME, SYSTEM_SETTINGS_PATH, load_with_sources
-from hvcpd.config.sources import FILE_VARIABLE
+from hvcpd.config.settings import Settings
+from hvcpd.config.settings_file import guessed_settings, load_with_sources
 from hvcpd.daemon.control_protocol import PROTOCOL
 from hvcpd.daemon.control_socket import no_answer, short_address, socket_folders, socket_name
 from hvcpd.errors import BusyError, ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
@@ -253,26 +251,8 @@ def lenient_settings(options: argparse.Namespace, *, noted: bool = True) -> tupl
         if noted:
             first = str(error).splitlines()[0]
             sys.stderr.write(f"hvcpctl: note: the settings have errors ({first})\n")
-        return _guessed(options.config or os.environ.get(FILE_VARIABLE) or SYSTEM_SETTINGS_PATH, name)
+        return guessed_settings(options.config, name)
     return loaded.settings, loaded.name
-
-
-def _guessed(file: str | Path, name: str | None) -> tuple[Settings, str | None]:
-    """The settings that say where the socket is, as far as they can be read from a file with errors."""
-    path = Path(file)
-    try:
-        value = parse(read_bytes(path), str(path)).value
-    except ConfigError:
-        value = None
-    top = value if isinstance(value, dict) else {}
-    group = top.get("control")
-    named = {"name": top.get("name"), "state": top.get("state_dir")}
-    named["socket"] = group.get("socket") if isinstance(group, dict) else None
-    text = {key: each for key, each in named.items() if isinstance(each, str)}
-    name = name or text.get("name")
-    state_dir = path.parent / text["state"] if "state" in text else STATE_DIR
-    control = ControlSettings(socket=path.parent / text["socket"] if "socket" in text else None)
-    return Settings(name=name or STAND_IN_NAME, state_dir=state_dir, control=control), name
 
 
 def _only(paths: list[Path], name: str | None, folders: tuple[Path, ...], file: Path | None) -> DaemonClient:
