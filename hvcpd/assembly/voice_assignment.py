@@ -31,19 +31,20 @@ def assign_voices(sound: Sound, settings: Settings, words: Callable[[], Iterable
     """
     sound = sound.made_natural() if settings.synthesizer == "natural" else sound
     own = PeerSettings(settings.voice, settings.voice_folder, settings.pitch, settings.rate)
-    chosen = {**{name.lower(): peer for name, peer in settings.peers.items()}, settings.name.lower(): own}
+    chosen = [(f"peers.{name}.", name.lower(), peer) for name, peer in settings.peers.items()]
+    chosen.append(("", settings.name.lower(), own))
     voices = {
         name: varied(voice_named(peer.voice) if peer.voice else voice_for(name), peer.pitch, peer.rate)
-        for name, peer in chosen.items()
+        for _, name, peer in chosen
     }
     recorded: dict[str, RecordedSpeaker] = {}
     faults = []
-    for name, peer in chosen.items():
+    for key, name, peer in chosen:
         if peer.voice_folder is not None:
             try:
                 recorded[name] = recorded_voice(peer.voice_folder, words(), sound.lexicon, sound.said_by(voices[name]))
             except AudioFileError as error:
-                faults.append(f"voice_folder: {error}")
+                faults.append(f"{key}voice_folder: {error}")
     if faults:
         raise ConfigError("\n".join(faults))
     return replace(sound, voices=voices, recorded=recorded)

@@ -157,6 +157,8 @@ def test_every_word_that_a_folder_lacks_is_told_at_once(tmp_path: Path) -> None:
     assert "no recording of" in lines[1]
     assert "am" in lines[1]
     assert "nowhere: there is no such folder" in lines[0]
+    assert lines[0].startswith("peers.Bot.voice_folder: "), "it was told as the robot's own"
+    assert lines[1].startswith(f"voice_folder: {folder}")
 
 
 def test_a_robot_that_learned_a_name_listens_for_its_voice_after_a_restart() -> None:
