@@ -14,7 +14,7 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import WordMission, WordPlan
 from hvcpd.config.recurrence import BEGIN
 from hvcpd.control.simulate.simulate_parser import FOR_SOUND
-from hvcpd.control.simulate.team import Team, lacked_skills, own_robot, unable_robots
+from hvcpd.control.simulate.team import Team, as_written, lacked_skills, unable_robots
 from hvcpd.coordination.actions import Speech, Talk
 from hvcpd.errors import EX_FAILURE, EX_OK, AudioFileError, ConfigError, writing
 from hvcpd.language import messages as m
@@ -70,7 +70,7 @@ def day_plan(options: argparse.Namespace, team: Team, coordinator: str | None, s
     """The hours that the options, and the settings for their own robot, describe."""
     skills = frozenset(skill.name for skill in team.tasks.skills)
     lacked = lacked_skills(options.without, options.robots, skills, team)
-    unable, own = unable_robots(team, options.robots), own_robot(team.settings, options.robots)
+    unable, own = unable_robots(team, options.robots), as_written(team.settings.name, options.robots)
     clocked = [name for name in options.robots if team.settings.clock or name != own]
     return WordPlan(
         options.robots,

@@ -32,9 +32,9 @@ from hvcpd.control.keys.key import today
 from hvcpd.control.simulate.day import run_hours
 from hvcpd.control.simulate.team import (
     Team,
+    as_written,
     lacked_skills,
     load_team,
-    own_robot,
     refuse_confusable,
     robots_of,
     taking_part,
@@ -156,7 +156,7 @@ def _speech(options: argparse.Namespace, settings: SpeechSettings) -> Speech:
 def _coordinator(options: argparse.Namespace, robots: tuple[str, ...], settings: Settings) -> str | None:
     """Who gives the orders, by the options or else as the settings have their own robot do; None: nobody."""
     named: str | None = options.coordinator
-    own = own_robot(settings, robots)
+    own = as_written(settings.name, robots)
     role = settings.mode if own is not None else "volunteer"
     if (options.mode or role) == "volunteer":
         if named:
@@ -164,7 +164,7 @@ def _coordinator(options: argparse.Namespace, robots: tuple[str, ...], settings:
         return None
     if len(robots) < 2:
         raise ConfigError("--mode coordinate: one robot alone has nobody to order; name at least two with --robots")
-    chosen = next((robot for robot in robots if named and robot.lower() == named.lower()), None)
+    chosen = as_written(named, robots) if named else None
     if named and chosen is None:
         raise ConfigError(f"--coordinator: {named} does not take part; choose one of {', '.join(robots)}")
     others = [robot for robot in robots if role != "follow" or robot != own]

@@ -95,22 +95,21 @@ def robots_of(options: argparse.Namespace) -> tuple[str, ...]:
     return tuple(name for key, name in named.items() if key not in people)
 
 
+def as_written(robot: str, robots: Iterable[str]) -> str | None:
+    """The one of these robots that has the name, as it is written among them; None if there is none."""
+    return next((name for name in robots if name.lower() == robot.lower()), None)
+
+
 def taking_part(robot: str, robots: Iterable[str], option: str) -> str:
     """The robot that an option names, as it is written. Raises ConfigError for one that does not take part."""
-    for name in robots:
-        if name.lower() == robot.lower():
-            return name
-    raise ConfigError(f"{option}: {robot} does not take part; {did_you_mean(robot, robots)}")
-
-
-def own_robot(settings: Settings, robots: Iterable[str]) -> str | None:
-    """The settings' robot, as it is written among these; None if it does not take part."""
-    return next((name for name in robots if name.lower() == settings.name.lower()), None)
+    if (name := as_written(robot, robots)) is None:
+        raise ConfigError(f"{option}: {robot} does not take part; {did_you_mean(robot, robots)}")
+    return name
 
 
 def unable_robots(team: Team, robots: Iterable[str]) -> dict[str, frozenset[int]]:
     """By the name of the settings' robot, if it takes part, the numbers of the tasks that it cannot do."""
-    own = own_robot(team.settings, robots)
+    own = as_written(team.settings.name, robots)
     return {own: team.settings.beyond(team.tasks)} if own is not None else {}
 
 
