@@ -293,6 +293,13 @@ def test_who_says_nothing_is_not_waited_for_for_ever() -> None:
     assert "'stop' is left out; enrol it later with --words stop" in out.getvalue()
 
 
+def test_an_offset_of_the_microphone_is_no_noise() -> None:
+    """It hid words that were not four times as loud; a session was of no use."""
+    microphone = Microphone([said("stop")])
+    microphone.sound = microphone.sound + np.float32(0.1)
+    assert record_takes(["stop"], 1, microphone, io.StringIO()).keys() == {"stop"}
+
+
 def test_the_command_records_from_the_microphone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     script = [said("stop"), said("stop", 123.0), said("stop", 126.0)]
     arguments = ["enrol", "Anna", "--state-dir", str(tmp_path), "--words", "stop"]

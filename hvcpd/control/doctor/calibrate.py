@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 import time
 from collections.abc import Callable
@@ -19,7 +18,7 @@ from hvcpd.control.doctor.self_hearing import SelfHearing, calibration_path, hea
 from hvcpd.control.simulate.team import Team, load_team
 from hvcpd.daemon.devices import Devices
 from hvcpd.errors import EX_FAILURE, EX_OK, DeviceError, StoreError, writing
-from hvcpd.hardware.acoustics import NEEDED_SNR_DB, SILENCE_DBFS, Echo, Response, predicted_range_m
+from hvcpd.hardware.acoustics import NEEDED_SNR_DB, SILENCE_DBFS, Echo, Response, power_dbfs, predicted_range_m
 from hvcpd.hardware.audio import find_device
 from hvcpd.reporting.text import over_noise
 
@@ -67,7 +66,7 @@ def run(
 
 def _adjust(mixer: Mixer, control: Control, echo: Echo, options: argparse.Namespace) -> bool:
     """Bring the peak of the robot's own voice nearer to PEAK_DBFS; returns whether that changed anything."""
-    missing_db = PEAK_DBFS - _db(echo.peak)
+    missing_db = PEAK_DBFS - power_dbfs(echo.peak**2)
     before_db = mixer.gain_db(control)
     if abs(missing_db) <= NEAR_DB or before_db is None:
         return False
@@ -87,8 +86,9 @@ def _tell_round(options: argparse.Namespace, heard: SelfHearing) -> None:
         sys.stdout.write(f"noise {heard.floor_dbfs:.0f} dBFS, the own voice was not found\n")
         return
     echo = heard.echo
+    peak_dbfs = power_dbfs(echo.peak**2)
     sys.stdout.write(
-        f"noise {heard.floor_dbfs:.0f} dBFS, own voice {echo.level_dbfs:.0f} dBFS (peak {_db(echo.peak):.0f}), "
+        f"noise {heard.floor_dbfs:.0f} dBFS, own voice {echo.level_dbfs:.0f} dBFS (peak {peak_dbfs:.0f}), "
         f"{over_noise(echo.snr_db)}, {'understood' if heard.understood else 'not understood'}\n"
     )
 
@@ -101,7 +101,7 @@ def _finish(
         "date": time.strftime("%Y-%m-%d", time.localtime(wall_s)),
         "floor_dbfs": round(heard.floor_dbfs, 1),
         "own_level_dbfs": round(echo.level_dbfs, 1),
-        "own_peak_dbfs": round(_db(echo.peak), 1),
+        "own_peak_dbfs": round(power_dbfs(echo.peak**2), 1),
         "own_snr_db": round(echo.snr_db, 1),
         "own_distance_m": options.distance,
         "delay_s": round(echo.delay_s, 4),
@@ -117,7 +117,7 @@ def _finish(
     if options.json:
         sys.stdout.write(json.dumps(result) + "\n")
         return EX_OK if heard.understood else EX_FAILURE
-    off_db = PEAK_DBFS - _db(echo.peak)
+    off_db = PEAK_DBFS - power_dbfs(echo.peak**2)
     if abs(off_db) > NEAR_DB:
         why = "no mixer control for it was found" if control is None else f"{control.name} goes no further"
         sys.stdout.write(
@@ -148,7 +148,3 @@ def _keep(path: Path, result: dict[str, object]) -> None:
     with writing(path, StoreError, otherwise="run this as the daemon's user, or with --dry-run"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, (json.dumps(result, indent=2) + "\n").encode())
-
-
-def _db(amplitude: float) -> float:
-    return 20.0 * math.log10(max(amplitude, 1e-6))

@@ -11,6 +11,7 @@ from typing import Generic, TextIO, TypeVar
 import numpy as np
 
 from hvcpd.control.enrol.recordings import check_take
+from hvcpd.hardware.acoustics import SILENCE_DBFS, level_dbfs
 from hvcpd.hardware.audio_exchange import SoundStream
 from hvcpd.people.enrolled import SpokenSentence
 from hvcpd.ports import SAMPLE_RATE_HZ, Samples
@@ -30,6 +31,8 @@ WAIT_S = 6.0
 LONGEST_S, LONGEST_SENTENCE_S = 3.0, 15.0
 ONSET_DB = 12.0
 """Least level of a word above the noise."""
+LEAST_NOISE_DBFS = -100.0
+"""Noise of a microphone that gives digital silence between words."""
 TRIES = 4
 """Attempts at one word or sentence; then it is left out."""
 Words = tuple[str, ...]
@@ -86,7 +89,7 @@ class _Session:
         self._stream = stream
         self._out = out
         self._after_s, self._longest_s = after_s, longest_s
-        self._noise_rms = 1e-4
+        self._noise_dbfs = SILENCE_DBFS
 
     def lead(self, what: str, asked: Sequence[_Asked[Good]]) -> None:
         """Ask for one after the other until an interrupt; each is kept as soon as it is good."""
@@ -114,7 +117,7 @@ class _Session:
         await self._read(SETTLE_S)
         self._out.write("Be quiet for a second.\n")
         self._out.flush()
-        self._noise_rms = max(_rms(await self._read(NOISE_S)), 1e-5)
+        self._noise_dbfs = max(level_dbfs(await self._read(NOISE_S)), LEAST_NOISE_DBFS)
 
     async def _ask(self, prompt: str, check: Callable[[Samples], Checked[Good]]) -> Good | None:
         """What `check` makes of what is said; None after TRIES that were no good."""
@@ -139,7 +142,7 @@ class _Session:
             block = await self._block()
             blocks.append(block)
             heard += len(block)
-            loud = _rms(block) > self._noise_rms * 10.0 ** (ONSET_DB / 20.0)
+            loud = level_dbfs(block) > self._noise_dbfs + ONSET_DB
             self._meter(block)
             quiet = 0 if loud else quiet + len(block)
             if loud and began is None:
@@ -150,7 +153,7 @@ class _Session:
 
     def _meter(self, block: Samples) -> None:
         if self._out.isatty():
-            step = int((20.0 * np.log10(max(_rms(block), 1e-6)) + 70.0) / _BAR_DB)
+            step = int((level_dbfs(block) + 70.0) / _BAR_DB)
             self._out.write(_BARS[min(max(step, 0), len(_BARS) - 1)] + "\b")
             self._out.flush()
 
@@ -164,7 +167,3 @@ class _Session:
         block = await self._stream.read()
         self._stream.write(np.zeros(len(block), np.float32))
         return block
-
-
-def _rms(block: Samples) -> float:
-    return float(np.sqrt(np.mean(block.astype(np.float64) ** 2))) if len(block) else 0.0
