@@ -112,6 +112,7 @@ def test_the_end_of_a_voice_is_found_in_noise() -> None:
     found = voice_in(noise)
     assert found is not None
     assert found == (pytest.approx(1.5, abs=0.02), pytest.approx(17.1, abs=0.5))
+    assert voice_in(noise + np.float32(0.1)) == pytest.approx(found, abs=0.1), "the call had not arrived"
 
 
 @pytest.mark.parametrize("tap_s", [0.5, 3.0])

@@ -113,7 +113,7 @@ def _asked(team: Team, devices: Devices, options: argparse.Namespace) -> Iterato
 def voice_in(heard: Samples) -> tuple[float, float] | None:
     """The end of the speech in a recording, shape (n,), in s, and its level above the rest, in dB; None if nobody
     spoke. A tap or a click before or after the word is shorter."""
-    power = frame_powers(heard, FRAME)
+    power = frame_powers(heard - np.median(heard), FRAME)  # a microphone's offset is no noise
     floor = max(float(np.median(power)), 1e-12)
     loud = np.flatnonzero(power >= floor * 10.0 ** (LEAST_OVER_DB / 10.0))
     if not len(loud):
