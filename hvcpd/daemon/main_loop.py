@@ -155,9 +155,9 @@ class Daemon:
             self._control.begin(robot)
             give_back_memory()
             registry = NameRegistry(plan, self.wiring.sound, settings.names)
-            self._name_learning = NameLearning(robot, registry, self.wiring.sound, warm_up, self._rendered)
-            stack.push_async_callback(self._name_learning.close)
-            body.join, body.retask = self._name_learning.join, self._name_learning.retask
+            learning = self._name_learning = NameLearning(robot, registry, self.wiring.sound, warm_up, self._rendered)
+            stack.push_async_callback(learning.close)
+            body.join, body.retask = learning.join, learning.retask
             self._ready.set()
             if settings.learn_voices:
                 self._adaptation = Adaptation(
@@ -168,11 +168,11 @@ class Daemon:
             await self._find_wheels(stack, navigator)
             await sound.start()
             self._manager.ready(self._listens)
-            self._name_learning.prepare()
+            learning.prepare()
             _log.info("listening", names=", ".join(plan.team.names), latency_s=round(sound.latency_s, 3))
             stack.callback(sound.tell_losses)
             with self._pose.forgotten_at_the_end():
-                await self._live(robot, sound)
+                await self._live(robot, sound, learning)
 
     async def _warm_up(self, plan: RobotPlan) -> CacheWarmUp:
         """With the words rendered that the robot listens for."""
@@ -250,7 +250,7 @@ class Daemon:
             if part is not None:
                 await part.settled()
 
-    async def _live(self, robot: Robot, sound: SoundService) -> None:
+    async def _live(self, robot: Robot, sound: SoundService, learning: NameLearning) -> None:
         self.listening = True
         while not self._has_left(robot):
             block = await sound.read()
@@ -273,12 +273,11 @@ class Daemon:
             self._control.note(robot, block.samples, reading, output)
             self._journal.write(output.records, robot.now)
             self._pose.note(robot.odometry.pose, robot.odometry.last, robot.now)
-            if self._name_learning is not None:
-                self._name_learning.take(output.records)
+            learning.take(output.records)
             if self._adaptation is not None:
                 self._adaptation.take(output.records)
             for record in output.records:
-                tell(record, self._control.body.wiring.tasks)
+                tell(record, self.wiring.tasks)
             self._tell_manager(robot, sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 
@@ -334,7 +333,7 @@ class Daemon:
                 "start, restart the service",
             )
         if states.count("done") == len(self.wiring.tasks.tasks):
-            files = f"{self.wiring.settings.memory_path} and {self.wiring.latch_path}"
+            files = f"{settings.memory_path} and {self.wiring.latch_path}"
             _log.warning(
                 "nothing left to do",
                 reason=f"every task is already done; to start afresh, stop the daemon and delete {files}",
