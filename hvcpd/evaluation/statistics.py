@@ -68,10 +68,6 @@ class Pivot:
         """Whether the trials carry any information about that point."""
         return self.low > 0.0 or not math.isinf(self.high)
 
-    def share(self, at: float) -> float:
-        """The fitted share at a distance."""
-        return float(1.0 / (1.0 + np.exp(np.clip(self.slope * math.log(at / self.at), -500.0, 500.0))))
-
     def text(self, unit: str = "m", digits: int = 2) -> str:
         """As text: "1.23 m (95 %: 1.10 to 1.40 m)", or "> 20 m"."""
         low, high = (f"{end:.{digits}f}" for end in (self.low, self.high))

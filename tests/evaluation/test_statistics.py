@@ -43,7 +43,6 @@ def test_a_known_curve_is_found_again(at_m: float, slope: float) -> None:
     assert found.at == pytest.approx(at_m, rel=0.03)
     assert found.slope == pytest.approx(slope, rel=0.1)
     assert found.low <= found.at <= found.high
-    assert found.share(found.at) == pytest.approx(0.5)
     assert found.sign == ""
 
 
