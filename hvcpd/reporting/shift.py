@@ -24,7 +24,8 @@ WORD_S = 0.4
 """Duration for which a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some
 3.6 s."""
 SAME_REPORT_S = 600.0
-"""A report is repeated until somebody confirms it; what is reported later than this was done again."""
+"""A report is repeated until somebody confirms it; what is reported later than this was done again, and so was what its
+doer has claimed again."""
 BINS = 32
 """Parts in which a shift's talk is counted: a quarter of an hour each where it lasts eight hours."""
 
@@ -161,7 +162,7 @@ class _Reader:
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
         self._own, self._begin_s, self._names = own, begin_s, names
-        self._done_s: dict[tuple[str, int], float] = {}
+        self._done_s: dict[tuple[str, int | None], float] = {}
         self._claimed: dict[int, str] = {}
         self._next = 0
 
@@ -207,7 +208,11 @@ class _Reader:
 
     def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
         match statement:
-            case m.Claim(ref) | m.Working(ref):  # of two claimed at once it goes to the first
+            case m.Claim() as claim:
+                for each in claim.tasks:  # what is claimed once more is done once more
+                    self._done_s.pop((member.name, self._number(each)), None)
+                self._change(claim.task, "claimed", member.name, wall_s)  # of two claimed at once it goes to the first
+            case m.Working(ref):
                 self._change(ref, "claimed", member.name, wall_s)
             case m.Completed():
                 for done in statement.tasks:
@@ -231,6 +236,11 @@ class _Reader:
     def _task(self, number: int) -> str:
         return task_words(number, self._names.get(number))
 
+    def _number(self, ref: m.TaskRef) -> int | None:
+        if isinstance(ref, m.TaskByNumber):
+            return ref.number
+        return next((number for number, name in self._names.items() if name == ref.name), None)
+
     def _is_reported(self, number: int, wall_s: float) -> bool:
         """Whether anybody has just done that task."""
         return any(task == number and wall_s - at_s < SAME_REPORT_S for (_, task), at_s in self._done_s.items())
@@ -246,8 +256,7 @@ class _Reader:
         self._change(ref, "done", member.name, wall_s)
 
     def _change(self, ref: m.TaskRef, state: str, owner: str | None, wall_s: float, robot: str | None = None) -> None:
-        numbers = {name: number for number, name in self._names.items()}
-        number = ref.number if isinstance(ref, m.TaskByNumber) else numbers.get(ref.name)
+        number = self._number(ref)
         if number is not None:
             at_s = wall_s - self._begin_s
             before = self._claimed.pop(number, None)

@@ -141,6 +141,22 @@ def test_the_audit_counts_orders_refusals_and_shares(memory: Path, capsys: pytes
     assert "0.90 (1 = all equal)" in capsys.readouterr().out
 
 
+def test_the_audit_counts_what_recurs_each_time(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a task that is done every hour of a day only the first time counted, and only for the robot that did it."""
+    again = "Hi all, I am Bot, task five complete, I will complete task three"
+    with closing(Store(memory)) as store:
+        for text in (
+            "Hi team plant, I am Bot, I will water the yellow rose",
+            again,
+            again,
+            "Hi all, I am Bot, task three complete",
+        ):
+            store.append_transcript(TranscriptRecord(50.0, "heard", "Bot", text))
+    assert main(["audit", "--memory", str(memory), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["shares"], found["done"]["5"]) == ({"Rob": 2, "Bot": 3}, "Rob")
+
+
 def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with closing(Store(memory)) as store:
         store.append_transcript(TranscriptRecord(50.0, "heard", None, "\x1b[2Jgone\nnext"))

@@ -93,6 +93,20 @@ def test_a_task_counts_once_however_often_it_is_reported_and_again_if_it_is_done
     assert shift(talk=talk).done == {1: 2}
 
 
+def test_a_task_that_is_claimed_once_more_is_done_once_more_however_soon() -> None:
+    """Of a task that is due every ten minutes, and of one that somebody wants again at once, reports are close."""
+    talk = (
+        (0.0, "heard", "Bot", "Hi all, I am Bot, task one complete, I will complete task two and three"),
+        (100.0, "heard", "Bot", "Hi all, I am Bot, task two and three complete"),
+        (110.0, "heard", "Anna", "Hi Bot, I am Anna, task three again"),
+        (120.0, "heard", "Bot", "Hi all, I am Bot, task two and three complete"),
+        (130.0, "heard", "Bot", f"Hi all, I am Bot, I will {plants(3)[0].name}"),
+        (150.0, "heard", "Bot", "Hi all, I am Bot, task one complete, I will complete task two and three"),
+        (200.0, "heard", "Bot", "Hi all, I am Bot, task two and three complete"),
+    )
+    assert shift(talk=talk).done == {1: 2, 2: 2, 3: 2}
+
+
 def test_what_two_robots_do_together_counts_once() -> None:
     """The figures said "11 tasks done", and the list of what was due "10 done"."""
     deeds = [(BEGIN_S, 1, "Rob"), (BEGIN_S + 5.0, 1, "Bot"), (BEGIN_S + 10.0, 2, "Bot"), (BEGIN_S + 20.0, 3, "Bot")]

@@ -7,10 +7,11 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 
+from hvcpd.config.tasks import TaskDefinition
 from hvcpd.control.live.report import vocabulary_of
 from hvcpd.control.live.transcript import open_transcript, since_wall_s
 from hvcpd.errors import EX_OK, PhraseError
@@ -46,6 +47,8 @@ class Audit:
     claims: Counter[str] = field(default_factory=Counter)
     done: dict[int, str] = field(default_factory=dict)
     """Each task's number and who was first to report it done."""
+    deeds: Counter[str] = field(default_factory=Counter)
+    """By robot; what recurs counts each time."""
     failed: Counter[str] = field(default_factory=Counter)
     stops: Counter[str] = field(default_factory=Counter)
     garbled: int = 0
@@ -54,8 +57,8 @@ class Audit:
 
     @property
     def shares(self) -> Counter[str]:
-        """The number of tasks that each robot did, 0 for robots that only claimed."""
-        shares = Counter(self.done.values())
+        """How many tasks each robot did, 0 for robots that only claimed."""
+        shares = Counter(self.deeds)
         for name in self.claims:
             shares.setdefault(name, 0)
         return shares
@@ -68,10 +71,10 @@ class Audit:
         return sum(counts) ** 2 / (len(counts) * squares) if squares else None
 
 
-def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook) -> Audit:
+def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook, tasks: Iterable[TaskDefinition]) -> Audit:
     """Count what was said and heard."""
     found = Audit()
-    pending: dict[tuple[str, str], str] = {}
+    counter = _Counter(found, {m.TaskByName(task.name): m.TaskByNumber(task.number) for task in tasks})
     for row in rows:
         if row.record.kind == "garbled":
             found.garbled += not row.record.text  # with a text it is a note, and nobody has spoken
@@ -81,34 +84,58 @@ def audit(rows: Iterable[TranscriptRow], phrasebook: Phrasebook) -> Audit:
         except PhraseError:
             found.not_understood += 1
             continue
-        _count(found, utterance, utterance.speaker or row.record.speaker or "somebody", pending)
+        counter.take(utterance, utterance.speaker or row.record.speaker or "somebody")
     return found
 
 
-def _count(found: Audit, u: m.Utterance, speaker: str, pending: dict[tuple[str, str], str]) -> None:
-    to = str(u.addressee or m.ToAll())
-    found.sentences[speaker] += 1
-    answered = pending.get((speaker, to))
-    match m.parts(u)[-1].statement:
-        case statement if isinstance(statement, ORDERS):
-            pending[to, speaker] = f"{speaker} to {to}"
-            found.orders[f"{speaker} to {to}"] += 1
-        case m.Claim() | m.WillMove() if answered:
-            found.taken[answered] += 1
-            del pending[speaker, to]
-        case m.Claim() as claim:
-            found.claims[speaker] += len(claim.tasks)
-        case m.Completed() as report:
-            for task in report.tasks:
-                found.done.setdefault(task.number, speaker)
-            found.claims[speaker] += len(report.claim.tasks) if report.claim is not None else 0
-        case m.Failed():
-            found.failed[speaker] += 1
-        case m.Stop():
-            found.stops[speaker] += 1
-        case statement if type(statement) in REASONS and (answered or isinstance(statement, m.Unable | m.Unknown)):
-            found.refusals[f"{speaker} to {to}: {REASONS[type(statement)]}"] += 1
-            pending.pop((speaker, to), None)
+class _Counter:
+    """Takes sentences one after the other."""
+
+    def __init__(self, found: Audit, numbered: Mapping[m.TaskRef, m.TaskRef]) -> None:
+        self._found, self._numbered = found, numbered
+        self._pending: dict[tuple[str, str], str] = {}
+        self._reported: set[tuple[str, m.TaskRef]] = set()
+        """By whom which tasks were done since they were claimed: a report may be repeated."""
+
+    def take(self, u: m.Utterance, speaker: str) -> None:
+        """Count a sentence."""
+        found, pending = self._found, self._pending
+        to = str(u.addressee or m.ToAll())
+        found.sentences[speaker] += 1
+        answered = pending.get((speaker, to))
+        statement = m.parts(u)[-1].statement
+        if isinstance(statement, m.Claim):
+            self._claim(speaker, statement)
+        match statement:
+            case order if isinstance(order, ORDERS):
+                pending[to, speaker] = f"{speaker} to {to}"
+                found.orders[f"{speaker} to {to}"] += 1
+            case m.Claim() | m.WillMove() if answered:
+                found.taken[answered] += 1
+                del pending[speaker, to]
+            case m.Claim() as claim:
+                found.claims[speaker] += len(claim.tasks)
+            case m.Completed() as report:
+                self._complete(speaker, report)
+            case m.Failed():
+                found.failed[speaker] += 1
+            case m.Stop():
+                found.stops[speaker] += 1
+            case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
+                found.refusals[f"{speaker} to {to}: {REASONS[type(no)]}"] += 1
+                pending.pop((speaker, to), None)
+
+    def _claim(self, speaker: str, claim: m.Claim) -> None:
+        self._reported -= {(speaker, self._numbered.get(task, task)) for task in claim.tasks}
+
+    def _complete(self, speaker: str, report: m.Completed) -> None:
+        for task in report.tasks:
+            self._found.done.setdefault(task.number, speaker)
+            self._found.deeds[speaker] += (speaker, task) not in self._reported
+            self._reported.add((speaker, task))
+        if report.claim is not None:
+            self._claim(speaker, report.claim)
+            self._found.claims[speaker] += len(report.claim.tasks)
 
 
 def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> int:
@@ -116,8 +143,8 @@ def run(options: argparse.Namespace, now_s: Callable[[], float] = time.time) -> 
     since_s = since_wall_s(options.since, now_s())
     with closing(open_transcript(options)) as reader:
         rows = reader.rows(since_wall_s=since_s)
-        phrasebook, _ = vocabulary_of(reader, rows, options)
-    found = audit(rows, phrasebook)
+        phrasebook, tasks = vocabulary_of(reader, rows, options)
+    found = audit(rows, phrasebook, tasks)
     counts = {**vars(found), "shares": found.shares, "fairness": found.fairness}
     sys.stdout.write(json.dumps(counts) + "\n" if options.json else _as_text(found))
     return EX_OK
