@@ -24,8 +24,8 @@ WORD_S = 0.4
 """Duration for which a word is drawn: the transcript keeps when a sentence began. An utterance of nine words lasts some
 3.6 s."""
 SAME_REPORT_S = 600.0
-"""A report is repeated until somebody confirms it; what is reported later than this was done again, and so was what its
-doer has claimed again."""
+"""A report is repeated until somebody confirms it; what is reported later than this has ended again, and so has what
+was claimed again."""
 BINS = 32
 """Parts in which a shift's talk is counted: a quarter of an hour each where it lasts eight hours."""
 
@@ -162,7 +162,7 @@ class _Reader:
         self.troubles: list[Trouble] = []
         self.garbled = self.unknown = 0
         self._own, self._begin_s, self._names = own, begin_s, names
-        self._done_s: dict[tuple[str, int | None], float] = {}
+        self._reported_s: dict[tuple[type[m.Statement], str, int | None], float] = {}
         self._claimed: dict[int, str] = {}
         self._next = 0
 
@@ -209,8 +209,9 @@ class _Reader:
     def _tell(self, statement: m.Statement | None, member: Member, wall_s: float) -> None:
         match statement:
             case m.Claim() as claim:
-                for each in claim.tasks:  # what is claimed once more is done once more
-                    self._done_s.pop((member.name, self._number(each)), None)
+                for each in claim.tasks:  # what is claimed once more is done, or given up, once more
+                    for ended in (m.Completed, m.Failed):
+                        self._reported_s.pop((ended, member.name, self._number(each)), None)
                 self._change(claim.task, "claimed", member.name, wall_s)  # of two claimed at once it goes to the first
             case m.Working(ref):
                 self._change(ref, "claimed", member.name, wall_s)
@@ -218,7 +219,7 @@ class _Reader:
                 for done in statement.tasks:
                     self._complete(done, member, wall_s)
                 self._tell(statement.claim, member, wall_s)
-            case m.Failed(ref):
+            case m.Failed(ref) if not self._is_repeated(m.Failed, member, ref.number, wall_s):
                 member.failed.append(ref.number)
                 self._change(ref, "open", None, wall_s, member.name)
                 self.troubles.append(Trouble(wall_s, f"{member.name} gave up {self._task(ref.number)}"))
@@ -243,13 +244,18 @@ class _Reader:
 
     def _is_reported(self, number: int, wall_s: float) -> bool:
         """Whether anybody has just done that task."""
-        return any(task == number and wall_s - at_s < SAME_REPORT_S for (_, task), at_s in self._done_s.items())
+        done = (at_s for (ended, _, task), at_s in self._reported_s.items() if (ended, task) == (m.Completed, number))
+        return any(wall_s - at_s < SAME_REPORT_S for at_s in done)
+
+    def _is_repeated(self, ended: type[m.Statement], member: Member, number: int, wall_s: float) -> bool:
+        """Whether somebody has just reported that end of a task; it has now."""
+        key = (ended, member.name, number)
+        before_s = self._reported_s.get(key, -math.inf)
+        self._reported_s[key] = wall_s
+        return wall_s - before_s < SAME_REPORT_S
 
     def _complete(self, ref: m.TaskByNumber, member: Member, wall_s: float) -> None:
-        key = (member.name, ref.number)
-        again = wall_s - self._done_s.get(key, -math.inf) < SAME_REPORT_S
-        self._done_s[key] = wall_s
-        if again:
+        if self._is_repeated(m.Completed, member, ref.number, wall_s):
             return
         member.done.append(ref.number)
         self.events.append(Performed(wall_s - self._begin_s, member.name, ref.number, math.nan, math.nan))

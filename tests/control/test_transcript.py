@@ -157,6 +157,17 @@ def test_the_audit_counts_what_recurs_each_time(memory: Path, capsys: pytest.Cap
     assert (found["shares"], found["done"]["5"]) == ({"Rob": 2, "Bot": 3}, "Rob")
 
 
+def test_a_failure_that_is_said_until_somebody_confirms_it_counts_once(
+    memory: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    failed = "Hi all, I am Bot, task two failed"
+    with closing(Store(memory)) as store:
+        for text in (failed, failed, "Hi all, I am Bot, I will complete task two", failed, failed):
+            store.append_transcript(TranscriptRecord(50.0, "heard", "Bot", text))
+    assert main(["audit", "--memory", str(memory), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["failed"] == {"Bot": 2}
+
+
 def test_what_a_file_says_cannot_steer_the_terminal(memory: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with closing(Store(memory)) as store:
         store.append_transcript(TranscriptRecord(50.0, "heard", None, "\x1b[2Jgone\nnext"))

@@ -107,6 +107,27 @@ def test_a_task_that_is_claimed_once_more_is_done_once_more_however_soon() -> No
     assert shift(talk=talk).done == {1: 2, 2: 2, 3: 2}
 
 
+def test_a_task_is_given_up_once_however_often_that_is_said() -> None:
+    """Nobody confirmed it, so that it was three troubles; and the one who does it now lost it again."""
+    text = "Hi all, I am Rob, task one failed"
+    claims = "Hi team plant, I am Rob, I will complete task one"
+    talk = (
+        (0.0, "said", "Rob", claims),
+        (100.0, "said", "Rob", text),
+        (105.0, "heard", "Bot", "Hi Rob, I am Bot, confirmed one, I will complete task two"),
+        (120.0, "said", "Rob", text),
+        (130.0, "heard", "Bot", "Hi all, I am Bot, task two complete, I will complete task one"),
+        (140.0, "said", "Rob", text),
+        (200.0, "heard", "Bot", "Hi all, I am Bot, task one complete"),
+        (300.0, "said", "Rob", claims),
+        (310.0, "said", "Rob", text),
+    )
+    found = shift(talk=talk)
+    assert [len(found.troubles), *(member.failed for member in found.members)] == [2, [1, 1], []]
+    ends = [(s.robot, s.from_s, s.to_s, s.ended) for s in found.story.spans if s.task == 1]
+    assert ends[:2] == [("Rob", 0.0, 100.0, "given up"), ("Bot", 130.0, 200.0, "done")]
+
+
 def test_what_two_robots_do_together_counts_once() -> None:
     """The figures said "11 tasks done", and the list of what was due "10 done"."""
     deeds = [(BEGIN_S, 1, "Rob"), (BEGIN_S + 5.0, 1, "Bot"), (BEGIN_S + 10.0, 2, "Bot"), (BEGIN_S + 20.0, 3, "Bot")]

@@ -94,8 +94,8 @@ class _Counter:
     def __init__(self, found: Audit, numbered: Mapping[m.TaskRef, m.TaskRef]) -> None:
         self._found, self._numbered = found, numbered
         self._pending: dict[tuple[str, str], str] = {}
-        self._reported: set[tuple[str, m.TaskRef]] = set()
-        """By whom which tasks were done since they were claimed: a report may be repeated."""
+        self._reported: set[tuple[str, type[m.Statement], m.TaskRef]] = set()
+        """Who has reported the end of which task since claiming it: a report may be repeated."""
 
     def take(self, u: m.Utterance, speaker: str) -> None:
         """Count a sentence."""
@@ -117,8 +117,8 @@ class _Counter:
                 found.claims[speaker] += len(claim.tasks)
             case m.Completed() as report:
                 self._complete(speaker, report)
-            case m.Failed():
-                found.failed[speaker] += 1
+            case m.Failed(task):
+                found.failed[speaker] += self._is_new(speaker, m.Failed, task)
             case m.Stop():
                 found.stops[speaker] += 1
             case no if type(no) in REASONS and (answered or isinstance(no, m.Unable | m.Unknown)):
@@ -126,13 +126,19 @@ class _Counter:
                 pending.pop((speaker, to), None)
 
     def _claim(self, speaker: str, claim: m.Claim) -> None:
-        self._reported -= {(speaker, self._numbered.get(task, task)) for task in claim.tasks}
+        tasks = [self._numbered.get(task, task) for task in claim.tasks]
+        self._reported -= {(speaker, ended, task) for ended in (m.Completed, m.Failed) for task in tasks}
+
+    def _is_new(self, speaker: str, ended: type[m.Statement], task: m.TaskRef) -> bool:
+        """Whether that end of a task was not reported before; it is now."""
+        before = len(self._reported)
+        self._reported.add((speaker, ended, task))
+        return len(self._reported) > before
 
     def _complete(self, speaker: str, report: m.Completed) -> None:
         for task in report.tasks:
             self._found.done.setdefault(task.number, speaker)
-            self._found.deeds[speaker] += (speaker, task) not in self._reported
-            self._reported.add((speaker, task))
+            self._found.deeds[speaker] += self._is_new(speaker, m.Completed, task)
         if report.claim is not None:
             self._claim(speaker, report.claim)
             self._found.claims[speaker] += len(report.claim.tasks)
