@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
@@ -97,7 +97,7 @@ class Phrasebook:
     def write(self, utterance: m.Utterance) -> str:
         """The utterance as a person writes it: "Hi Rob, I am Bot, water the yellow rose". Raises as `phrases`."""
         parts = _parts(self._tokens(utterance, self._written_slots))
-        text = ", ".join(" ".join(_KEEP_CASE.get(word, word) for word in part) for part in parts)
+        text = ", ".join(" ".join(_cased(word, _KEEP_CASE) for word in part) for part in parts)
         return text[:1].upper() + text[1:]
 
     def parse(self, words: Sequence[str]) -> m.Utterance:
@@ -122,6 +122,9 @@ class Phrasebook:
             return self.parse(words)
         except PhraseError:
             read = as_spoken(self.graph, words)
+            if not any(self._readings(read)):
+                peoples = as_spoken(self.people_graph, words)
+                read = peoples if any(self._readings(peoples)) else read
             if read == words:
                 raise
             return self.parse(read)
@@ -215,11 +218,10 @@ class Phrasebook:
         names = {name.lower(): name for name in map(str, self.slots["speaker"])}
         written: dict[object, Words] = {name: (name,) for name in names.values()}
         robots: dict[object, Words] = {m.ToRobot(name): (name,) for name in names.values()}
-        remarks: dict[object, Words] = {
-            text: tuple(names[word] if names.get(word) in re.findall(r"\w+", text) else word for word in words)
-            for text, words in self.slots["remark"].items()
-            if isinstance(text, str)
-        }
+        remarks: dict[object, Words] = {}
+        for text, words in self.slots["remark"].items():
+            capitals = {name.lower(): name for name in re.findall(r"\w+", str(text)) if name in written}
+            remarks[text] = tuple(_cased(word, capitals) for word in words)
         return {
             **self.slots,
             "speaker": written,
@@ -270,6 +272,12 @@ class Phrasebook:
     def known_name(self, name: str) -> str | None:
         """The name as the vocabulary writes it, whatever its case; None if it is not known."""
         return next((known for known in self.vocabulary.names if known.lower() == name.lower()), None)
+
+
+def _cased(word: str, cases: Mapping[str, str]) -> str:
+    """The word with its capitals, if it has some: "I", "I'm", "Rob's"."""
+    name, apostrophe, ending = word.partition("'")
+    return cases.get(name, name) + apostrophe + ending
 
 
 def _with_friend(slots: SlotValues) -> SlotValues:

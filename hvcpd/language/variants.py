@@ -26,6 +26,7 @@ _WHOLE = {
     "v": ("volts",),
     "everybody": ("all",),
     "everyone": ("all",),
+    "hey": ("hi",),
 }
 _ENDINGS = {
     "n't": ("not",),

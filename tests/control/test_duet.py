@@ -138,6 +138,21 @@ def test_its_robots_take_tasks_that_change(tmp_path: Path) -> None:
     assert visitor.say("Hi Rob, I am Anna, sweep the floor").line == "Anna: Hi Rob, I am Anna, sweep the floor"
 
 
+def test_a_visitor_need_not_type_her_name(tmp_path: Path) -> None:
+    """ "Rob, water the yellow rose" and "Rob, confirmed" were refused, although everybody may say them."""
+    options = make_parser().parse_args(["duet", "--pipe"])
+    played: list[Samples] = []
+
+    def play(sound: Samples) -> Callable[[], bool]:
+        played.append(sound)
+        return lambda: True
+
+    visitor = Visitor(VISITOR, rereading_of(options, tmp_path, "Rob", 0).read(None)[1], play)
+    for text in ("Rob, please water the yellow rose", "Hi Rob, I am Anna, water the yellow rose"):
+        visitor.say(text).again()
+    assert np.array_equal(*played)
+
+
 def test_who_waits_for_a_process_that_cannot_render_is_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     lost = wiring(tmp_path, tmp_path, "Rob", 0)
     gone = replace(lost, settings=replace(lost.settings, tasks=tmp_path / "none.yaml"))

@@ -133,6 +133,13 @@ def test_a_word_that_is_also_a_robots_name_has_a_capital_only_where_it_is_a_name
         assert book.write(book.parse_text(text)) == text
 
 
+def test_a_remark_keeps_the_capitals_of_names_and_of_i_before_an_apostrophe() -> None:
+    """It wrote "rob's cup" and "i'm done"."""
+    book = Phrasebook(Vocabulary(("Rob", "Rose"), remarks=("Rob's rose is dry, and I'm done",)))
+    text = "Hi all, I am Rose, Rob's rose is dry and I'm done"
+    assert book.write(book.parse_text(text)) == text
+
+
 def test_our_voices_say_a_mere_greeting_as_the_question_that_robots_hear() -> None:
     hail = BOOK.parse_text("Hello Rob")
     assert BOOK.write(hail) == "Hi Rob"

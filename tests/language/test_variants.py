@@ -42,6 +42,8 @@ BOOK = Phrasebook(
         ("Hi Rob, I'm Zoe, fetch the color card", "Hi Rob, I am Zoe, fetch the colour card"),
         ("Hi Rob, I'm Zoe, I'll open the center door", "Hi Rob, I am Zoe, I will open the centre door"),
         ("Hi Zoë, I am Bot, stop", "Hi Zoe, I am Bot, stop"),
+        ("Hey Rob, turn left", "Rob, turn left"),
+        ("Rob, fetch the color card", "Hi Rob, I am friend, fetch the colour card"),
     ],
 )
 def test_a_variant_is_understood(typed: str, plain: str | None) -> None:

@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from secrets import token_urlsafe
 from threading import Thread
@@ -16,7 +17,7 @@ from hvcpd.control.live.console import live_page, missing_parts
 from hvcpd.coordination.states import State
 from hvcpd.daemon.control_socket import short_address
 from hvcpd.daemon.wiring import Wiring
-from hvcpd.language.addressees import ToRobot
+from hvcpd.language.addressees import FRIEND, ToRobot
 from hvcpd.language.messages import Stop, for_robots
 from hvcpd.ports import Samples
 from hvcpd.reporting.text import clock
@@ -48,9 +49,10 @@ class Visitor:
         self._play = play
 
     def say(self, text: str) -> Visit:
-        """To be said in the robots' next pause."""
+        """To be said in the robots' next pause, with the visitor's name where robots need one."""
         phrasebook = self.wiring.phrasebook()
-        utterance = for_robots(phrasebook.parse_text(text))
+        typed = phrasebook.parse_text(text)
+        utterance = for_robots(replace(typed, speaker=self._name) if typed.speaker == FRIEND else typed)
         sound = self._speaker.render(phrasebook.phrases(utterance))
         one = utterance.addressee.name if isinstance(utterance.addressee, ToRobot) else ""
         line, may_wait = f"{self._name}: {text.strip()}", not isinstance(utterance.statement, Stop)
