@@ -38,9 +38,12 @@ def run(options: argparse.Namespace) -> int:
         page = write_page(found, about, options.out)
     for _, one in found:
         sys.stdout.write("\n".join((one.title, *(f"  {text}" for text in one.paragraphs), "")) + "\n")
-    if not plots_available():
+    drawn = any(one.draw is not None for _, one in found)
+    if drawn and not plots_available():
         sys.stderr.write(f"hvcpctl: note: no plots without matplotlib ({how_to_install('matplotlib')})\n")
-    sys.stdout.write(f"Report: {page}; beside it a CSV and a plot of each experiment, and the rows of all trials.\n")
+    plot = " and a plot" if drawn and plots_available() else ""
+    rows = ", and the rows of all trials" if options.from_recordings is None else ""
+    sys.stdout.write(f"Report: {page}; beside it a CSV{plot} of each experiment{rows}.\n")
     return EX_OK
 
 
