@@ -23,8 +23,6 @@ class Board:
             new.was_open = task.number in remembered and new.state == OPEN
             new.done_by, new.lease_end_s = new.owner if new.state == DONE else None, lease_end_s
             new.skipped = new.skipped and new.state == DONE and new.owner is None
-        self._numbers: dict[str, int] = {}
-        self._not_sure = sum(not e.known_done for e in self._entries.values())
         self.changed: list[int] = []
 
     def __getitem__(self, number: int) -> Entry:
@@ -39,9 +37,7 @@ class Board:
         if not isinstance(ref, TaskByName):
             entry = self._entries.get(ref.number)
             return entry if entry is not None and not entry.gone else None
-        if not self._numbers:
-            self._numbers = {spoken_name(e.definition): e.definition.number for e in self.entries()}
-        return self._entries.get(self._numbers.get(ref.name, -1))
+        return next((entry for entry in self.entries() if spoken_name(entry.definition) == ref.name), None)
 
     def entries(self) -> tuple[Entry, ...]:
         return tuple(entry for entry in self._entries.values() if not entry.gone)
@@ -59,7 +55,7 @@ class Board:
     @property
     def all_done(self) -> bool:
         """Every task is known to be done; hearsay is not enough."""
-        return self._not_sure == 0
+        return all(entry.known_done for entry in self._entries.values())
 
     def hearsay(self) -> tuple[int, ...]:
         """The numbers of the tasks that may be done: heard once, concluded, or missing from another robot's list."""
@@ -116,11 +112,9 @@ class Board:
                 self._entries[number] = added = done.get(spoken_name(task)) or new_entry(task)
                 added.definition = task
                 added.is_due = True  # others that do not know it yet leave it out of their lists
-                self._not_sure += not added.known_done
                 self.changed.append(number)
             else:
                 entry.definition = task
-        self._numbers = {}
         return gone
 
     def next_lapse(self, now: float) -> float | None:
@@ -243,7 +237,6 @@ class Board:
 
     def _set(self, number: int, state: str, owner: str | None, hearsay: bool = False) -> None:
         entry = self._entries[number]
-        self._not_sure += entry.known_done - (state == DONE and not hearsay)
         if (entry.state, entry.owner) != (state, owner):
             entry.times_heard, entry.helpers = 0, {}
         if state != CLAIMED:

@@ -52,8 +52,9 @@ def in_name_conflict(me: Knowledge, now: float) -> bool:
     return len(recent) >= 2
 
 
-def task_is_free(me: Knowledge, now: float) -> bool:
-    return bool(_free(me, now))
+def may_claim(me: Knowledge, now: float) -> bool:
+    """Whether there is a task that this robot may volunteer for."""
+    return may_volunteer(me, now) and bool(_free(me, now))
 
 
 def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
@@ -82,7 +83,7 @@ def next_call_s(me: Knowledge, now: float) -> float | None:
 def claims_at_once(me: Knowledge, now: float) -> bool:
     """Whether a robot can claim a task without greeting first."""
     known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work and me.role.talk is not Talk.FULL
-    return known and may_volunteer(me, now) and task_is_free(me, now)
+    return known and may_claim(me, now)
 
 
 def tasks_to_claim(me: Knowledge, now: float) -> tuple[int, ...]:

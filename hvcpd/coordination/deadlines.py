@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
-from hvcpd.coordination.entry import OPEN, Entry
+from hvcpd.coordination.entry import OPEN
 from hvcpd.coordination.floor import CROWD, LEFT_ALONE, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
@@ -108,7 +108,7 @@ def _choose(me: Knowledge, now: float) -> None:
         fire(me, Trigger.CHOSE_REPORT, now)
     elif me.role.coordinator and choosing.can_order(me, now):
         fire(me, Trigger.CHOSE_ORDER, now)
-    elif _may_claim(me, now) and not (me.floor.wants(LEFT_ALONE) or choosing.leaves_to_others(me, now)):
+    elif choosing.may_claim(me, now) and not (me.floor.wants(LEFT_ALONE) or choosing.leaves_to_others(me, now)):
         fire(me, Trigger.CHOSE_CLAIM, now)
     else:
         _choose_talk_or_wait(me, now)
@@ -159,20 +159,13 @@ def _is_left_out(me: Knowledge, now: float) -> bool:
     if me.role.coordinator:
         return False
     left = [me.board[number] for number in me.board.not_done()]
-    return bool(left) and all(_is_for_others(me, e) and (e.state == OPEN or now >= e.lease_end_s) for e in left)
-
-
-def _is_for_others(me: Knowledge, e: Entry) -> bool:
-    return me.lacks(e) or not me.board.can_begin(e)
-
-
-def _may_claim(me: Knowledge, now: float) -> bool:
-    return choosing.may_volunteer(me, now) and choosing.task_is_free(me, now)
+    is_free = all(e.state == OPEN or now >= e.lease_end_s for e in left)
+    return bool(left) and is_free and not any(me.board.can_begin(e) and not me.lacks(e) for e in left)
 
 
 def _wait(me: Knowledge, now: float) -> None:
     waits = [
-        now + LEFT_TO_OTHERS_S if _may_claim(me, now) else None,
+        now + LEFT_TO_OTHERS_S if choosing.may_claim(me, now) else None,
         me.board.next_lapse(now),
         choosing.next_call_s(me, now),
         me.missed.ask_again_s if me.board.hearsay() else None,
