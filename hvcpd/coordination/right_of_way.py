@@ -139,9 +139,8 @@ def _leave(me: Knowledge, p: PlaceState, now: float) -> None:
     if queue:
         _give(me, p, queue[0], now)
     elif announced:
-        own, free, topic = me.role.name, composing.to_all(me, m.PlaceFree(p.place.name)), f"free {p.place.name}"
-        told = Intent(Urgency.ANSWER, topic, lambda: free if p.keeper == own and not p.using else None, slot=0)
-        me.floor.want(told, now)
+        own, free, topic = me.role.name, m.PlaceFree(p.place.name), f"free {p.place.name}"
+        composing.answer(me, None, topic, free, now, slot=0, still=lambda: p.keeper == own and not p.using)
 
 
 def _give(me: Knowledge, p: PlaceState, name: str, now: float, sure: bool = True) -> None:
@@ -168,7 +167,7 @@ def ask(me: Knowledge, now: float) -> None:
         if now >= p.tell_s:
             p.tell(now)
             if me.expected(now) and me.state is not State.STOPPED:  # it has said that it has stopped there
-                _say_taken(me, p, now)
+                _say_taken(me, p, None, now)
         if now >= p.answer_s:
             _judge(me, p, now)
         if p.wanted_s is not None and now >= p.ask_s:
@@ -275,8 +274,7 @@ def _refuse(me: Knowledge, p: PlaceState, name: str, now: float) -> None:
     if not p.inside:
         _have(me, p, now)
     p.announced, p.tell_s = True, max(p.tell_s, now + TELL_S)
-    taken = m.PlaceTaken(p.place.name, stands=me.state is State.STOPPED)
-    composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
+    _say_taken(me, p, name, now)
     me.floor.hasten(OWN_TURN)
 
 
@@ -292,7 +290,7 @@ def given(me: Knowledge, heard: Heard, s: m.PlaceGiven) -> None:
             _leave(me, p, now)
     elif p.using:  # another robot believes that it has it
         p.announced = True
-        _say_taken(me, p, now)
+        _say_taken(me, p, None, now)
     else:
         p.waiting.pop(heard.to.name, None)
         p.keep(heard.to.name, now + LEASE_S)
@@ -308,9 +306,10 @@ def _note_given(me: Knowledge, p: PlaceState, now: float) -> None:
         p.keep(me.role.name, now)
 
 
-def _say_taken(me: Knowledge, p: PlaceState, now: float) -> None:
-    taken = composing.to_all(me, m.PlaceTaken(p.place.name))
-    me.floor.want(Intent(Urgency.ANSWER, f"taken {p.place.name}", lambda: taken if p.using else None, slot=0), now)
+def _say_taken(me: Knowledge, p: PlaceState, name: str | None, now: float) -> None:
+    """Say that this robot has the place, to a robot that asked or to all."""
+    taken = m.PlaceTaken(p.place.name, stands=me.state is State.STOPPED)
+    composing.answer(me, name, f"taken {p.place.name}", taken, now, slot=0, still=lambda: p.using)
 
 
 def taken(me: Knowledge, heard: Heard, s: m.PlaceTaken) -> None:
