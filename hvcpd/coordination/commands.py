@@ -18,7 +18,7 @@ from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.choosing import in_name_conflict
 from hvcpd.coordination.entry import Entry
 from hvcpd.coordination.floor import Intent, Urgency
-from hvcpd.coordination.knowledge import Heard, Knowledge, Reaction, Reactions
+from hvcpd.coordination.knowledge import Current, Heard, Knowledge, Reaction, Reactions
 from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
@@ -53,10 +53,7 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     if reply is not None:
         composing.answer(me, name, f"answer {name}", reply, heard.now)
         return
-    if not same:
-        me.current.repeats = 0
-    me.current.partner, me.current.motion, me.current.ahead = name, None, None
-    me.current.task, me.current.task_ref = number, s.task
+    me.current = Current(number, task_ref=s.task, partner=name, repeats=me.current.repeats if same else 0)
     fire(me, Trigger.ORDER, heard.now)
 
 
@@ -149,8 +146,7 @@ def _move(me: Knowledge, heard: Heard, s: m.Motion) -> None:
     if refusal is not None:
         composing.answer(me, name, f"answer {name}", refusal, now)
     elif me.state is not State.READING_BACK:
-        me.current.partner, me.current.task, me.current.task_ref, me.current.motion = name, None, None, s
-        me.current.motion_sure, me.current.repeats = heard.confidence >= SURE, 0
+        me.current = Current(motion=s, motion_sure=heard.confidence >= SURE, partner=name)
         fire(me, Trigger.MOTION, now)
 
 

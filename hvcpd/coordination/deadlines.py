@@ -98,7 +98,6 @@ def _again_or_give_up(me: Knowledge, times: int, now: float) -> None:
 
 def _choose(me: Knowledge, now: float) -> None:
     repair.spell_now_and_then(me, now)
-    me.current.repeats = 0
     waited = earshot.has_waited(me, now)
     if waited and earshot.way_back(me, now) is not None:
         fire(me, Trigger.UNHEARD, now)

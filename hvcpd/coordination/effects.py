@@ -12,7 +12,7 @@ from hvcpd.coordination import ahead, chatter, choosing, composing, earshot, rou
 from hvcpd.coordination.actions import Halt, Perform
 from hvcpd.coordination.addressing import confirming_slot, waiting_slots
 from hvcpd.coordination.floor import AHEAD, OWN_TURN, RANK_MAX, Intent, Urgency, undecided
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Current, Knowledge
 from hvcpd.coordination.states import State, Trigger
 from hvcpd.language import messages as m
 
@@ -30,7 +30,7 @@ BACK_OFF_DOUBLINGS = 2
 
 
 def rest(me: Knowledge, now: float) -> None:
-    me.current.clear()
+    me.current = Current()
     me.repair.reset()
     me.arm(now, me.timing.decide_s)
 
@@ -102,12 +102,7 @@ def end_question(me: Knowledge, now: float) -> None:
 
 
 def want_claim(me: Knowledge, now: float) -> None:
-    me.current.task = me.current.ahead = None
-    want_claim_again(me, now)
-
-
-def want_claim_again(me: Knowledge, now: float) -> None:
-    """The task is chosen once this robot has the floor."""
+    """A task that is still open is chosen once this robot has the floor."""
     _want_turn_again(me, composing.claim, now, partial(claim_task, me))
 
 
@@ -119,9 +114,7 @@ def claim_task(me: Knowledge, now: float) -> None:
         if not tasks or (me.board[tasks[0]].is_shared and me.report.task is not None):
             return  # a robot that joins it confirms that, and not the report
         me.current.task, me.current.ahead = tasks[0], tasks[1] if len(tasks) > 1 else None
-        me.current.owner_before, me.current.doubted = me.board[tasks[0]].owner, None
-        me.current.may_be_outbid = me.current.objected = False
-        me.current.confirmed_to = me.current.promised = me.current.agreed = frozenset()
+        me.current.owner_before = me.board[tasks[0]].owner
     else:
         tasks = me.my_tasks()
     me.current.distance_m = routes.distance_to_state_m(me, me.board[tasks[0]].definition, now)
@@ -222,8 +215,7 @@ def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
         _tell_done(me, me.report.before, Urgency.TURN, now)
         me.report.before = None
     me.report.task, me.report.said = me.current.task, False
-    me.current.task = me.current.ahead = None  # if the first of two failed, the other is claimed again after the report
-    me.current.repeats = 0
+    me.current = Current(partner=me.current.partner)  # if the first of two failed, the other is claimed again later
     me.floor.withdraw(AHEAD)
     want_report(me, now)
 
@@ -253,14 +245,14 @@ def go_back(me: Knowledge, now: float) -> None:
     give_tasks_back(me)
     place = earshot.way_back(me, now)
     earshot.note_sought(me, now)
-    me.current.task = me.current.ahead = me.current.task_ref = me.current.partner = None
+    me.current = Current()
     me.do(Perform(0, (GoTo(place),) if place is not None else ()))
 
 
 def make_room(me: Knowledge, _now: float) -> None:
     """Go back out to where the robot came in; there it again claims a task that it has not begun, or reports."""
     give_tasks_back(me)
-    me.current.clear()
+    me.current = Current()
     outside = (each.came_from for each in me.places if each.inside)
     me.do(Perform(0, tuple(GoTo(place) for place in outside if place is not None)))
 

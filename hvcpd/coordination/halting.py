@@ -6,7 +6,7 @@ from hvcpd.coordination import composing, effects
 from hvcpd.coordination.actions import BreakOff, Halt
 from hvcpd.coordination.conversation import NEVER_S
 from hvcpd.coordination.floor import OWN_TURN, RESUMES, Intent, Urgency
-from hvcpd.coordination.knowledge import Knowledge
+from hvcpd.coordination.knowledge import Current, Knowledge
 from hvcpd.coordination.states import Trigger
 from hvcpd.language import messages as m
 
@@ -24,7 +24,7 @@ def want_farewell(me: Knowledge, now: float) -> None:
     """Give the task back and say so; first repeat the reports that were not yet confirmed."""
     effects.give_tasks_back(me)
     effects.say_only_reports(me, Urgency.ALARM, now, _farewell_slot(me, now))
-    me.current.clear()
+    me.current = Current()
     _want_to_say_farewell(me, now)
 
 
@@ -98,7 +98,7 @@ def halt(me: Knowledge, now: float) -> None:
     me.latch(True)
     interrupt(me)
     effects.say_only_reports(me, Urgency.TURN, now)
-    me.current.clear()
+    me.current = Current()
     place = next((each.place.name for each in me.places if each.inside), None)
     stopped = composing.to_all(me, m.Stopped() if place is None else m.PlaceTaken(place, stands=True))
     after_s = 2.0 * me.timing.stop_again_s  # "stop" first travels from one robot to the next

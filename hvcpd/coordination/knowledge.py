@@ -35,7 +35,8 @@ from hvcpd.language import messages as m
 
 @dataclass
 class Current:
-    """The task or motion that the robot is agreeing on with others, or carries out."""
+    """The task or motion that the robot is agreeing on with others, or carries out. Another one begins with a new
+    `Current`, so that nothing of the last one remains."""
 
     task: int | None = None
     """The task that it has claimed, reads back or carries out, or has just ordered."""
@@ -87,11 +88,6 @@ class Current:
     """The robots at the place that have told this robot so."""
     rivals: frozenset[str] = frozenset()
     """Robots that do the same task, as they say, and whom this robot has told that there is no room for them."""
-
-    def clear(self) -> None:
-        """No task or motion is being agreed on or carried out any longer."""
-        self.task = self.ahead = self.task_ref = self.partner = self.motion = None
-        self.may_be_outbid = self.objected = False
 
 
 @dataclass

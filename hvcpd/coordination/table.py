@@ -45,7 +45,7 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.CLAIMING, T.DENIED): (S.READY, effects.leave_to_others),
     (S.CLAIMING, T.CONFIRMED): (S.GOING, effects.go),
     (S.PROPOSED, T.CONFIRMED): (S.GOING, effects.go),
-    (S.PROPOSED, T.TIMEOUT): (S.CLAIMING, effects.want_claim_again),
+    (S.PROPOSED, T.TIMEOUT): (S.CLAIMING, effects.want_claim),
     (S.PROPOSED, T.GAVE_UP): (S.GOING, effects.go_alone),
     (S.PROPOSED, T.DENIED): (S.READY, effects.leave_to_others),
     (S.GOING, T.ARRIVED): (S.ANNOUNCING, effects.want_announcement),

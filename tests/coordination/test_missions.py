@@ -6,6 +6,7 @@ from hil_fakes.word_channel import Conditions
 from hil_fakes.word_mission import Outage, WordMission
 from hil_fakes.word_plans import any_plan
 from hvcpd.coordination import choosing
+from hvcpd.coordination.knowledge import Current
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, plants
@@ -79,7 +80,7 @@ def test_a_claim_is_said_until_nobody_was_heard_for_six_times(voices: int, times
     rob = mission.robots["Rob"]
     mission.fail(Outage("Bot", 20.0, None))
     rob.knowledge.state = State.READY
-    rob.knowledge.current.clear()
+    rob.knowledge.current = Current()
     rob.knowledge.reconsider(20.0)
     mission.said.clear()
     hear_voices(mission, voices)

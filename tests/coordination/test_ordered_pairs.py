@@ -13,6 +13,7 @@ from hil_fakes.word_mission import WordPlan
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.coordination.actions import Role, Say
 from hvcpd.coordination.coordination import Coordination
+from hvcpd.coordination.knowledge import Current
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, Watched, plants
@@ -104,7 +105,7 @@ def test_a_failure_is_confirmed_without_the_number_which_would_mean_to_do_it_tog
     assert next_said(kim) == m.Utterance("Kim", m.ToRobot("Max"), None, m.Confirmed())
 
     kim = ordered(State.REPORTED)
-    kim.knowledge.current.clear()
+    kim.knowledge.current = Current()
     kim.knowledge.report.task, kim.knowledge.report.failed, kim.knowledge.report.said = 2, True, True
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 40.0)
     assert kim.state is State.READY
@@ -132,7 +133,7 @@ def test_who_waits_at_the_place_is_told_that_the_task_is_done() -> None:
 def test_who_did_a_part_knows_by_a_word_to_another_that_the_other_part_is_done() -> None:
     """It took it for hearsay, heard that the task was left, and did it with a third."""
     kim = ordered(State.READY, "Rob", "Kim")
-    kim.knowledge.current.clear()
+    kim.knowledge.current = Current()
     kim.board.complete_part(2, "Kim", 250.0)
     kim.heard(m.Utterance("Rob", m.ToRobot("Lou"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 10.0)
     assert kim.board[2].known_done
@@ -151,7 +152,7 @@ def test_nobody_passes_on_that_another_one_did_a_part() -> None:
     """One misheard a number, and told all; then one of the two who had agreed left, and its part was never done
     (seeds 24 and 110)."""
     kim = ordered(State.READY, "Rob", "Lou")
-    kim.knowledge.current.clear()
+    kim.knowledge.current = Current()
     kim.heard(m.Utterance("Max", m.ToAll(), None, m.Completed(m.TaskByNumber(2))), 10.0)
     kim.heard(m.Utterance("Rob", m.ToAll(), None, m.Working(m.TaskByNumber(2))), 60.0)
     while kim.next_deadline() < 90.0:
@@ -173,7 +174,7 @@ def test_who_only_follows_orders_asks_at_last_what_is_left() -> None:
 def test_who_knows_only_by_hearsay_that_all_is_done_asks_while_somebody_is_there() -> None:
     """It waited until it would have asked for an order: by then nobody was heard any more, and it never asked."""
     kim = ordered(State.READY, "Max", "Rob")
-    kim.knowledge.current.clear()
+    kim.knowledge.current = Current()
     kim.board.complete(1, "Rob")
     kim.knowledge.timer_s = 900.0
     kim.heard(m.Utterance("Lou", m.ToRobot("Kim"), None, m.Confirmed(m.TaskByNumber(2), complete=True)), 40.0)
