@@ -41,7 +41,7 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
         me.current.objected_s = heard.now + me.timing.reply_gap_s + slots * me.timing.slot_s
         ahead.confirmed(me, {each.definition.number for ref in s.tasks if (each := me.board.find(ref)) is not None})
         if me.report.said:
-            me.report.task = me.report.before = None
+            me.report.tasks = ()
         is_open = me.state is State.CLAIMING and me.current.task is None  # the task is still to be chosen
         if not is_open and me.state not in (State.READING_BACK, State.READ_BACK):
             fire(me, Trigger.CONFIRMED, heard.now)

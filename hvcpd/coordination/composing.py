@@ -116,8 +116,8 @@ def claim(me: Knowledge) -> m.Utterance | None:
 def claim_ahead(me: Knowledge) -> m.Utterance:
     """The claim of a second task with the present one, and the report of the one before, if that is still due."""
     ref, then = _one_or_two(me.my_tasks())
-    if me.report.before is not None:
-        return to_all(me, m.Completed(m.TaskByNumber(me.report.before), ref, then=then))
+    if me.report.task is not None:
+        return to_all(me, m.Completed(m.TaskByNumber(me.report.task), ref, then=then))
     return utterance(me, to_team(me), m.Claim(ref, then))
 
 
@@ -158,8 +158,8 @@ def report(me: Knowledge) -> m.Utterance | None:
     if me.report.failed:
         return to_asker(me, me.current.partner, m.Failed(m.TaskByNumber(me.report.task), me.report.reason))
     words = done(me, me.report.task)
-    if me.report.before is not None:
-        words = m.Completed(m.TaskByNumber(me.report.before), also=words.task)
+    if len(me.report.tasks) > 1:
+        words = m.Completed(m.TaskByNumber(me.report.tasks[0]), also=words.task)
     return to_asker(me, me.current.partner, words)
 
 

@@ -39,7 +39,7 @@ def end_report(me: Knowledge, now: float) -> None:
     """The report was confirmed, or nobody is there to confirm it."""
     if me.current.repeats >= me.timing.claims_max:
         me.peers.nobody_answered(me.current.asked_since_s)
-    me.report.task = me.report.before = None
+    me.report.tasks = ()
     rest(me, now)
 
 
@@ -198,7 +198,7 @@ def go_on(me: Knowledge, now: float) -> None:
     if me.board[done].is_changed:
         _tell_done(me, done, Urgency.TURN, now)
     else:
-        me.report.before, me.report.said = done, False
+        me.report.tasks, me.report.said = (done,), False
     me.do(Perform(me.my_task(), _split(me)[0]))
     ahead.want(me, now)
 
@@ -211,10 +211,12 @@ def give_task_up(me: Knowledge, now: float) -> None:
 
 def _report_first_time(me: Knowledge, now: float, failed: bool) -> None:
     me.report.failed = failed
-    if me.report.before is not None and (failed or me.board[me.my_task()].is_changed):
-        _tell_done(me, me.report.before, Urgency.TURN, now)
-        me.report.before = None
-    me.report.task, me.report.said = me.current.task, False
+    before = me.report.tasks
+    if failed or me.board[me.my_task()].is_changed:
+        for number in before:
+            _tell_done(me, number, Urgency.TURN, now)
+        before = ()
+    me.report.tasks, me.report.said = (*before, me.my_task()), False
     me.current = Current(partner=me.current.partner)  # if the first of two failed, the other is claimed again later
     me.floor.withdraw(AHEAD)
     want_report(me, now)
@@ -307,7 +309,7 @@ def forget_report(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) ->
         me.floor.want(Intent(urgency, f"failed {me.report.task}", lambda: gave_up, slot=slot), now)
     for number in me.report.tasks if not me.report.failed else ():
         _tell_done(me, number, urgency, now, slot)
-    me.report.task = me.report.before = None
+    me.report.tasks = ()
 
 
 def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float, slot: int = 0) -> None:

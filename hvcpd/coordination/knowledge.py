@@ -94,10 +94,9 @@ class Current:
 class Report:
     """The report that this robot owes the others."""
 
-    task: int | None = None
-    """A task that it has finished or given up, without a confirmation of its report."""
-    before: int | None = None
-    """Another one that it finished before that one."""
+    tasks: tuple[int, ...] = ()
+    """The one or two tasks that it has finished, or the one that it has given up, without a confirmation of its report;
+    in this order."""
     failed: bool = False
     """It was given up, whatever was heard of it since."""
     reason: str | None = None
@@ -106,14 +105,13 @@ class Report:
     """Whether the sentence that waits for a confirmation contained the report."""
 
     @property
-    def tasks(self) -> tuple[int, ...]:
-        """The tasks that were finished or given up, the first before the last."""
-        return tuple(number for number in (self.before, self.task) if number is not None)
+    def task(self) -> int | None:
+        """The last of these tasks."""
+        return self.tasks[-1] if self.tasks else None
 
     def drop(self, number: int) -> None:
         """The report of this task is no longer needed."""
-        left = [each for each in self.tasks if each != number]
-        self.task, self.before = left[-1] if left else None, None if len(left) < 2 else left[0]
+        self.tasks = tuple(each for each in self.tasks if each != number)
 
 
 @dataclass

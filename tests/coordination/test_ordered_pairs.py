@@ -13,7 +13,7 @@ from hil_fakes.word_mission import WordPlan
 from hvcpd.config.tasks import TaskDefinition
 from hvcpd.coordination.actions import Role, Say
 from hvcpd.coordination.coordination import Coordination
-from hvcpd.coordination.knowledge import Current
+from hvcpd.coordination.knowledge import Current, Report
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from tests.coordination.mission import Mission, Watched, plants
@@ -106,7 +106,7 @@ def test_a_failure_is_confirmed_without_the_number_which_would_mean_to_do_it_tog
 
     kim = ordered(State.REPORTED)
     kim.knowledge.current = Current()
-    kim.knowledge.report.task, kim.knowledge.report.failed, kim.knowledge.report.said = 2, True, True
+    kim.knowledge.report = Report((2,), failed=True, said=True)
     kim.heard(m.Utterance("Max", m.ToRobot("Kim"), None, m.Confirmed()), 40.0)
     assert kim.state is State.READY
 
