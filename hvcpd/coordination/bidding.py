@@ -34,8 +34,8 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, distance_m: int | None)
     number, here, last = entry.definition.number, me.body.here, me.claim_heard
     was_open = last is not None and last.before.get(number, ("",))[0] == OPEN
     is_free = me.state in (State.READY, State.CLAIMING) and me.current.task is None
-    able = not me.lacks(entry) and not entry.is_shared
-    if distance_m is None or here is None or not (was_open and is_free and able and me.role.nearest_first):
+    able = me.role.nearest_first and not me.lacks(entry)
+    if distance_m is None or here is None or not (was_open and is_free and able):
         return False
     own_m = here.distance_m(entry.definition.place or here)
     if own_m > min(CLEARLY * distance_m, distance_m - NEARER_M) or not routes.has_unknown_place(me):

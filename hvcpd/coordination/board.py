@@ -75,10 +75,10 @@ class Board:
         """
         able = [e for number, e in self._entries.items() if robot not in e.failed_by and number not in unable]
         live = [e for e in able if e.state != DONE and self.can_begin(e)]
-        own = tuple(e.definition for e in live if e.state == CLAIMED and e.owner == robot)
+        own = tuple(e.definition for e in live if robot in e.team)
         if own:
             return own
-        never_claimed = tuple(e.definition for e in live if e.state == OPEN or (e.has_room and robot not in e.team))
+        never_claimed = tuple(e.definition for e in live if e.state == OPEN or e.has_room)
         return never_claimed or tuple(e.definition for e in live if now >= e.lease_end_s)
 
     def open_for(self, robot: str, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
@@ -151,14 +151,13 @@ class Board:
     def pair(self, number: int, one: str, other: str, lease_end_s: float) -> None:
         """These two are known to do the task together, whichever other robots have claimed it."""
         entry = self._entries[number]
-        if not entry.known_done and not entry.parts:
-            known = entry.team & {one, other}
-            if not known:
-                self._set(number, OPEN, None)
-            elif entry.owner not in known:
-                self._set(number, CLAIMED, min(known))
-            for name in (one, other):
-                self.claim(number, name, lease_end_s)
+        known = entry.team & {one, other}
+        if not known:
+            self._set(number, OPEN, None)
+        elif entry.owner not in known:
+            self._set(number, CLAIMED, min(known))
+        for name in (one, other):
+            self.claim(number, name, lease_end_s)
 
     def withdraw(self, number: int, name: str) -> None:
         """A robot does not do the task after all; without its owner it is open."""

@@ -57,7 +57,7 @@ def _settle(
     unsure = _may_have_missed(me, refs, heard.now)
     unknown = _unknown_of(me, refs)
     knows_none = len(unknown) == len(refs)
-    good = contend(me, heard, other, refs, at_work) if at_work or not knows_none else ()
+    good = contend(me, heard, other, refs, at_work)
     if unknown and (good or knows_none):
         _tell_unknown(me, heard, other, unknown)
     if not good or unknown:
@@ -248,9 +248,8 @@ def doubts(me: Knowledge, speaker: str, number: int, in_passing: bool, now: floa
         return False
     if speaker == me.current.owner_before:
         return False
-    acting = me.state is State.ACTING and me.current.task == number
     only_claimed = me.state in PROPOSING or (number == me.current.ahead and not me.current.ahead_sure)
-    at_work = me.state in AT_WORK and not acting and not only_claimed
+    at_work = me.state in AT_WORK and not only_claimed
     if not at_work and not (in_passing and only_claimed):
         return False
     if me.current.doubted == (speaker, number):
@@ -292,7 +291,7 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
         return sure  # too late: two robots do it, and both will say so
     me.board.complete(number, doer, hearsay=not sure)
     release_assignment(me, doer, number)
-    if me.current.task == number and me.state is not State.REPORTING:
+    if me.current.task == number:
         fire(me, Trigger.DONE_BEFORE, now)
     return sure
 
@@ -331,7 +330,7 @@ def note_moved_on(me: Knowledge, name: str, numbers: Collection[int]) -> None:
     for entry in me.board.entries():
         former = entry.definition.number
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
-        if heard and not entry.is_shared and entry.firm and former not in (*numbers, *me.my_tasks()):
+        if heard and not entry.is_shared and former not in (*numbers, *me.my_tasks()):
             me.board.complete(former, name, hearsay=True)
 
 

@@ -145,10 +145,10 @@ def _asks_what_is_left(me: Knowledge, now: float) -> bool:
     """Whether the robot has been left out for so long that it asks what is left; notes since when it is."""
     if not _is_left_out(me, now):
         me.missed.left_out_s, me.missed.left_out_asks = math.inf, 0
-    elif math.isinf(me.missed.left_out_s) and me.missed.left_out_asks == 0:
-        me.missed.left_out_s = now + me.timing.lease_s * (1.0 + 0.5 * me.rng.random())
     elif me.missed.left_out_asks >= ASKS_LEFT_OUT:
         me.missed.left_out_s = math.inf
+    elif math.isinf(me.missed.left_out_s):
+        me.missed.left_out_s = now + me.timing.lease_s * (1.0 + 0.5 * me.rng.random())
     return now >= me.missed.left_out_s
 
 

@@ -37,8 +37,7 @@ def rest(me: Knowledge, now: float) -> None:
 
 def end_report(me: Knowledge, now: float) -> None:
     """The report was confirmed, or nobody is there to confirm it."""
-    if me.current.repeats >= me.timing.claims_max:
-        me.peers.nobody_answered(me.current.asked_since_s)
+    me.peers.nobody_answered(me.current.asked_since_s)
     me.report.tasks = ()
     rest(me, now)
 

@@ -152,7 +152,7 @@ def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: floa
             me.board.complete(number, own)
             if entry.acted_s < entry.opened_s:
                 entry.opened_s = NEVER_S  # it misheard that this was due again
-            if me.current.task == number and me.state is not State.REPORTING:
+            if me.current.task == number:
                 fire(me, Trigger.DONE_BEFORE, now)
 
 

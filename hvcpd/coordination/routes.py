@@ -13,10 +13,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from operator import attrgetter
 
 from hvcpd.config.tasks import Place, TaskDefinition, Use, Wait
 from hvcpd.coordination.actions import Talk
-from hvcpd.coordination.entry import CLAIMED, DONE, Entry
+from hvcpd.coordination.entry import CLAIMED, DONE
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.peers import Peer
 from hvcpd.language.phrasebook import CLAIM_DISTANCES_M
@@ -127,9 +128,9 @@ def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
 def next_stop(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
     """The place where a robot ends its claimed tasks, and the time then, s; None if it has claimed none yet."""
     entries = [entry for entry in me.board.entries() if entry.owner == peer.name]
-    done = max((e for e in entries if e.state == DONE), key=_since, default=None)
+    done = max((e for e in entries if e.state == DONE), key=attrgetter("since_s"), default=None)
     place, free_s = (done.definition.place, done.since_s) if done is not None else (None, -math.inf)
-    for entry in sorted((e for e in entries if e.state == CLAIMED), key=_since):
+    for entry in sorted((e for e in entries if e.state == CLAIMED), key=attrgetter("since_s")):
         stated_s = entry.distance_m / DRIVE_M_S + work_s(entry.definition) if entry.distance_m is not None else None
         free_s = max(free_s, entry.since_s) + (stated_s or cost_s(entry.definition, place))
         place = entry.definition.place or place
@@ -161,7 +162,3 @@ def spoken_distance_m(me: Knowledge, task: TaskDefinition) -> int | None:
     if here is None:
         return None
     return min(max(round(here.distance_m(task.place or here)), 1), max(CLAIM_DISTANCES_M))
-
-
-def _since(entry: Entry) -> float:
-    return entry.since_s
