@@ -178,9 +178,8 @@ def _most_urgent(me: Knowledge, tasks: tuple[TaskDefinition, ...]) -> tuple[Task
 
 def may_claim_with_report(me: Knowledge, now: float) -> bool:
     """Whether a volunteer that first reports its task as done claims another one in the same turn."""
-    report = me.board[me.report.task] if me.report.task is not None else None
-    done = report is not None and not me.report.failed and not report.is_changed and not report.is_shared
-    return done and me.current.partner is None and me.current.repeats == 0 and may_volunteer(me, now)
+    is_alone = not any(me.board[number].is_shared for number in me.report.tasks) and me.current.partner is None
+    return me.has_plain_report and is_alone and me.current.repeats == 0 and may_volunteer(me, now)
 
 
 def is_assured(me: Knowledge, now: float) -> bool:

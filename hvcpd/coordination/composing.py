@@ -106,8 +106,7 @@ def claim(me: Knowledge) -> m.Utterance | None:
     if me.current.task is None:
         return None
     ref, then = _one_or_two(me.my_tasks())
-    report = me.board[me.report.task] if me.report.task is not None else None
-    if report is not None and not me.report.failed and not report.is_changed:
+    if me.has_plain_report:
         done, also = _one_or_two(me.report.tasks)
         return to_all(me, m.Completed(done, ref, also=also, then=then))
     return utterance(me, to_team(me), m.Claim(ref, then, me.current.distance_m if then is None else None))
@@ -136,8 +135,7 @@ def joinable(me: Knowledge) -> str | None:
 def _may_join(me: Knowledge) -> bool:
     """Whether it is said to many, and is plain."""
     to_many = me.current.partner is None and me.state in (State.CLAIMING, State.REPORTING)
-    report = me.board[me.report.task] if me.report.task is not None else None
-    plain = report is None or not (me.report.failed or report.is_changed)
+    plain = me.has_plain_report or not me.report.tasks
     return to_many and plain and not me.floor.wants(LEFT_ALONE) and not me.role.speech.encrypted
 
 

@@ -167,6 +167,12 @@ class Knowledge:
         """All robots of the team that were known at the start."""
         return frozenset(name.lower() for name in self.role.roster)
 
+    @property
+    def has_plain_report(self) -> bool:
+        """Whether a report is due that can be said with another sentence: of a success, without a number."""
+        tasks = self.report.tasks
+        return bool(tasks) and not self.report.failed and not any(self.board[number].is_changed for number in tasks)
+
     def my_task(self) -> int:
         """The current task's number. Raises RuntimeError if there is none: a programming error."""
         if self.current.task is None:
