@@ -305,9 +305,7 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     left_alone = entry.is_shared and s.reason is None and (name not in entry.team or me.role.coordinator)
     teaming.gone(me, name, number, now)
     if not left_alone:
-        if me.current.task != number or me.state not in AT_WORK:
-            me.board.give_up(number, name)
-        entry.failed_by |= {name}
+        me.board.give_up(number, name)
     release_assignment(me, name, number)
     if is_for_me_alone(me, heard.to):
         confirm_at_once(me, name, now)

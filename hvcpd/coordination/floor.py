@@ -82,7 +82,6 @@ class Intent:
     trigger: Trigger | None = None
     slot: int | None = None
     call: str | None = None
-    slowly: bool = False
     tentative: bool = False
     not_before_s: float = -math.inf
     at_once: bool = False

@@ -38,7 +38,7 @@ def _want_to_say_farewell(me: Knowledge, now: float, after_s: float = 0.0) -> No
 def _farewell_slot(me: Knowledge, now: float) -> int:
     """Before confirmations, in turn: one computer's robots are switched off at one moment. If two robots leave and no
     other is there, nobody remains to hear them."""
-    return me.rank_in_team(now) if len(me.expected(now)) > 1 else 0
+    return me.rank_with_unheard("", 0, now) if len(me.expected(now)) > 1 else 0
 
 
 def stop_and_leave(me: Knowledge, now: float) -> None:

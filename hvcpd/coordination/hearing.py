@@ -28,8 +28,6 @@ from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
 
-GREETING_ANSWERED_FOR_S = 5.0
-"""A greeting repeated within this time is the same greeting, which was answered."""
 GREETED_AGAIN_WITHIN_S = 60.0
 """A greeting repeated within this time shows that the answer was not heard. Another robot, which this one does not
 hear, may have answered at the same time; so the next answer waits for a random time."""
@@ -79,9 +77,7 @@ def _greeting(me: Knowledge, heard: Heard, _: m.Spelled | None) -> None:
         teaming.gone(me, heard.speaker, me.current.task, heard.now)  # it has been switched on again
     if me.state is State.MEETING:
         me.arm(heard.now, me.timing.greeting_wait_s)
-    peer = me.peers.get(heard.speaker)
-    answered = peer is not None and heard.now - peer.answered_s < GREETING_ANSWERED_FOR_S
-    if not answered and not isinstance(heard.to, m.ToRobot | m.ToTeam):  # otherwise it is an answer, or an introduction
+    if not isinstance(heard.to, m.ToRobot | m.ToTeam):  # otherwise it is an answer, or an introduction
         _introduce(me, heard.speaker, heard.now)
 
 

@@ -226,10 +226,6 @@ class Knowledge:
         """
         return self._rank_among(self.peers.present(now), asker, salt)
 
-    def rank_in_team(self, now: float) -> int:
-        """The same for any asker, among all robots that may be there, heard or not."""
-        return self._rank_among(self.expected(now), "", 0)
-
     def rank_with_unheard(self, asker: str, salt: int, now: float) -> int:
         """The same with robots that have not spoken yet: they come before all robots whose names were heard, or after
         them once these believe that nobody else is there."""

@@ -86,9 +86,6 @@ class Peers:
         self.let_rest(rests)
         self._rested_s = 0.0
         self._peers: dict[str, Peer] = {}
-        self._present: tuple[str, ...] | None = None
-        """The peers present, kept until `_present_until_s`: each sentence asks for them many times."""
-        self._present_until_s = float("-inf")
         self.last_heard_s = float("-inf")
         """When a peer was last heard."""
 
@@ -108,12 +105,7 @@ class Peers:
 
     def present(self, now: float) -> tuple[str, ...]:
         """The names, in lower case and sorted, of all peers that are believed to be within earshot."""
-        if self._present is None or now > self._present_until_s:
-            there = {key: p.counted_s for key, p in self._peers.items() if self.is_present(key, now)}
-            self._present = tuple(sorted(there))
-            left_s = min(there.values(), default=float("inf")) + self._absent_s - self._counted(now)
-            self._present_until_s = now + left_s
-        return self._present
+        return tuple(sorted(key for key in self._peers if self.is_present(key, now)))
 
     def is_present(self, name: str, now: float) -> bool:
         peer = self._peers.get(name.lower())
@@ -137,8 +129,6 @@ class Peers:
         it. None without a name, and for FRIEND: nobody waits for somebody who may be anybody, or gives it an order."""
         if name is None or name.lower() == m.FRIEND:
             return None
-        if not self.is_present(name, now):
-            self._present = None
         peer = self._peers.get(name.lower())
         if peer is None:
             peer = self._peers[name.lower()] = Peer(name, team, now, is_person=by_person is True)
@@ -153,7 +143,6 @@ class Peers:
 
     def has_left(self, name: str) -> None:
         """It said that it leaves."""
-        self._present = None
         peer = self._peers.get(name.lower())
         if peer is not None:
             peer.silent = True
@@ -163,5 +152,4 @@ class Peers:
         silent = self.last_heard_s < since_s
         for peer in self._peers.values() if silent else ():
             peer.silent = True
-        self._present = None
         return silent

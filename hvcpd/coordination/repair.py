@@ -118,8 +118,7 @@ def say_again(me: Knowledge, heard: Heard, s: m.SayAgain) -> None:
         if me.state in REPEATING_ANYWAY:
             me.postpone(SENTENCE_S * me.role.speech.stretch)
 
-    slowly = speaks_slowly(me)
-    me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last, slowly=slowly, on_said=wait_longer), now)
+    me.floor.want(Intent(Urgency.ANSWER, "again", lambda: last, on_said=wait_longer), now)
     if me.state in REPEATING_ANYWAY:
         me.postpone(me.timing.answer_s)
 

@@ -63,7 +63,7 @@ def begin(me: Knowledge, intent: Intent, now: float) -> None:
     if me.acquaintance.introduced:
         note_presence(me, utterance, now)
     note_introduced(me)
-    slowly = intent.slowly or repair.speaks_slowly(me) or me.role.speech.slowly
+    slowly = repair.speaks_slowly(me) or me.role.speech.slowly
     is_stop = isinstance(utterance.statement, m.Stop)  # who was stopped by it may be released when it is said again
     me.repair.last_said, me.repair.last_call, me.last_heard = None if is_stop else utterance, intent.call, None
     level_db = chatter.level_db(me, intent, utterance, now)

@@ -47,7 +47,9 @@ class OwnVoice:
         self._delay = delay
         self._reported_s = acoustics.latency_s
         self._measured = False
-        self._confirmed = False
+        self.is_latency_known = False
+        """Whether the last sentence came back when it should have. False before the first sentence, after sound was
+        lost, and when the card has reported a new latency."""
         self._shorter_s: float | None = None
         self._speech = NOTHING
         self._words: tuple[str, ...] = ()
@@ -60,19 +62,11 @@ class OwnVoice:
         """When the last of the sentence is, or was, heard."""
         self.speaking = False
 
-    @property
-    def is_latency_known(self) -> bool:
-        """Whether the last sentence came back when it should have.
-
-        False before the first sentence, after sound was lost, and when the card has reported a new latency.
-        """
-        return self._confirmed
-
     def report_latency(self, reported_s: float) -> None:
         """Set the latency that the sound system reports, which may change at any time; the measured excess stays."""
         if reported_s != self._reported_s:
             by_s, self._reported_s = reported_s - self._reported_s, reported_s
-            self._confirmed = False
+            self.is_latency_known = False
             self._set_latency(max(self.latency_s + by_s, 0.0))
 
     def begin(self, speech: Samples, words: Sequence[str], now: float) -> None:
@@ -118,7 +112,7 @@ class OwnVoice:
 
     def break_off(self, now: float) -> bool:
         """Nothing else of the sentence is heard. Returns whether there was one."""
-        self._confirmed = False
+        self.is_latency_known = False
         was_speaking = self.speaking
         if was_speaking:
             self._speech, self.speaking, self.until_s = NOTHING, False, now
@@ -128,7 +122,7 @@ class OwnVoice:
     def lose(self, lost_s: float) -> None:
         """Note sound that was not heard, and in whose place nothing was played: the words wait, and cannot be
         compared."""
-        self._confirmed = False
+        self.is_latency_known = False
         if self.speaking:
             self.until_s += lost_s
             self._measured = True
@@ -167,7 +161,7 @@ class OwnVoice:
         if not is_near and (measured_s > self.latency_s or (sooner is not None and abs(measured_s - sooner) < NEAR_S)):
             self._set_latency(measured_s)
             is_near = True
-        self._confirmed = is_near
+        self.is_latency_known = is_near
         self._shorter_s = None if is_near else measured_s
 
     def _set_latency(self, latency_s: float) -> None:
