@@ -188,22 +188,17 @@ def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> No
     me.reconsider(now)
 
 
-def said(entry: Entry) -> m.Change:
-    """The last change of a task, as it is passed on."""
-    return m.Change(m.TaskByNumber(entry.definition.number), entry.skipped, composing.spoken_count(entry))
-
-
 def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
     """Another robot has missed the last change."""
     number = entry.definition.number
     slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
     shared, topic = shares_slot(me, slot, now), f"change {number}"
-    composing.answer(me, other, topic, said(entry), now, slot, call=other, tentative=shared)
+    composing.answer(me, other, topic, composing.change(entry), now, slot, call=other, tentative=shared)
 
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:
     """One robot answers the person who wanted a change, with its number, so that others learn the number too."""
-    number, words = entry.definition.number, said(entry)
+    number, words = entry.definition.number, composing.change(entry)
     slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
     composing.answer(me, name, f"change {number}", words, now, slot, call=name or "", tentative=True, on_said=on_said)
 
@@ -226,7 +221,7 @@ def _say_to_all(me: Knowledge, entry: Entry, now: float, words: m.Change | None 
 
     def compose() -> m.Utterance | None:
         matters = entry.is_changed and (entry.skipped or not entry.known_done)
-        return composing.to_all(me, words or said(entry)) if matters else None
+        return composing.to_all(me, words or composing.change(entry)) if matters else None
 
     urgency = Urgency.ANSWER if words is not None else Urgency.TURN
     me.floor.want(Intent(urgency, f"change {entry.definition.number}", compose), now)
@@ -293,7 +288,9 @@ def _may_be_outdated(me: Knowledge, heard: Heard, entry: Entry, name: str) -> bo
     if not entry.is_shared:
         return _is_outdated(me, entry, name, None)
     last = me.repair.last_said
-    answers = is_for_me_alone(me, heard.to) and last is not None and m.own_words(last.statement) == said(entry)
+    answers = (
+        is_for_me_alone(me, heard.to) and last is not None and m.own_words(last.statement) == composing.change(entry)
+    )
     return entry.is_changed and not entry.known_done and name not in entry.parts and not answers
 
 

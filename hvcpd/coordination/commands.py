@@ -32,8 +32,6 @@ MOVABLE = states_with(Trigger.MOTION)
 """In the middle of a task a robot takes no motions; it can be stopped at any time."""
 FREE = states_with(Trigger.ORDER)
 """States in which a robot can take an order. Not while its own claim is unsettled: it would have to take it back."""
-SOMEBODY = ""
-"""The call of a speaker who asks without a name."""
 
 
 def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
@@ -155,7 +153,7 @@ def _answering(topic: str, tell: Callable[[Knowledge, str | None], m.Utterance])
 
     def reaction(me: Knowledge, heard: Heard, _: m.Statement) -> None:
         if is_for(me, heard.to):
-            slot = 0 if is_for_me_alone(me, heard.to) else me.rank(heard.speaker or SOMEBODY, 0, heard.now)
+            slot = 0 if is_for_me_alone(me, heard.to) else me.rank(heard.speaker or "", 0, heard.now)
             me.floor.want(Intent(Urgency.ANSWER, topic, lambda: tell(me, heard.speaker), slot=slot), heard.now)
 
     return reaction
@@ -166,7 +164,7 @@ def _what_left(me: Knowledge, heard: Heard, _: m.WhatLeft) -> None:
     alone, asker = is_for_me_alone(me, heard.to), heard.speaker
     if not is_for(me, heard.to) or (me.state in NEWCOMER and not alone):
         return
-    name, peer = asker or SOMEBODY, me.peers.get(asker)
+    name, peer = asker or "", me.peers.get(asker)
     told = peer is not None and peer.told
     slot = 0 if alone else len(me.peers.present(heard.now)) if told else me.rank(name, 0, heard.now)
     if peer is not None:

@@ -95,10 +95,15 @@ def done(me: Knowledge, number: int) -> m.Completed:
     return m.Completed(m.TaskByNumber(number), count=spoken_count(entry) if counts else None)
 
 
+def change(entry: Entry) -> m.Change:
+    """The last change of a task, as it is passed on."""
+    return m.Change(m.TaskByNumber(entry.definition.number), entry.skipped, spoken_count(entry))
+
+
 def closed(me: Knowledge, number: int) -> m.Completed | m.Change:
     """That a task is done, or that it is left out: then nobody has done it."""
     entry = me.board[number]
-    return m.Change(m.TaskByNumber(number), True, spoken_count(entry)) if entry.skipped else done(me, number)
+    return change(entry) if entry.skipped else done(me, number)
 
 
 def claim(me: Knowledge) -> m.Utterance | None:

@@ -105,8 +105,6 @@ class Acquaintance:
     """Between two questions for names; None before the first."""
     respell_s: float | None = None
     """Between two spellings of its name; None before the first."""
-    respelled_s: float = NEVER_S
-    """When it last spelled its name because a listener may not know it."""
     met: int = 0
     """How many peers there were when it last asked for names."""
 

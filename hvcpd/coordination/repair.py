@@ -43,6 +43,8 @@ GARBLES_WITHIN_S = 60.0
 ASK_NAMES_S = 20.0
 """Shortest time between two questions for names; it doubles after each that brought no new name."""
 ASK_NAMES_MAX_S = 160.0
+SPELLING = "spell"
+"""The topic of this robot's name, spelled."""
 RESPELL_S = 60.0
 """By then all listeners have had reason to say a spelled name; one that has not may not have heard it."""
 RESPELL_MAX_S = 960.0
@@ -132,20 +134,19 @@ def spell_if_unknown(me: Knowledge, now: float) -> None:
     """Nobody answers: listeners may not know the speaker."""
     if any(must_spell_for(me, name, now) for name in me.peers.present(now)):
         said = composing.spelled_name(me)
-        me.floor.want(Intent(Urgency.ANSWER, "spell", lambda: said, slot=0), now)
+        me.floor.want(Intent(Urgency.ANSWER, SPELLING, lambda: said, slot=0), now)
 
 
 def spell_now_and_then(me: Knowledge, now: float) -> None:
     """A robot is there and has never said this robot's name: spell it again, less and less often."""
     a = me.acquaintance
     respell_s = a.respell_s or RESPELL_S
-    if me.role.listed or now < max(a.spelled_s, a.respelled_s) + respell_s:
+    if me.role.listed or me.floor.wants(SPELLING) or now < a.spelled_s + respell_s:
         return
     if any(name not in a.known_by for name in me.peers.present(now)):
         a.respell_s = min(2.0 * respell_s, RESPELL_MAX_S)
-        a.respelled_s = now
         said = composing.spelled_name(me)
-        me.floor.want(Intent(Urgency.TURN, "spell", lambda: said), now)
+        me.floor.want(Intent(Urgency.TURN, SPELLING, lambda: said), now)
 
 
 def _ask_names(me: Knowledge, now: float) -> None:

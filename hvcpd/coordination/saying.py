@@ -49,7 +49,7 @@ def announced(me: Knowledge, utterance: m.Utterance) -> m.Utterance:
     """The sentence that is said for a request: of a task's change, what all are told, with its number."""
     statement = m.own_words(utterance.statement)
     entry = me.board.find(statement.task) if isinstance(statement, m.Change) else None
-    return composing.to_all(me, changing.said(entry)) if entry is not None else utterance
+    return composing.to_all(me, composing.change(entry)) if entry is not None else utterance
 
 
 def begin(me: Knowledge, intent: Intent, now: float) -> None:
