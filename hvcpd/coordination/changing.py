@@ -182,7 +182,7 @@ def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> No
         schedule.reopen(me, entry, now)
     me.board.change(number, count, skip)
     if skip and me.current.task == number:
-        fire(me, Trigger.DONE_BEFORE, now)
+        fire(me, Trigger.LOST, now)
     if count:
         me.spreading[number] = (now + SPREAD_S * (1.0 + me.rng.random()), 1)
     me.reconsider(now)

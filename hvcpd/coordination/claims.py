@@ -292,7 +292,7 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
     me.board.complete(number, doer, hearsay=not sure)
     release_assignment(me, doer, number)
     if me.current.task == number:
-        fire(me, Trigger.DONE_BEFORE, now)
+        fire(me, Trigger.LOST, now)
     return sure
 
 

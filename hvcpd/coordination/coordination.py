@@ -264,7 +264,7 @@ class Coordination:
             me.spreading.pop(number, None)
             me.report.drop(number)
             if me.current.task == number:
-                fire(me, Trigger.DONE_BEFORE, now)
+                fire(me, Trigger.LOST, now)
         self.peers.let_rest(self.board.recurs)
         me.due_next_s, me.missed.heard_work = None, True
         schedule.open_due(me, now)

@@ -153,7 +153,7 @@ def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: floa
             if entry.acted_s < entry.opened_s:
                 entry.opened_s = NEVER_S  # it misheard that this was due again
             if me.current.task == number:
-                fire(me, Trigger.DONE_BEFORE, now)
+                fire(me, Trigger.LOST, now)
 
 
 REACTIONS: Reactions = {m.Relayed: relayed}

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from hvcpd.coordination import effects, halting, ordering
 from hvcpd.coordination.floor import OWN_TURN
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import DEPARTING, State, Trigger
+from hvcpd.coordination.states import AT_WORK, DEPARTING, PROPOSING, State, Trigger
 
 S, T = State, Trigger
 
@@ -87,7 +87,6 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.ORDERED, T.WRONG): (S.DENYING, ordering.want_denial),
     (S.ORDERED, T.REFUSED): (S.READY, ordering.note_refusal),
     (S.ORDERED, T.LOST): (S.READY, effects.rest),
-    (S.ORDERED, T.DONE_BEFORE): (S.READY, effects.rest),
     (S.ORDERED, T.TIMEOUT): (S.ORDERING, ordering.want_order),
     (S.ORDERED, T.GAVE_UP): (S.READY, ordering.note_silence),
     (S.CONFIRMING, T.SPOKEN): (S.READY, effects.rest),
@@ -116,21 +115,15 @@ TRANSITIONS: dict[tuple[State, Trigger], tuple[State, Effect]] = {
     (S.GONE, T.STOP): (S.GONE, halting.latch),
 }
 
+TRANSITIONS |= {(state, T.LOST): (S.READY, effects.drop_task) for state in State if state in PROPOSING | AT_WORK}
 TRANSITIONS |= {
-    (state, trigger): (S.READY, effects.drop_task)
-    for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.READING_BACK, S.READ_BACK)
-    for trigger in (T.LOST, T.DONE_BEFORE)
+    (state, T.LEFT_ALONE): (S.READY, effects.leave_for_later) for state in State if state in PROPOSING | AT_WORK
 }
 TRANSITIONS |= {
     (state, T.IN_THE_WAY): (S.RETURNING, effects.make_room)
     for state in (S.WAKING, S.GREETING, S.MEETING, S.READY, S.CLAIMING, S.PROPOSED, S.REPORTING, S.REPORTED)
 }
 TRANSITIONS |= {(state, T.IN_THE_WAY): (S.RETURNING, effects.make_room_and_ask) for state in (S.ASKING, S.ASKED)}
-TRANSITIONS |= {
-    (state, T.LEFT_ALONE): (S.READY, effects.leave_for_later)
-    for state in (S.CLAIMING, S.PROPOSED, S.GOING, S.ANNOUNCING, S.CHECKING, S.ACTING, S.READING_BACK, S.READ_BACK)
-}
-TRANSITIONS[S.ACTING, T.DONE_BEFORE] = (S.READY, effects.drop_task)  # the team no longer has the task
 TRANSITIONS |= {
     (state, trigger): (S.READING_BACK, ordering.want_read_back)
     for state in (S.READY, S.MEETING, S.CLAIMING, S.READ_BACK, S.REPORTED)

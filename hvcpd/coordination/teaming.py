@@ -136,7 +136,7 @@ def confirmed(me: Knowledge, heard: Heard, number: int, complete: bool) -> bool:
         return False
     if complete and me.state is not State.ACTING:
         me.board.complete(number, me.role.name, hearsay=me.state in AT_WORK)
-        fire(me, Trigger.DONE_BEFORE, now)
+        fire(me, Trigger.LOST, now)
     if complete or (other not in entry.team and not entry.has_room):
         return True
     me.board.claim(number, other, me.lease_end_s(now))
@@ -212,7 +212,7 @@ def done(me: Knowledge, doer: str, number: int, whole: bool, now: float) -> bool
     if (waits or by_others) and len(entry.parts_before | {doer}) >= entry.definition.robots:
         me.board.complete(number, doer)
         if is_in:
-            fire(me, Trigger.DONE_BEFORE, now)
+            fire(me, Trigger.LOST, now)
         return True
     if by_others:
         return True
