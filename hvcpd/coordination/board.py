@@ -117,11 +117,6 @@ class Board:
                 entry.definition = task
         return gone
 
-    def next_lapse(self, now: float) -> float | None:
-        """When the next claim lapses, if nobody renews it."""
-        claimed = [e for e in self._entries.values() if e.state == CLAIMED]
-        return min((s for e in claimed for s in (e.lease_end_s, *e.helpers.values()) if s > now), default=None)
-
     def claim(self, number: int, owner: str | None, lease_end_s: float, firm: bool = True) -> None:
         """A robot (None: an unknown one) has the task, or shares it with its owner. A task known to be done stays done,
         and a claim known to be firm keeps its longer lease."""

@@ -74,12 +74,6 @@ def _can_fill(entry: Entry, idle: frozenset[str]) -> bool:
     return 1 + len(idle - {name.lower() for name in entry.failed_by}) >= entry.definition.robots
 
 
-def next_call_s(me: Knowledge, now: float) -> float | None:
-    """When this robot may next call others to a shared task; None if there is no such task."""
-    later = [e.call_s for e in me.board.entries() if e.call_s > now]
-    return min(later, default=None)
-
-
 def claims_at_once(me: Knowledge, now: float) -> bool:
     """Whether a robot can claim a task without greeting first."""
     known = me.role.listed and bool(me.role.roster) and not me.missed.heard_work and me.role.talk is not Talk.FULL

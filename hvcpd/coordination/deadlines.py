@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from hvcpd.coordination import chatter, choosing, composing, earshot, repair, teaming
-from hvcpd.coordination.entry import OPEN
+from hvcpd.coordination.entry import CLAIMED, OPEN
 from hvcpd.coordination.floor import CROWD, LEFT_ALONE, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
 from hvcpd.coordination.states import State, Trigger
@@ -163,20 +163,19 @@ def _is_left_out(me: Knowledge, now: float) -> bool:
 
 
 def _wait(me: Knowledge, now: float) -> None:
+    claimed = (e for e in me.board.entries() if e.state == CLAIMED)
     waits = [
         now + LEFT_TO_OTHERS_S if choosing.may_claim(me, now) else None,
-        me.board.next_lapse(now),
-        choosing.next_call_s(me, now),
+        *(end_s for e in claimed for end_s in (e.lease_end_s, *e.helpers.values())),
+        *(e.call_s for e in me.board.entries()),
         me.missed.ask_again_s if me.board.hearsay() else None,
         me.missed.left_out_s,
         me.acquaintance.call_s,
         me.waiting.until_s,
-        *(p.silent_until_s for p in me.peers.all() if p.silent_until_s > now),
+        *(p.silent_until_s for p in me.peers.all()),
+        *(heard_s + me.timing.name_conflict_s for heard_s in me.acquaintance.own_name_heard_s[-1:]),
     ]
-    if me.acquaintance.own_name_heard_s:
-        waits.append(me.acquaintance.own_name_heard_s[-1] + me.timing.name_conflict_s)
-    later = [t for t in waits if t is not None and t > now]
-    me.timer_s = min(later, default=math.inf)
+    me.timer_s = min((t for t in waits if t is not None and t > now), default=math.inf)
 
 
 def _look_for_robots(me: Knowledge, now: float) -> None:

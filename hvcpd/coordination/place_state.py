@@ -108,7 +108,7 @@ class PlaceState:
 
     def next_s(self) -> float:
         """When something is next due."""
-        return min(self.ask_s if self.wanted_s is not None else math.inf, self.answer_s, self.tell_s)
+        return min(self.ask_s, self.answer_s, self.tell_s)
 
     def was_asked(self, asker: str | None, began_s: float, now: float) -> None:
         """A request has ended: an answer may begin."""

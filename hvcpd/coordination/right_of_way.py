@@ -170,7 +170,7 @@ def ask(me: Knowledge, now: float) -> None:
                 _say_taken(me, p, None, now)
         if now >= p.answer_s:
             _judge(me, p, now)
-        if p.wanted_s is not None and now >= p.ask_s:
+        if now >= p.ask_s:
             p.ask_s = math.inf
             _want_to_ask(me, p, now)
 
