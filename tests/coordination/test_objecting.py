@@ -63,6 +63,17 @@ def hear(listener: Coordination, speaker: str, to: str, statement: m.Statement) 
     listener.heard(m.Utterance(speaker, m.ToRobot(to), None, statement), 10.0)
 
 
+@pytest.mark.parametrize("state", [State.GOING, State.ACTING])
+def test_who_hears_once_that_its_task_is_done_says_that_it_is_at_it(state: State) -> None:
+    kim = claiming("Kim")
+    kim.knowledge.state = state
+    hear(kim, "Zoe", "Bot", m.Completed(ONE))
+    kim.tick(11.0)
+    said = [action.utterance for action in kim.actions(11.0) if isinstance(action, Say)]
+    assert said == [m.Utterance("Kim", m.ToRobot("Zoe"), None, m.Working(ONE))]
+    assert (kim.task, kim.board[1].known_done) == (1, False)
+
+
 def test_a_claimant_gives_way_to_a_robot_that_it_hears_confirmed() -> None:
     bot = claiming("Bot")
     hear(bot, "Zoe", "Kim", m.Confirmed(ONE))

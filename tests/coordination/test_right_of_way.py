@@ -11,7 +11,8 @@ from hil_fakes.word_traffic import TrafficMission, corridor_plan
 from hvcpd.config.shared_places import SharedPlace
 from hvcpd.config.tasks import GoTo, Place
 from hvcpd.coordination import right_of_way
-from hvcpd.coordination.actions import Perform
+from hvcpd.coordination.actions import Perform, Say
+from hvcpd.coordination.coordination import Coordination
 from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.phrasebook import Phrasebook, Vocabulary
@@ -87,6 +88,27 @@ def test_who_is_stopped_inside_says_so_and_keeps_the_place_until_it_has_left() -
     mission.speak("Anna", m.Utterance(None, None, None, m.Resume()))
     assert mission.run().lost == 0
     assert mission.traffic.collisions == 0
+
+
+def test_who_is_stopped_inside_says_so_when_another_robot_gives_the_place_away() -> None:
+    """It said that it was inside, as if it would soon leave: the others waited for it for a shorter time."""
+    bot = Corridor(NAMES, (), starts=(Place(0.0, 0.0), WEST, WEST)).robots["Bot"]
+    bot.may_drive((), 1.0)
+    bot.stop(2.0)
+    said_until(bot, 95.0)
+    bot.heard(m.Utterance("Rob", m.ToRobot("Max"), None, m.PlaceGiven("corridor")), 100.0)
+    assert said_until(bot, 105.0) == [m.PlaceTaken("corridor", stands=True)]
+
+
+def said_until(robot: Coordination, end_s: float) -> list[m.Statement | None]:
+    said: list[m.Statement | None] = []
+    while (due_s := robot.next_deadline()) < end_s:
+        robot.tick(due_s)
+        for action in robot.actions(due_s):
+            if isinstance(action, Say):
+                said.append(action.utterance.statement)
+                robot.spoken(due_s)
+    return said
 
 
 def test_who_rests_in_a_place_makes_room_for_who_waits() -> None:
