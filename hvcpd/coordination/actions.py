@@ -94,7 +94,7 @@ class BreakOff:
 
 @dataclass(frozen=True)
 class SaveTask:
-    """Remember this view of a task: state is open, claimed, done or failed."""
+    """Remember this view of a task: state is open, claimed or done."""
 
     number: int
     state: str

@@ -16,7 +16,7 @@ from typing import Any, Literal
 from hvcpd.errors import StoreError
 from hvcpd.memory.store_file import IN_MEMORY, Connect, connect, failures, open_store
 
-TaskState = Literal["open", "claimed", "done", "failed"]
+TaskState = Literal["open", "claimed", "done"]
 TranscriptKind = Literal["said", "heard", "garbled"]
 
 MAX_TRANSCRIPT = 100_000
@@ -37,7 +37,7 @@ _YEAR_9999_S = 253_000_000_000
 
 @dataclass(frozen=True)
 class TaskRecord:
-    """A robot's knowledge of a task; `owner` is the name of the robot that claimed, did or failed it."""
+    """A robot's knowledge of a task; `owner` is the name of the robot that claimed or did it."""
 
     number: int
     name: str

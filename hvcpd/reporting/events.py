@@ -108,7 +108,7 @@ class Noted:
 
 @dataclass(frozen=True)
 class TaskChanged:
-    """A task's `state` (open, claimed, done or failed) or `owner` changed on a robot's board."""
+    """A task's `state` (open, claimed or done) or `owner` changed on a robot's board."""
 
     at_s: float
     robot: str

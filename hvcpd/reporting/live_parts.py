@@ -153,7 +153,7 @@ def under_way(artist: Artist) -> list[Text]:
     return [text for line in pending for text in artist.utterance(line, final=False)]
 
 
-_STATES = {"open": "dim", "claimed": "yellow", "done": "green", "failed": "red"}
+_STATES = {"open": "dim", "claimed": "yellow", "done": "green"}
 
 
 def task_board(artist: Artist, rows: int) -> Table:

@@ -130,7 +130,7 @@ class Watch:
         beliefs = self._beliefs.setdefault(event.task, {})
         before = beliefs.get(event.robot)
         beliefs[event.robot] = (event.state, event.owner)
-        let_go = event.state in ("open", "failed") and before == ("claimed", event.robot)
+        let_go = event.state == "open" and before == ("claimed", event.robot)
         if let_go:
             self._add(event.at_s, GaveUp(event.at_s, event.robot, event.task))
 

@@ -222,7 +222,7 @@ any_event = st.one_of(
     st.builds(ev.Said, times, times, numbers, names, st.text(max_size=20), st.booleans()),
     st.builds(ev.Heard, times, st.none() | numbers, names, names, st.text(max_size=20), shares, shares, words),
     st.builds(ev.Garbled, times, names),
-    st.builds(ev.TaskChanged, times, names, numbers, st.sampled_from(["open", "claimed", "done", "failed"]), names),
+    st.builds(ev.TaskChanged, times, names, numbers, st.sampled_from(["open", "claimed", "done"]), names),
     st.builds(ev.Performed, times, names, numbers, places, places),
     st.builds(ev.Moved, times, st.lists(poses, max_size=3).map(tuple)),
 )

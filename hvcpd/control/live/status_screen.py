@@ -13,7 +13,7 @@ from rich.text import Text
 from hvcpd.ports import WARN_BATTERY_V
 from hvcpd.reporting.text import clean, number, plural, shown_away, skill_words, task_words
 
-_STATE_STYLES = {"done": "green", "claimed": "yellow", "failed": "red"}
+_STATE_STYLES = {"done": "green", "claimed": "yellow"}
 
 
 def status_screen(status: Mapping[str, Any]) -> RenderableType:
@@ -84,7 +84,7 @@ def memory_faults(memory: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _counts(tasks: Mapping[str, int]) -> str:
-    order = ("open", "claimed", "done", "left_out", "failed")
+    order = ("open", "claimed", "done", "left_out")
     return ", ".join(f"{tasks[state]} {state.replace('_', ' ')}" for state in order if tasks.get(state)) or "none"
 
 
