@@ -114,7 +114,8 @@ class Coordination:
             return
         believed = trusting.admit(me, utterance, trust)
         speaker = utterance.speaker if believed else None
-        if (peer := me.peers.heard(speaker, team_of(utterance), now, confidence, snr_db, by_person)) is not None:
+        if (peer := me.peers.heard(speaker, now, team_of(utterance), by_person)) is not None:
+            peer.confidence, peer.snr_db = confidence, snr_db
             me.do(SavePeer(peer.name, peer.team, now))
             note_presence(me, utterance, now)
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0

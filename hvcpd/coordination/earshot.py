@@ -49,7 +49,7 @@ def note(me: Knowledge, heard: Heard) -> None:
     if me.role.coordinator:  # a robot that others speak to is in their earshot, so orders to it can be passed on
         other = to.name if isinstance(to, m.ToRobot) and not alone else None
         if other and other.lower() in (me.roster or {other.lower()}) and not me.peers.is_present(other, heard.now):
-            me.peers.heard(other, None, heard.now, 1.0, None)
+            me.peers.heard(other, heard.now)
         if choosing.can_order(me, heard.now):
             me.reconsider(heard.now)
 

@@ -117,13 +117,7 @@ class Peers:
         return now - self._rested_s - max(silence_s - self._most_s, 0.0)
 
     def heard(
-        self,
-        name: str | None,
-        team: str | None,
-        now: float,
-        confidence: float,
-        snr_db: float | None,
-        by_person: bool | None = None,
+        self, name: str | None, now: float, team: str | None = None, by_person: bool | None = None
     ) -> Peer | None:
         """Note that a peer spoke; a team once announced is kept. `by_person`: in no robot's voice; None: others told
         it. None without a name, and for FRIEND: nobody waits for somebody who may be anybody, or gives it an order."""
@@ -137,7 +131,6 @@ class Peers:
         self.last_heard_s = now
         peer.counted_s = self._counted(now)
         peer.last_heard_s, peer.team = now, team or peer.team
-        peer.confidence, peer.snr_db = confidence, snr_db
         peer.silent, peer.silent_until_s = False, float("-inf")
         return peer
 

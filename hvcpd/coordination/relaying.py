@@ -112,7 +112,7 @@ def direct(me: Knowledge, heard: Heard) -> Heard:
         return heard
     if s.speaker.lower() == me.role.name.lower():
         return heard
-    me.peers.heard(s.speaker, None, heard.now, heard.confidence, None)
+    me.peers.heard(s.speaker, heard.now)
     return replace(heard, utterance=m.Utterance(s.speaker, heard.to, None, s.statement))
 
 
@@ -127,7 +127,7 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
         return
     peer = me.peers.get(s.speaker)
     if alone and peer is not None and peer.assigned == number:
-        me.peers.heard(peer.name, None, now, peer.confidence, None)
+        me.peers.heard(peer.name, now)
         claims.confirm_at_once(me, peer.name, now)
     me.report_quoted = QuotedReport(s.speaker, number, now)
     if not claims.doubts(me, name, number, False, now) and (alone or not entry.known_done):

@@ -89,7 +89,7 @@ def test_what_one_robot_has_concluded_does_not_come_back_to_it_as_another_ones_k
     rob, bot, max_ = (mission.robots[name] for name in ("Rob", "Bot", "Max"))
     for robot in (rob, bot, max_):
         for name in mission.plan.names:
-            robot.peers.heard(name, None, 90.0, 1.0, None)
+            robot.peers.heard(name, 90.0)
     bot.board.complete(1, "Rob", hearsay=True)
     for n, listener in enumerate((rob, max_)):
         for again in range(2):

@@ -57,7 +57,7 @@ def test_who_takes_itself_for_the_first_keeper_lets_others_in_first() -> None:
     bot = (mission := Corridor(NAMES, (), starts=(WEST,) * 3)).robots["Bot"]
     p = bot.knowledge.places[0]
     p.since_s, p.wanted_s = -100.0, 40.0
-    bot.peers.heard("Rob", None, 45.0, 1.0, None)
+    bot.peers.heard("Rob", 45.0)
     heard(mission, "Bot", "Rob", m.PlaceWanted("corridor"), 50.0)
     assert (p.keeper, p.using) == ("Rob", False)
     assert p.ask_s > 50.0, "it asks again"

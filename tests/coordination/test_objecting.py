@@ -289,7 +289,7 @@ def test_of_many_that_would_object_in_one_slot_the_first_voice_speaks_for_all() 
     for me in others:
         me.board.claim(1, "Kim", 300.0)
         me.state = State.READY
-        me.peers.heard("Kim", "plant", 5.0, 1.0, None)
+        me.peers.heard("Kim", 5.0, "plant")
         objecting.deny_for_third(me, claimant.role.name, me.board[1], 5.0)
         me.floor.channel(True, 5.5)
         rivals += [me.role.name] if me.floor.wants("deny 1") else []
