@@ -33,7 +33,7 @@ from hvcpd.coordination.board import Board
 from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import PeerDistance, Peers, team_of
-from hvcpd.coordination.states import NEWCOMER, State, Trigger
+from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
@@ -112,8 +112,7 @@ class Coordination:
         if utterance.speaker is not None and utterance.speaker.lower() == me.role.name.lower():
             hearing.hear_namesake(me, utterance, trust, now)
             return
-        believed = trusting.admit(me, utterance, trust)
-        speaker = utterance.speaker if believed else None
+        speaker = utterance.speaker if (believed := trusting.admit(me, utterance, trust)) else None
         if (peer := me.peers.heard(speaker, now, team_of(utterance), by_person)) is not None:
             peer.confidence, peer.snr_db = confidence, snr_db
             me.do(SavePeer(peer.name, peer.team, now))
@@ -121,7 +120,8 @@ class Coordination:
         me.floor.answer_slots = answer_slots(me, now) if isinstance(m.parts(utterance)[-1].statement, ASKING) else 0
         me.current.objected &= me.floor.busy_since_s >= me.current.objected_s  # what was said decides
         me.floor.understood(now, self._order_after(whose_turn(utterance), now))
-        if self._is_second(utterance, now) and not (believed and isinstance(utterance.statement, COUNTS_TWICE)):
+        is_second = self._is_second(utterance, now) and not (believed and isinstance(utterance.statement, COUNTS_TWICE))
+        if is_second or (me.state in DEPARTING and not isinstance(utterance.statement, m.Stop)):
             return
         chatter.note_heard(me, utterance, snr_db, now)
         if not believed:
@@ -141,8 +141,8 @@ class Coordination:
         me = self.knowledge
         me.floor.answer_slots = answer_slots(me, now)
         me.floor.garbled(now)
-        if me.floor.is_second or now < me.repair.foreign_until_s:
-            return  # its content is known
+        if me.floor.is_second or now < me.repair.foreign_until_s or me.state in DEPARTING:
+            return  # its content is known, or of no use any more
         if me.state is State.MEETING:
             me.arm(now, me.timing.greeting_wait_s)  # a speaker is there, and will say it again
         repair.after_garble(me, over_own_speech, addressed, now)
@@ -173,15 +173,14 @@ class Coordination:
 
     def performed(self, now: float) -> None:
         """The actions of the last `Perform` are carried out."""
-        me, trigger = self.knowledge, Trigger.PERFORMED
+        me = self.knowledge
         if me.state is State.GOING:
             me.timer_s = me.current.objected_s
             if now >= me.timer_s:
                 deadlines.time_is_over(me, now)
             return
-        if me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1:
-            trigger = Trigger.PERFORMED_FIRST
-        fire(me, trigger, now)
+        goes_on = me.state is State.ACTING and me.current.ahead_sure and len(me.my_tasks()) > 1
+        fire(me, Trigger.PERFORMED_FIRST if goes_on else Trigger.PERFORMED, now)
 
     def perform_failed(self, now: float, reason: str | None = None) -> None:
         """The actions of the last `Perform` cannot be carried out; `reason`: why, if it can be said."""

@@ -23,7 +23,7 @@ from hvcpd.coordination import (
 from hvcpd.coordination.addressing import is_for, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import AT_WORK, DEPARTING, PROPOSING, State, Trigger
+from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.security.trust import Trust
@@ -35,8 +35,6 @@ hear, may have answered at the same time; so the next answer waits for a random 
 
 def react(me: Knowledge, heard: Heard) -> None:
     """Note the information that the sentence gives to every listener, and react if it is meant for this robot."""
-    if me.state in DEPARTING and not isinstance(heard.utterance.statement, m.Stop):
-        return
     relaying.overheard(me, heard)
     heard = relaying.direct(me, heard)  # from here on as if the original speaker had said them itself
     repair.note(me, heard)

@@ -15,7 +15,7 @@ from hvcpd.coordination import chatter, composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone, must_spell_for
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import DEPARTING, State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 
 ASK_MAX = 2
@@ -81,7 +81,7 @@ def after_garble(me: Knowledge, over_own_speech: bool, addressed: bool, now: flo
         return
     if me.current.partner is not None and me.state in (State.READ_BACK, State.ORDERED):
         _ask_partner(me, me.current.partner, now)
-    elif addressed and me.state not in DEPARTING:
+    elif addressed:
         _tell_unclear(me, now)
     _ask_names(me, now)
 
@@ -152,7 +152,7 @@ def spell_now_and_then(me: Knowledge, now: float) -> None:
 def _ask_names(me: Knowledge, now: float) -> None:
     """Ask for names if speech is repeatedly not understood where strangers may be near."""
     a = me.acquaintance
-    if (me.role.listed and not a.strangers) or me.state in DEPARTING:
+    if me.role.listed and not a.strangers:
         return
     a.garbled_s = (*_recent(a.garbled_s, now), now)
     if len(a.garbled_s) <= GARBLES_MAX or now < a.ask_s:

@@ -11,7 +11,7 @@ from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for, is_for_me_alone
 from hvcpd.coordination.floor import RANK_MAX
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import DEPARTING, State
+from hvcpd.coordination.states import State
 from hvcpd.language import messages as m
 from hvcpd.language.marks import is_sealed
 from hvcpd.security.trust import People, Trust
@@ -76,7 +76,7 @@ def refuse(me: Knowledge, u: m.Utterance, trust: Trust, now: float) -> None:
 
     A right seal is asked about every time: each is valid once, so nobody can play it repeatedly.
     """
-    if me.state in DEPARTING or not is_for(me, u.addressee) or not _needs_proof(u):
+    if not is_for(me, u.addressee) or not _needs_proof(u):
         return
     name = u.speaker
     misheard = trust.may_be_misheard or (trust is Trust.BARE and _is_robot(me, name))
