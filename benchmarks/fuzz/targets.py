@@ -95,7 +95,7 @@ def memory(data: bytes, file: Path) -> None:
     file.write_bytes(data)
     store = Store(file)
     try:
-        store.tasks(), store.transcript(), store.peers(), store.names_heard(), store.counters(), store.flags()
+        store.tasks(), store.transcript(), store.peers(), store.counters(), store.flags()
         store.save_peer(PeerRecord("Zoe", None, 3.0))
     finally:
         store.close()

@@ -50,15 +50,13 @@ def want_turn(
     times: int = 0,
     *,
     trigger: Trigger = Trigger.SPOKEN,
-    slot: int | None = None,
     decide: Callable[[float], Trigger | None] = undecided,
 ) -> None:
     """Request the floor for the state's own sentence; one that was said several `times` unanswered is held back. In a
     place that others wait for, the robot speaks before all turns: they wait for what it has to say."""
     doublings = min(times - 1, BACK_OFF_DOUBLINGS)
     after_s = me.rng.random() * me.timing.back_off_s * 2.0**doublings if times > 0 else 0.0
-    not_before_s = now + after_s
-    intent = Intent(urgency, OWN_TURN, lambda: compose(me), trigger, slot, not_before_s=not_before_s, decide=decide)
+    intent = Intent(urgency, OWN_TURN, lambda: compose(me), trigger, not_before_s=now + after_s, decide=decide)
     intent.early = any(p.inside and p.queue(now) for p in me.places)
     me.floor.want(intent, now)
 
@@ -90,7 +88,7 @@ def wait_for_answer(me: Knowledge, now: float) -> None:
 
 def want_question(me: Knowledge, now: float) -> None:
     if me.current.repeats == 0:
-        me.current.asked_since_s, me.current.heard_at = now, 0
+        me.current.asked_since_s = now
     want_turn(me, lambda me: composing.to_all(me, m.WhatLeft()), now, times=me.current.repeats)
 
 

@@ -130,7 +130,7 @@ class Journal:
     @property
     def names(self) -> tuple[str, ...]:
         """All names that the robot has heard, the last heard at the end."""
-        return self._store.names_heard()
+        return tuple(peer.name for peer in self._store.peers())
 
     @property
     def robots(self) -> tuple[str, ...]:

@@ -163,12 +163,8 @@ class Store:
         self._write(f"INSERT OR REPLACE INTO peers VALUES (?1, {team}, ?3)", astuple(peer))
 
     def peers(self) -> tuple[PeerRecord, ...]:
-        """All robots that were ever heard, by name."""
-        return tuple(PeerRecord(*row) for row in self._read("SELECT * FROM peers ORDER BY name"))
-
-    def names_heard(self) -> tuple[str, ...]:
-        """The names of all robots that were ever heard, the last heard at the end."""
-        return tuple(name for (name,) in self._read("SELECT name FROM peers ORDER BY rowid"))
+        """All robots that were ever heard, the last heard at the end."""
+        return tuple(PeerRecord(*row) for row in self._read("SELECT * FROM peers ORDER BY rowid"))
 
     def raise_counter(self, name: str, value: int) -> None:
         """Remember a counter's value, unless a higher one is remembered."""

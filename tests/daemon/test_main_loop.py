@@ -229,8 +229,9 @@ def test_two_daemons_that_know_only_their_own_names_meet_and_remember_each_other
     for wiring, other in zip(outfits, ("Bot", "Rob"), strict=True):
         store = Store(wiring.settings.memory_path)
         try:
-            assert store.names_heard() == (other,)
-            assert wiring.names_with(store.names_heard()) == (*wiring.names, other)
+            names = tuple(peer.name for peer in store.peers())
+            assert names == (other,)
+            assert wiring.names_with(names) == (*wiring.names, other)
         finally:
             store.close()
 

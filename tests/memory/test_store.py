@@ -219,7 +219,7 @@ def test_what_was_told_as_kept_survives_kill_9(lines: int, tmp_path: Path) -> No
 def test_who_was_heard_last_is_the_last_name(store: Store) -> None:
     for name, at_s in (("Rob", 1.0), ("Bot", 2.0), ("Max", 3.0), ("rob", 4.0)):
         store.save_peer(PeerRecord(name, None, at_s))
-    assert store.names_heard() == ("Bot", "Max", "rob")
+    assert [peer.name for peer in store.peers()] == ["Bot", "Max", "rob"]
 
 
 def test_a_team_that_was_once_named_is_kept(store: Store) -> None:
