@@ -28,18 +28,18 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
     elif _confirms_read_back(me, heard.speaker, s):
         changing.take_order(me, heard.now)
         fire(me, Trigger.CONFIRMED_MOTION if me.current.motion is not None else Trigger.CONFIRMED, heard.now)
-    elif any(teaming.confirmed(me, heard, ref.number, s.complete) for ref in s.tasks if me.board.find(ref)):
+    elif any(teaming.confirmed(me, heard, entry.number, s.complete) for entry in me.board.known(s.tasks)):
         return
     elif _is_meant(me, heard.speaker, s):
         for entry in (me.board[number] for number in me.report.tasks if me.board[number].is_shared):
             if s.complete:
-                me.board.complete(entry.definition.number, me.role.name)
+                me.board.complete(entry.number, me.role.name)
             elif entry.known_done:
                 objecting.tell_done(me, heard.speaker, entry, heard.now)  # the speaker has missed another robot's part
         me.current.assured_s = me.lease_end_s(me.current.claimed_s)
         slots = confirming_slot(me, heard.now)
         me.current.objected_s = heard.now + me.timing.reply_gap_s + slots * me.timing.slot_s
-        ahead.confirmed(me, {each.definition.number for ref in s.tasks if (each := me.board.find(ref)) is not None})
+        ahead.confirmed(me, {each.number for each in me.board.known(s.tasks)})
         if me.report.said:
             me.report.tasks = ()
         is_open = me.state is State.CLAIMING and me.current.task is None  # the task is still to be chosen
@@ -51,9 +51,9 @@ def confirmed(me: Knowledge, heard: Heard, s: m.Confirmed) -> None:
 
 def _note_told(me: Knowledge, heard: Heard, speaker: str, s: m.Confirmed) -> None:
     """A robot that knows tells this one, which may have listed tasks for several robots as left, that they are done."""
-    for entry in map(me.board.find, s.tasks):
-        if entry is not None and entry.is_shared:
-            claims.note_done(me, speaker, entry.definition.number, heard.now, whole=True)
+    for entry in me.board.known(s.tasks):
+        if entry.is_shared:
+            claims.note_done(me, speaker, entry.number, heard.now, whole=True)
 
 
 def _confirms_read_back(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
@@ -81,7 +81,7 @@ def _is_meant(me: Knowledge, speaker: str, s: m.Confirmed) -> bool:
 
 def _note_confirmed(me: Knowledge, heard: Heard, speaker: str, owner: str, s: m.Confirmed) -> None:
     """Another robot's claim or report was confirmed, or that it has given the task up."""
-    numbers = {entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None}
+    numbers = {entry.number for entry in me.board.known(s.tasks)}
     for number in sorted(numbers):
         if m.TaskByNumber(number) in heard.given_up:
             me.board.give_up(number, owner)
@@ -179,7 +179,7 @@ def left(me: Knowledge, heard: Heard, s: m.Left) -> None:
             objecting.tell_done(me, speaker, entry, now)  # more may be left than fits in a list
     if not s.more:
         for entry in me.board.entries():
-            number = entry.definition.number
+            number = entry.number
             unsaid = number not in s.numbers and number not in me.my_tasks()
             may_not_know = entry.is_due or _is_unheard(me, entry)
             knows = not may_not_know or speaker in entry.known_to or speaker == entry.owner
@@ -196,7 +196,7 @@ def _is_unheard(me: Knowledge, entry: Entry) -> bool:
 
 
 def _note_left_out(me: Knowledge, entry: Entry, speaker: str | None, now: float) -> None:
-    number, sealed = entry.definition.number, me.role.speech.sealed
+    number, sealed = entry.number, me.role.speech.sealed
     is_remembered = entry.since_s == NEVER_S  # the claim is from before this robot was switched on
     if entry.state == DONE:
         entry.times_said += 1
@@ -218,7 +218,7 @@ def _unknown(me: Knowledge, heard: Heard, s: m.Unknown) -> None:
         commands.unable(me, heard, s)
     elif entry is not None:
         entry.is_new_to_others = True
-        own, number = me.my_tasks() if me.state in PROPOSING else (), entry.definition.number
+        own, number = me.my_tasks() if me.state in PROPOSING else (), entry.number
         tasks = (own or me.report.tasks) if number in (*own, *me.report.tasks) else (number,)
         if not entry.is_shared:
             first, *more = map(m.TaskByNumber, tasks)

@@ -23,15 +23,20 @@ NEARER_M = 1.0
 """Least difference: distances are stated in whole metres."""
 
 
+def stated_m(heard: Heard) -> int | None:
+    """The distance that a claim states."""
+    said = heard.utterance.statement
+    return said.distance_m if isinstance(said, m.Claim) else None
+
+
 def is_bid(heard: Heard) -> bool:
     """Whether a claim is addressed to a robot that should give way."""
-    said = heard.utterance.statement
-    return isinstance(said, m.Claim) and said.distance_m is not None and isinstance(heard.to, m.ToRobot)
+    return stated_m(heard) is not None and isinstance(heard.to, m.ToRobot)
 
 
-def would_bid(me: Knowledge, heard: Heard, entry: Entry, distance_m: int | None) -> bool:
+def would_bid(me: Knowledge, heard: Heard, entry: Entry) -> bool:
     """Whether this robot is clearly nearer to the task that was just claimed, and would do it first."""
-    number, here, last = entry.definition.number, me.body.here, me.claim_heard
+    number, distance_m, here, last = entry.number, stated_m(heard), me.body.here, me.claim_heard
     was_open = last is not None and last.before.get(number, ("",))[0] == OPEN
     is_free = me.state in (State.READY, State.CLAIMING) and me.current.task is None
     able = me.role.nearest_first and not me.lacks(entry)
@@ -47,7 +52,7 @@ def would_bid(me: Knowledge, heard: Heard, entry: Entry, distance_m: int | None)
 
 def bid(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """Request the floor to outbid `other`, unless another robot is heard to do so, or to confirm its claim."""
-    number = entry.definition.number
+    number = entry.number
     fire(me, Trigger.CHOSE_CLAIM, now)  # a robot that already claims a task has no row for that
 
     def compose() -> m.Utterance | None:

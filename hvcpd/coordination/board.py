@@ -39,6 +39,10 @@ class Board:
             return entry if entry is not None and not entry.gone else None
         return next((entry for entry in self.entries() if spoken_name(entry.definition) == ref.name), None)
 
+    def known(self, refs: Iterable[TaskRef]) -> list[Entry]:
+        """The entries that spoken references mean, without tasks that this robot does not have."""
+        return [entry for ref in refs if (entry := self.find(ref)) is not None]
+
     def entries(self) -> tuple[Entry, ...]:
         return tuple(entry for entry in self._entries.values() if not entry.gone)
 
@@ -83,7 +87,7 @@ class Board:
 
     def open_for(self, robot: str, unable: frozenset[int] = frozenset()) -> tuple[TaskDefinition, ...]:
         """The tasks that nobody has claimed, and that a robot may claim."""
-        able = (e for e in self.entries() if robot not in e.failed_by and e.definition.number not in unable)
+        able = (e for e in self.entries() if robot not in e.failed_by and e.number not in unable)
         return tuple(e.definition for e in able if e.state == OPEN and self.can_begin(e))
 
     def can_begin(self, entry: Entry) -> bool:
@@ -100,7 +104,7 @@ class Board:
 
         A task is the same if its name is: one that was done stays so under another number."""
         new = {task.number: task for task in tasks}
-        gone = tuple(e.definition.number for e in self.entries() if _is_another(e.definition, new))
+        gone = tuple(e.number for e in self.entries() if _is_another(e.definition, new))
         done = {spoken_name(self[n].definition): copy(self[n]) for n in gone if self[n].state == DONE}
         for number in gone:
             if not self[number].known_done:

@@ -33,7 +33,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
     """Change a task, and tell the others. Returns why this is impossible, or None."""
     entry = me.board.find(m.TaskByNumber(number))
     if entry is None:
-        known = ", ".join(str(each.definition.number) for each in me.board.entries())
+        known = ", ".join(str(each.number) for each in me.board.entries())
         return f"there is no task {number}; the tasks are {known}"
     if _is_applied(entry, skip):
         closed = "left out already" if entry.skipped else "done already"
@@ -56,7 +56,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         _compare(me, heard, entry, s.skip, s.count)
     elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
         objecting.tell_done(me, speaker, entry, now)
-    elif s.skip and _is_acted(me, entry.definition.number):
+    elif s.skip and _is_acted(me, entry.number):
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
         count, has_read_back = _next(entry), not s.skip and _has_read_back(me, speaker, entry)
@@ -77,13 +77,13 @@ def take_order(me: Knowledge, now: float) -> None:
     entry = me.board[me.current.task] if me.current.task is not None else None
     if entry is not None and entry.known_done:
         _take(me, entry, _next(entry), False, now)
-        _say_to_all(me, entry, now, m.Change(m.TaskByNumber(entry.definition.number)))
+        _say_to_all(me, entry, now, m.Change(m.TaskByNumber(entry.number)))
 
 
 def _has_read_back(me: Knowledge, name: str | None, entry: Entry) -> bool:
     """Whether a speaker who asks for a task is a robot that was ordered to do it: it has just claimed it."""
     last = me.claim_heard
-    return last is not None and last.speaker == name and entry.definition.number in last.before
+    return last is not None and last.speaker == name and entry.number in last.before
 
 
 def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
@@ -92,7 +92,7 @@ def _ordered(me: Knowledge, heard: Heard, s: m.Order) -> None:
     if isinstance(heard.to, m.ToRobot):
         commands.order(me, heard, s)
     elif entry is not None and entry.state == DONE:
-        changed(me, heard, m.Change(m.TaskByNumber(entry.definition.number)))
+        changed(me, heard, m.Change(m.TaskByNumber(entry.number)))
 
 
 def _is_applied(entry: Entry, skip: bool) -> bool:
@@ -110,7 +110,7 @@ def _is_acted(me: Knowledge, number: int) -> bool:
 
 def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int) -> None:
     """Accept a newer change and correct an older one; of two changes with one number, "do it again" holds."""
-    number, now = entry.definition.number, heard.now
+    number, now = entry.number, heard.now
     count = _counted(entry, spoken)
     is_next = not skip and count == entry.change + 1
     if is_next and schedule.begin_what_comes(me, entry, now, 2.0 * schedule.SKEW_S) and entry.state == DONE:
@@ -160,8 +160,8 @@ def _is_believed(me: Knowledge, heard: Heard, entry: Entry, count: int, skip: bo
 def _believe_rumours(me: Knowledge, heard: Heard, claim: m.Statement | None) -> None:
     """A robot claims a task that this one has heard once is to be done again: that was not misheard."""
     refs = claim.tasks if isinstance(claim, m.Claim) and not isinstance(heard.to, m.ToRobot) else ()
-    for entry in map(me.board.find, refs):
-        if entry is not None and not entry.recurs and entry.state == DONE:
+    for entry in me.board.known(refs):
+        if not entry.recurs and entry.state == DONE:
             count, _ = entry.rumoured_change
             if count > entry.change and _was_heard(entry, count, heard.now):
                 _take(me, entry, count, False, heard.now)
@@ -176,7 +176,7 @@ def _counted(entry: Entry, spoken: int) -> int:
 
 
 def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
-    number = entry.definition.number
+    number = entry.number
     skip = skip and not _is_acted(me, number)
     if not skip and (entry.state == DONE or entry.failed_by):  # a robot that gave it up may retry it
         schedule.reopen(me, entry, now)
@@ -190,7 +190,7 @@ def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> No
 
 def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
     """Another robot has missed the last change."""
-    number = entry.definition.number
+    number = entry.number
     slot = OWNER_SLOT if me.current.task == number else objection_slot(me, other or "", number, now)
     shared, topic = shares_slot(me, slot, now), f"change {number}"
     composing.answer(me, other, topic, composing.change(entry), now, slot, call=other, tentative=shared)
@@ -198,7 +198,7 @@ def tell(me: Knowledge, other: str | None, entry: Entry, now: float) -> None:
 
 def _answer(me: Knowledge, name: str | None, entry: Entry, now: float, on_said: Callable[[], None] = nothing) -> None:
     """One robot answers the person who wanted a change, with its number, so that others learn the number too."""
-    number, words = entry.definition.number, composing.change(entry)
+    number, words = entry.number, composing.change(entry)
     slot = me.rank(name or "", number, now) + (UNSURE_SLOTS if me.state in NEWCOMER else 0)
     composing.answer(me, name, f"change {number}", words, now, slot, call=name or "", tentative=True, on_said=on_said)
 
@@ -224,7 +224,7 @@ def _say_to_all(me: Knowledge, entry: Entry, now: float, words: m.Change | None 
         return composing.to_all(me, words or composing.change(entry)) if matters else None
 
     urgency = Urgency.ANSWER if words is not None else Urgency.TURN
-    me.floor.want(Intent(urgency, f"change {entry.definition.number}", compose), now)
+    me.floor.want(Intent(urgency, f"change {entry.number}", compose), now)
 
 
 def _note_said(me: Knowledge, number: int, now: float) -> None:
@@ -304,7 +304,7 @@ def _is_outdated(me: Knowledge, entry: Entry, doer: str | None, count: int | Non
     robot did not know."""
     known = _counted(entry, count) if count is not None else 0
     if known > entry.change and not entry.recurs:
-        me.board.change(entry.definition.number, known, False)
+        me.board.change(entry.number, known, False)
     return entry.is_changed and not entry.known_done and entry.owner != doer and known < entry.change
 
 
@@ -312,7 +312,7 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     """Whether a robot that reports a recurring task as done may mean the last occurrence: it says an earlier number, or
     this robot knows that the task has just become due, and the other one, whose claim it has heard only just now, or
     not at all, says another number, or none."""
-    at_work = me.current.task == entry.definition.number and me.state in AT_WORK  # then see `claims`
+    at_work = me.current.task == entry.number and me.state in AT_WORK  # then see `claims`
     may_have_done_it = entry.owner == doer and now - entry.since_s >= me.timing.recent_s
     if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
         return False

@@ -65,8 +65,8 @@ def _free(me: Knowledge, now: float) -> tuple[TaskDefinition, ...]:
     entries = me.board.entries()
     shared = [entry for entry in entries if entry.is_shared]
     idle = _free_others(me, now) if shared else frozenset[str]()
-    later = {e.definition.number for e in shared if e.call_s > now or not (e.has_room or _can_fill(e, idle))}
-    later |= {e.definition.number for e in entries if schedule.waits_for_next(me, e, now)}
+    later = {e.number for e in shared if e.call_s > now or not (e.has_room or _can_fill(e, idle))}
+    later |= {e.number for e in entries if schedule.waits_for_next(me, e, now)}
     return me.board.free_for(me.role.name, now, me.role.unable | later)
 
 

@@ -36,13 +36,13 @@ def claim(me: Knowledge, heard: Heard, s: m.Claim) -> None:
     entry, speaker, now = me.board.find(s.task), heard.speaker, heard.now
     if speaker is None:
         return
-    peer, number = me.peers.get(speaker), entry.definition.number if entry is not None else None
+    peer, number = me.peers.get(speaker), entry.number if entry is not None else None
     if s.also is None and commands.answers_order(me, heard):
         fire(me, Trigger.RIGHT if number is not None and number == me.current.task else Trigger.WRONG, now)
     elif is_for_me_alone(me, heard.to) and peer is not None and number is not None and peer.assigned == number:
         confirm_at_once(me, speaker, now)  # the confirmation was lost
     else:
-        _settle(me, heard, speaker, s.tasks, False, s.distance_m)
+        _settle(me, heard, speaker, s.tasks, False)
 
 
 def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
@@ -50,9 +50,7 @@ def working(me: Knowledge, heard: Heard, s: m.Working) -> None:
         _settle(me, heard, heard.speaker, (s.task,), True)
 
 
-def _settle(
-    me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool, distance_m: int | None = None
-) -> None:
+def _settle(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], at_work: bool) -> None:
     """Object to a claim, bid for its task, or confirm it if it was said to many."""
     unsure = _may_have_missed(me, refs, heard.now)
     unknown = _unknown_of(me, refs)
@@ -62,9 +60,9 @@ def _settle(
         _tell_unknown(me, heard, other, unknown)
     if not good or unknown:
         return
-    me.board[good[0]].distance_m = distance_m
+    me.board[good[0]].distance_m = bidding.stated_m(heard)
     is_first = me.claim_heard is not None and me.claim_heard.at_s == heard.now
-    if bidding.would_bid(me, heard, me.board[good[0]], distance_m):
+    if bidding.would_bid(me, heard, me.board[good[0]]):
         bidding.bid(me, other, me.board[good[0]], heard.now)
     elif not (unsure and is_first) and (bidding.is_bid(heard) or not isinstance(heard.to, m.ToRobot)):
         _confirm_in_turn(me, other, good, heard.now)
@@ -74,9 +72,9 @@ def _may_have_missed(me: Knowledge, refs: Sequence[m.TaskRef], now: float) -> bo
     """Whether this robot may have missed whose tasks these are, and others may know: it is about to ask what remains,
     or one of the tasks is its own, for which it may be outbid, or was denied to a robot. Then it does not confirm a
     claim until that is said again."""
-    entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
+    entries = me.board.known(refs)
     denied = any(e.state == CLAIMED and e.owner is None and now < e.lease_end_s for e in entries)
-    outbid = me.current.may_be_outbid and any(e.definition.number in me.my_tasks() for e in entries)
+    outbid = me.current.may_be_outbid and any(e.number in me.my_tasks() for e in entries)
     unsure = me.missed.heard_work or me.state in (State.ASKING, State.ASKED) or outbid
     return (unsure or denied) and len(me.expected(now)) > 1
 
@@ -98,15 +96,15 @@ def _tell_unknown(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.Task
 def contend(me: Knowledge, heard: Heard, other: str, refs: Sequence[m.TaskRef], other_at_work: bool) -> tuple[int, ...]:
     """Another robot takes or has these tasks: returns the numbers of those that this robot knows, none if it objects to
     one."""
-    entries = [entry for ref in refs if (entry := me.board.find(ref)) is not None]
+    entries = me.board.known(refs)
     _note_claim(me, other, entries, heard.now)
-    teaming.moved_on(me, other, [entry.definition.number for entry in entries], heard.now)
+    teaming.moved_on(me, other, [entry.number for entry in entries], heard.now)
     good = [_contend_one(me, heard, other, entry, other_at_work) for entry in entries]
-    return tuple(entry.definition.number for entry in entries) if all(good) else ()
+    return tuple(entry.number for entry in entries) if all(good) else ()
 
 
 def _contend_one(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> bool:
-    number, now = entry.definition.number, heard.now
+    number, now = entry.number, heard.now
     knows_better = entry.owner != other or entry.is_shared or (entry.recurs and me.clock_s is not None)
     if _reads_back(me, heard, entry):
         return False  # it is not open before the speaker says that it was asked for
@@ -143,7 +141,7 @@ def _reads_back(me: Knowledge, heard: Heard, entry: Entry) -> bool:
 
 def _note_claim(me: Knowledge, other: str, entries: Sequence[Entry], now: float) -> None:
     """Remember each robot's last claim, and what was known of the task before: objections refer to that."""
-    before, last = {e.definition.number: (e.state, e.owner, e.lease_end_s) for e in entries}, me.claim_heard
+    before, last = {e.number: (e.state, e.owner, e.lease_end_s) for e in entries}, me.claim_heard
     same = last is not None and last.speaker == other and last.before.keys() == before.keys()
     if before and (last is None or not same or now - last.at_s > me.timing.recent_s):
         me.claim_heard = HeardClaim(other, before, now)
@@ -206,7 +204,7 @@ def _confirm_in_turn(me: Knowledge, name: str, numbers: tuple[int, ...], now: fl
 
 def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     speaker, now = heard.speaker, heard.now
-    upon = tuple(entry.definition.number for ref in s.tasks if (entry := me.board.find(ref)) is not None)
+    upon = tuple(entry.number for entry in me.board.known(s.tasks))
     claimed = s.claim.tasks if s.claim is not None else ()
     if speaker is None:
         return
@@ -223,7 +221,7 @@ def completed(me: Knowledge, heard: Heard, s: m.Completed) -> None:
     entry = me.board[upon[0]]
     if sure and s.count is not None and me.clock_s is None and entry.recurs and entry.owner == speaker:
         entry.change = s.count  # for this occurrence; of its own one, a robot may have misheard the task
-    if any(me.board.find(ref) is not None for ref in claimed):
+    if me.board.known(claimed):
         upon = contend(me, heard, speaker, claimed, False)
     unknown = _unknown_of(me, (*claimed, *s.tasks))
     if is_for_me_alone(me, heard.to):
@@ -300,7 +298,7 @@ def failed(me: Knowledge, heard: Heard, s: m.Failed) -> None:
     entry, name, now = me.board.find(s.task), heard.speaker, heard.now
     if entry is None or name is None:
         return
-    number = entry.definition.number
+    number = entry.number
     # by one that said so before; a robot that cannot do it refuses the coordinator's next order
     left_alone = entry.is_shared and s.reason is None and (name not in entry.team or me.role.coordinator)
     teaming.gone(me, name, number, now)
@@ -326,7 +324,7 @@ def note_moved_on(me: Knowledge, name: str, numbers: Collection[int]) -> None:
     """A robot is known to have these tasks. If it was at another one, it has most likely done that: robots report what
     they give up and what they have done, but this robot may have missed the report."""
     for entry in me.board.entries():
-        former = entry.definition.number
+        former = entry.number
         heard = entry.state == CLAIMED and entry.owner == name and entry.times_heard >= HEARD_SURELY
         if heard and not entry.is_shared and former not in (*numbers, *me.my_tasks()):
             me.board.complete(former, name, hearsay=True)

@@ -38,10 +38,10 @@ def order(me: Knowledge, heard: Heard, s: m.Order) -> None:
     name, entry = heard.speaker, me.board.find(s.task)
     if name is None or not is_for_me_alone(me, heard.to):
         return
-    number = entry.definition.number if entry is not None else None
+    number = entry.number if entry is not None else None
     same = entry is not None and me.current.task == number and me.is_partner(name)
     if entry is not None and entry.known_done and not asks_anew(me, name, entry):
-        reply: m.Statement | None = composing.closed(me, entry.definition.number)
+        reply: m.Statement | None = composing.closed(me, entry.number)
     elif same and me.state in AT_WORK and (entry is None or not entry.is_shared or me.state is State.GOING):
         reply = m.Claim(s.task)  # the read-back was lost; at the place, a partner would take it for a beginning
     elif same and me.state is State.READING_BACK:
@@ -60,7 +60,7 @@ def asks_anew(me: Knowledge, name: str, entry: Entry) -> bool:
     this robot's report; nor if it may be a coordinator, which orders what it takes for open, and may have missed any
     report. Robots that volunteer name their team, and people do not; where a coordinator gives orders, people are known
     by not being one of the robots."""
-    if not entry.waits or entry.definition.number in me.report.tasks:
+    if not entry.waits or entry.number in me.report.tasks:
         return False
     if entry.definition.on_demand and entry.change == 1:
         return True  # nobody has asked for it yet: there is nothing to have missed
@@ -77,7 +77,7 @@ def _refusal(me: Knowledge, task: m.TaskRef, entry: Entry | None, now: float) ->
     if entry is None:
         return m.Unknown(task) if isinstance(task, m.TaskByNumber) else m.Unable(task)
     has_failed = me.role.name in entry.failed_by and not entry.known_done  # another request is another attempt
-    if me.role.coordinator or has_failed or entry.definition.number in me.role.unable:
+    if me.role.coordinator or has_failed or entry.number in me.role.unable:
         return m.Unable(task)
     if me.state is State.STOPPED:
         return m.Stopped()

@@ -97,7 +97,7 @@ def done(me: Knowledge, number: int) -> m.Completed:
 
 def change(entry: Entry) -> m.Change:
     """The last change of a task, as it is passed on."""
-    return m.Change(m.TaskByNumber(entry.definition.number), entry.skipped, spoken_count(entry))
+    return m.Change(m.TaskByNumber(entry.number), entry.skipped, spoken_count(entry))
 
 
 def closed(me: Knowledge, number: int) -> m.Completed | m.Change:

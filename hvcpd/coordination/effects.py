@@ -146,8 +146,7 @@ def wait_for_confirmation(me: Knowledge, now: float) -> None:
 def go(me: Knowledge, now: float) -> None:
     forget_report(me, Urgency.TURN, now)
     me.current.repeats, me.board[me.my_task()].calls = 0, 0
-    me.current.there, me.current.confirmed_to = False, frozenset()
-    me.current.promised = me.current.agreed = me.current.rivals = frozenset()
+    me.current.confirmed_to = me.current.rivals = frozenset()
     _hold(me, me.my_tasks(), now)
     me.current.ahead_sure = me.current.ahead is not None
     if me.current.partner is not None:

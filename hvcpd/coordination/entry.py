@@ -81,6 +81,10 @@ class Entry:
     """Another robot does not know the task: it understands the number, and not the name."""
 
     @property
+    def number(self) -> int:
+        return self.definition.number
+
+    @property
     def recurs(self) -> bool:
         return self.definition.every is not None
 

@@ -39,10 +39,9 @@ def react(me: Knowledge, heard: Heard) -> None:
     heard = relaying.direct(me, heard)  # from here on as if the original speaker had said them itself
     repair.note(me, heard)
     earshot.note(me, heard)
-    left = changing.up_to_date(me, heard)
-    if left is None:
+    if (rest := changing.up_to_date(me, heard)) is None:
         return
-    heard, statement = left, left.utterance.statement
+    heard, statement = rest, rest.utterance.statement
     if isinstance(statement, m.Claim) and choosing.claims_at_once(me, heard.now):
         fire(me, Trigger.MET, heard.now)  # the greeting is answered, and work has begun
     reaction = _REACTIONS.get(type(statement))
@@ -117,10 +116,10 @@ def _let_go(me: Knowledge, heard: Heard, s: m.Stopped | m.Leaving) -> None:
     if name is None:
         return
     for entry in me.board.entries():
-        teaming.gone(me, name, entry.definition.number, heard.now)
+        teaming.gone(me, name, entry.number, heard.now)
         if entry.owner == name:
-            me.board.release(entry.definition.number)
-            claims.release_assignment(me, name, entry.definition.number)
+            me.board.release(entry.number)
+            claims.release_assignment(me, name, entry.number)
     if isinstance(s, m.Leaving):
         me.peers.has_left(name)
     me.reconsider(heard.now)

@@ -262,7 +262,7 @@ class Knowledge:
 
     def lacks(self, entry: Entry) -> bool:
         """Whether this robot has no means for a task, or has given it up."""
-        return entry.definition.number in self.role.unable or self.role.name in entry.failed_by
+        return entry.number in self.role.unable or self.role.name in entry.failed_by
 
     def lease_end_s(self, now: float) -> float:
         """When a lease that is renewed now ends: in a crowd each robot's turn comes more rarely."""

@@ -20,7 +20,7 @@ def is_of_third(me: Knowledge, entry: Entry, other: str, now: float) -> bool:
 
 def deny_for_third(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """Object to a claim, or to its confirmation, if another robot surely has the task."""
-    number = entry.definition.number
+    number = entry.number
     if entry.firm and is_of_third(me, entry, other, now):
         deny(me, other, number, entry.owner, objection_slot(me, other, number, now), now)
 
@@ -61,7 +61,7 @@ def say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
 def tell_done(me: Knowledge, other: str, entry: Entry, now: float) -> None:
     """A robot missed that the task is done: the robot that did it says so at once, or another one if that one does not.
     A robot that neither did the task nor knows which robot did never says that it is done."""
-    number, doer = entry.definition.number, entry.owner
+    number, doer = entry.number, entry.owner
     statement: m.Statement = composing.closed(me, number)
     to, slot = None, OWNER_SLOT
     if entry.skipped:

@@ -121,7 +121,7 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
     inner, name, now = s.statement, heard.speaker, heard.now
     if not isinstance(inner, m.Completed) or (entry := me.board.find(inner.task)) is None or name is None:
         return
-    number, alone = entry.definition.number, is_for_me_alone(me, heard.to)
+    number, alone = entry.number, is_for_me_alone(me, heard.to)
     if s.speaker.lower() == me.role.name.lower():
         _quoted(me, name, entry, inner.count, now)
         return
@@ -139,7 +139,7 @@ def relayed(me: Knowledge, heard: Heard, s: m.Relayed) -> None:
 def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: float) -> None:
     """Another robot says that this robot has done the task. If it has done an earlier occurrence only, it says so; one
     that does not know which occurrence is due learns that it has done it."""
-    number, own = entry.definition.number, me.role.name
+    number, own = entry.number, me.role.name
     has_part = entry.is_shared and entry.acted_s > NEVER_S
     if has_part or (entry.known_done and entry.owner == own):
         return

@@ -121,7 +121,7 @@ def _of_others(me: Knowledge, now: float) -> Iterator[Route]:
         peer = me.peers.get(name)
         if peer is not None and (stand := next_stop(me, peer)) is not None:
             place, free_s = stand
-            failed = frozenset(e.definition.number for e in me.board.entries() if peer.name in e.failed_by)
+            failed = frozenset(e.number for e in me.board.entries() if peer.name in e.failed_by)
             yield Route(peer.name, place, abs(free_s - now), free_s > now, failed | peer.unable)
 
 
@@ -140,7 +140,7 @@ def next_stop(me: Knowledge, peer: Peer) -> tuple[Place, float] | None:
 def has_unknown_place(me: Knowledge) -> bool:
     """Whether the others cannot know this robot's place, because it has claimed nothing before its present claim."""
     claiming = me.my_tasks()
-    return all(e.owner != me.role.name or e.definition.number in claiming for e in me.board.entries())
+    return all(e.owner != me.role.name or e.number in claiming for e in me.board.entries())
 
 
 def distance_to_state_m(me: Knowledge, task: TaskDefinition, now: float) -> int | None:

@@ -113,7 +113,7 @@ def open_anew(me: Knowledge, entry: Entry, now: float, is_due: bool) -> None:
 
 def reopen(me: Knowledge, entry: Entry, now: float) -> None:
     """Any robot is to do it once more; a list of remaining tasks may come from a robot that does not know."""
-    number = entry.definition.number
+    number = entry.number
     entry.failed_by = entry.known_to = frozenset()
     entry.is_due = True
     for peer in me.peers.all():

@@ -30,7 +30,7 @@ SLOTS = 2
 
 def contend(me: Knowledge, heard: Heard, other: str, entry: Entry, other_at_work: bool) -> None:
     """Another robot claims a task for several robots, or is at its place."""
-    number, now = entry.definition.number, heard.now
+    number, now = entry.number, heard.now
     entry.failed_by -= {other}
     me.expire(now)
     if me.role.name in entry.parts_before and not _is_in(me, number):
@@ -156,7 +156,7 @@ def overheard(me: Knowledge, one: str, other: str, entry: Entry, now: float) -> 
     """Two other robots have agreed on the task; a robot that has claimed it too, and is not needed, leaves it to them.
     If two have agreed on it with the same third, the one whose name comes first in the alphabet keeps it, or the one
     that the third tells so."""
-    number = entry.definition.number
+    number = entry.number
     was_taken = one in entry.team - me.current.agreed and other in me.current.rivals
     is_first = me.state is not State.GOING or other not in entry.team or me.role.name.lower() < one.lower()
     is_sure = me.state is State.ACTING or (is_first and not was_taken)

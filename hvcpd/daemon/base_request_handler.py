@@ -90,7 +90,7 @@ class BaseRequestHandler:
         if there is self._there:
             return
         c = robot.coordination
-        mine = frozenset(e.definition.number for e in c.board.entries() if c.role.name in e.failed_by)
+        mine = frozenset(e.number for e in c.board.entries() if c.role.name in e.failed_by)
         forgiven = mine - self._given_up if there else ()
         self._given_up = self._given_up if there else mine
         self._there = there

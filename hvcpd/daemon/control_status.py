@@ -127,7 +127,7 @@ def status_of(body: Body) -> dict[str, Any]:
 
 def tasks_of(robot: Robot) -> list[dict[str, Any]]:
     """The board, as this robot knows it, by number."""
-    entries = sorted(robot.coordination.board.entries(), key=lambda entry: entry.definition.number)
+    entries = sorted(robot.coordination.board.entries(), key=lambda entry: entry.number)
     return [_task(entry, robot) for entry in entries]
 
 

@@ -180,7 +180,7 @@ class ClaimEngine(RuleBasedStateMachine):
         for robot in mission.robots.values():
             for entry in robot.board.entries():
                 if entry.known_done and not entry.skipped:
-                    assert mission.watered[entry.definition.number], "what nobody did is not held for done"
+                    assert mission.watered[entry.number], "what nobody did is not held for done"
         for task in mission.plan.tasks:
             robots = mission.robots.values()
             owners = [r for r in robots if task.number in r.knowledge.my_tasks() and r.state in AT_WORK]
