@@ -15,7 +15,7 @@ from functools import partial
 from hvcpd.coordination import choosing, composing
 from hvcpd.coordination.floor import AHEAD, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import UNDER_WAY
 from hvcpd.language import messages as m
 
 AGAIN_S = 8.0
@@ -23,8 +23,6 @@ AGAIN_S = 8.0
 before and after it."""
 LOOK_S = 5.0
 """Before a robot that finds no task to claim ahead looks again: others claim theirs meanwhile."""
-ON_THE_WAY = frozenset({State.GOING, State.ACTING})
-"""States in which a robot claims its next task."""
 
 
 def want(me: Knowledge, now: float) -> None:
@@ -44,7 +42,7 @@ def _want(me: Knowledge, now: float) -> None:
 
 def _choose(me: Knowledge, now: float) -> None:
     """Choose the task, or keep the one that was claimed and not confirmed."""
-    if me.state not in ON_THE_WAY or len(me.my_tasks()) > 1:
+    if me.state not in UNDER_WAY or len(me.my_tasks()) > 1:
         return
     me.current.ahead, me.current.ahead_sure = choosing.task_ahead(me, now), False
     if me.current.ahead is None:
@@ -54,7 +52,7 @@ def _choose(me: Knowledge, now: float) -> None:
 
 
 def _compose(me: Knowledge) -> m.Utterance | None:
-    is_open = me.state in ON_THE_WAY and not me.current.ahead_sure and len(me.my_tasks()) > 1
+    is_open = me.state in UNDER_WAY and not me.current.ahead_sure and len(me.my_tasks()) > 1
     return composing.claim_ahead(me) if is_open else None
 
 
@@ -70,7 +68,7 @@ def repeat(me: Knowledge, now: float) -> None:
     """Claim again what was not confirmed."""
     if now >= me.current.ahead_s:
         me.current.ahead_s = math.inf
-        if me.state in ON_THE_WAY and not me.current.ahead_sure:
+        if me.state in UNDER_WAY and not me.current.ahead_sure:
             _want(me, now)
 
 
@@ -82,7 +80,7 @@ def confirmed(me: Knowledge, numbers: Collection[int]) -> None:
 
 def denied(me: Knowledge, now: float) -> None:
     """A robot says that the task has an owner, without a name, or that it is done, but not by which robot."""
-    if me.state in ON_THE_WAY and not me.current.ahead_sure:
+    if me.state in UNDER_WAY and not me.current.ahead_sure:
         for number in me.my_tasks()[1:]:
             me.board.claim(number, None, now + me.timing.denied_s)
         me.current.ahead = None

@@ -16,7 +16,7 @@ from hvcpd.coordination.addressing import OWNER_SLOT, UNSURE_SLOTS, is_for_me_al
 from hvcpd.coordination.entry import DONE, Entry
 from hvcpd.coordination.floor import Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import AT_WORK, NEWCOMER, State, Trigger
+from hvcpd.coordination.states import NEWCOMER, Trigger
 from hvcpd.coordination.table import fire
 from hvcpd.language import messages as m
 from hvcpd.language.forms import CHANGES
@@ -38,7 +38,7 @@ def want(me: Knowledge, number: int, skip: bool, now: float) -> str | None:
     if _is_applied(entry, skip):
         closed = "left out already" if entry.skipped else "done already"
         return f"task {number} is {closed if skip else 'still to be done'}"
-    if skip and _is_acted(me, number):
+    if skip and me.acts(number):
         return f"task {number} is just being done"
     _take(me, entry, _next(entry), skip, now)
     _say_to_all(me, entry, now)
@@ -56,7 +56,7 @@ def changed(me: Knowledge, heard: Heard, s: m.Change) -> None:
         _compare(me, heard, entry, s.skip, s.count)
     elif speaker is not None and s.skip and entry.known_done and not entry.skipped:
         objecting.tell_done(me, speaker, entry, now)
-    elif s.skip and _is_acted(me, entry.number):
+    elif s.skip and me.acts(entry.number):
         composing.answer(me, speaker, f"answer {speaker}", m.Working(s.task), now)
     else:
         count, has_read_back = _next(entry), not s.skip and _has_read_back(me, speaker, entry)
@@ -102,10 +102,6 @@ def _is_applied(entry: Entry, skip: bool) -> bool:
 def _next(entry: Entry) -> int:
     """The number of the next change; 0 (unknown) for a recurring task if this robot does not know the occurrence."""
     return entry.change + 1 if entry.change or not entry.recurs else 0
-
-
-def _is_acted(me: Knowledge, number: int) -> bool:
-    return me.current.task == number and me.state is State.ACTING
 
 
 def _compare(me: Knowledge, heard: Heard, entry: Entry, skip: bool, spoken: int) -> None:
@@ -177,7 +173,7 @@ def _counted(entry: Entry, spoken: int) -> int:
 
 def _take(me: Knowledge, entry: Entry, count: int, skip: bool, now: float) -> None:
     number = entry.number
-    skip = skip and not _is_acted(me, number)
+    skip = skip and not me.acts(number)
     if not skip and (entry.state == DONE or entry.failed_by):  # a robot that gave it up may retry it
         schedule.reopen(me, entry, now)
     me.board.change(number, count, skip)
@@ -312,7 +308,7 @@ def _is_of_another_time(me: Knowledge, entry: Entry, doer: str | None, count: in
     """Whether a robot that reports a recurring task as done may mean the last occurrence: it says an earlier number, or
     this robot knows that the task has just become due, and the other one, whose claim it has heard only just now, or
     not at all, says another number, or none."""
-    at_work = me.current.task == entry.number and me.state in AT_WORK  # then see `claims`
+    at_work = me.is_at(entry.number)  # then see `claims`
     may_have_done_it = entry.owner == doer and now - entry.since_s >= me.timing.recent_s
     if me.clock_s is None or not entry.recurs or entry.known_done or may_have_done_it or at_work:
         return False

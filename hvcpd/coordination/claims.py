@@ -151,9 +151,9 @@ def contend_for_own(
     me: Knowledge, other: str, number: int, other_at_work: bool, now: float, outbid: bool = False
 ) -> bool:
     """Another robot takes or has this robot's task: returns whether this robot gives way, and objects if not."""
-    at_work = objecting.is_at(me, number)
+    at_work = me.is_at(number)
     mine, theirs = (not at_work, me.role.name.lower()), (not other_at_work, other.lower())
-    if (at_work and me.state is State.ACTING) or (mine < theirs and not outbid):
+    if me.acts(number) or (mine < theirs and not outbid):
         if other_at_work:
             me.missed.last_s = now  # so that this one announces its work: the other may not hear the objection
         objecting.say_it_is_mine(me, other, number, now)
@@ -285,7 +285,7 @@ def note_done(me: Knowledge, doer: str, number: int, now: float, whole: bool = F
         me.missed.last_s = now
         me.missed.any_work = True
         me.missed.heard_work = me.missed.heard_work or me.state in NEWCOMER
-    if me.current.task == number and me.state is State.ACTING:
+    if me.acts(number):
         return sure  # too late: two robots do it, and both will say so
     me.board.complete(number, doer, hearsay=not sure)
     release_assignment(me, doer, number)

@@ -9,7 +9,7 @@ from hvcpd.coordination.addressing import must_spell_for
 from hvcpd.coordination.entry import Entry, spoken_name
 from hvcpd.coordination.floor import AHEAD, LEFT_ALONE, OWN_TURN, Intent, Urgency, nothing
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import AT_WORK, State
+from hvcpd.coordination.states import AT_WORK, UNDER_WAY, State
 from hvcpd.language import messages as m
 from hvcpd.language.forms import CHANGES
 from hvcpd.language.phrasebook import VOLTS, VOLTS_STEP
@@ -132,7 +132,7 @@ def _one_or_two(numbers: tuple[int, ...]) -> tuple[m.TaskByNumber, m.TaskByNumbe
 
 def joinable(me: Knowledge) -> str | None:
     """The topic of this robot's own claim or report that waits and can be said with a confirmation, if there is one."""
-    if me.state in (State.GOING, State.ACTING):
+    if me.state in UNDER_WAY:
         return AHEAD if me.floor.wants(AHEAD) else None
     return OWN_TURN if me.floor.wants(OWN_TURN) and _may_join(me) else None
 

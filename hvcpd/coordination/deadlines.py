@@ -8,7 +8,7 @@ from hvcpd.coordination import chatter, choosing, composing, earshot, repair, te
 from hvcpd.coordination.entry import CLAIMED, OPEN
 from hvcpd.coordination.floor import CROWD, LEFT_ALONE, Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import State, Trigger
+from hvcpd.coordination.states import UNDER_WAY, State, Trigger
 from hvcpd.coordination.table import fire, states_with
 from hvcpd.language import messages as m
 
@@ -25,8 +25,6 @@ CALL_S = 15.0
 """Answers to a greeting have come by then; doubled each time."""
 CALL_DOUBLINGS_MAX = 6
 """Maximum number of doublings of CALL_S: the robot never stops looking, in the end every 16 minutes."""
-RENEWS = frozenset({State.GOING, State.ACTING})
-"""States in which the lease of the robot's own claim is renewed."""
 LEFT_TO_OTHERS_S = 3.0
 """A robot that leaves free tasks to others looks again after this time: shorter than a claim."""
 LEAVES_UNHEARD = states_with(Trigger.UNHEARD)
@@ -56,7 +54,7 @@ def time_is_over(me: Knowledge, now: float) -> None:
 
 def renewal_s(me: Knowledge) -> float:
     """When the lease of this robot's own claim is to be renewed; infinity if it has none, or nobody is there."""
-    if me.state not in RENEWS or not me.peers.all():
+    if me.state not in UNDER_WAY or not me.peers.all():
         return math.inf
     return me.current.claimed_s + me.timing.renewal_s
 
@@ -66,7 +64,7 @@ def renew_lease(me: Knowledge, now: float) -> None:
     if now >= renewal_s(me):
         me.current.claimed_s = now
         me.board.claim(me.my_task(), me.role.name, me.lease_end_s(now))
-        renewal = Intent(Urgency.TURN, "renewal", lambda: composing.renewal(me) if me.state in RENEWS else None)
+        renewal = Intent(Urgency.TURN, "renewal", lambda: composing.renewal(me) if me.state in UNDER_WAY else None)
         me.floor.want(renewal, now)
 
 

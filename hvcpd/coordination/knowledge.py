@@ -186,6 +186,14 @@ class Knowledge:
         is_mine = ahead is not None and self.board.owner_of_claim(ahead) == self.role.name
         return tuple(number for number in (task, ahead if is_mine else None) if number is not None)
 
+    def is_at(self, number: int) -> bool:
+        """Whether this robot is at work on the task, and not on the one before it."""
+        return self.state in AT_WORK and self.current.task == number
+
+    def acts(self, number: int) -> bool:
+        """Whether this robot carries the task out."""
+        return self.state is State.ACTING and self.current.task == number
+
     def expire(self, now: float) -> None:
         """Forget who has tasks for several robots where that was not said again in time: never this robot's own claim,
         nor the robots that it is at work with."""

@@ -8,7 +8,6 @@ from hvcpd.coordination.conversation import QuotedReport
 from hvcpd.coordination.entry import CLAIMED, Entry
 from hvcpd.coordination.floor import Intent, Urgency
 from hvcpd.coordination.knowledge import Knowledge
-from hvcpd.coordination.states import AT_WORK
 from hvcpd.language import messages as m
 
 
@@ -40,18 +39,13 @@ def deny(me: Knowledge, other: str, number: int, owner: str | None, slot: int, n
     )
 
 
-def is_at(me: Knowledge, number: int) -> bool:
-    """Whether this robot is at work on the task, and not on the one before it."""
-    return me.state in AT_WORK and me.current.task == number
-
-
 def say_it_is_mine(me: Knowledge, other: str, number: int, now: float) -> None:
     """Object as the robot that has the task, or that has just done it when its turn comes."""
     entry, ref = me.board[number], m.TaskByNumber(number)
 
     def compose() -> m.Utterance | None:
         if number in me.my_tasks():
-            return composing.to_asker(me, other, m.Working(ref) if is_at(me, number) else m.Claim(ref))
+            return composing.to_asker(me, other, m.Working(ref) if me.is_at(number) else m.Claim(ref))
         has_done_it = entry.known_done and entry.owner == me.role.name
         return composing.to_all(me, composing.done(me, number)) if has_done_it else None
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import is_for_me_alone
 from hvcpd.coordination.knowledge import Heard, Knowledge, Reactions
-from hvcpd.coordination.states import State
+from hvcpd.coordination.states import UNDER_WAY, State
 from hvcpd.language import messages as m
 from hvcpd.language.range_messages import measured
 
-DRIVES = frozenset({State.GOING, State.ACTING, State.MOVING, State.RETURNING})
+DRIVES = UNDER_WAY | {State.MOVING, State.RETURNING}
 """Between the two sentences a robot that drives at 0.2 m/s moves by a metre."""
 
 

@@ -148,7 +148,7 @@ def _quoted(me: Knowledge, name: str, entry: Entry, count: int | None, now: floa
     elif entry.recurs and count:
         if entry.change and (me.clock_s is not None or count != composing.spoken_count(entry)):
             changing.tell(me, name, entry, now)
-        elif me.current.task != number or me.state is not State.ACTING:
+        elif not me.acts(number):
             me.board.complete(number, own)
             if entry.acted_s < entry.opened_s:
                 entry.opened_s = NEVER_S  # it misheard that this was due again

@@ -71,6 +71,8 @@ class Trigger(Enum):
 
 AT_WORK = frozenset({State.GOING, State.ANNOUNCING, State.CHECKING, State.ACTING})
 """Has a task that is its own."""
+UNDER_WAY = frozenset({State.GOING, State.ACTING})
+"""Drives to its task's place, or carries the task out: it waits for nobody."""
 PROPOSING = frozenset({State.CLAIMING, State.PROPOSED, State.READING_BACK, State.READ_BACK})
 """Wants a task, and is not yet sure of it."""
 NEWCOMER = frozenset({State.WAKING, State.GREETING, State.MEETING})
