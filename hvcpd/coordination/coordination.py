@@ -30,7 +30,7 @@ from hvcpd.coordination import (
 from hvcpd.coordination.actions import Action, Rng, Role, SaveChange, SaveDue, SavePeer, SaveTask, Timing
 from hvcpd.coordination.addressing import answer_slots, note_presence, whose_turn
 from hvcpd.coordination.board import Board
-from hvcpd.coordination.floor import Floor, Intent, Order, Urgency, round_of_turns
+from hvcpd.coordination.floor import Floor, Order, Urgency, round_of_turns
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.peers import PeerDistance, Peers, team_of
 from hvcpd.coordination.states import DEPARTING, NEWCOMER, State, Trigger
@@ -189,8 +189,8 @@ class Coordination:
 
     def remark(self, text: str, now: float) -> None:
         """Request the floor for a remark that a task asks for."""
-        remark = composing.to_all(self.knowledge, m.Remark(text))
-        self.knowledge.floor.want(Intent(Urgency.TURN, f"remark {text}", lambda: remark), now)
+        me = self.knowledge
+        me.floor.say(Urgency.TURN, f"remark {text}", composing.to_all(me, m.Remark(text)), now)
 
     def say(self, utterance: m.Utterance, now: float) -> str | None:
         """Say a sentence for the robot's owner when its turn comes. Returns why it will not be said, or None."""

@@ -185,8 +185,7 @@ def _look_for_robots(me: Knowledge, now: float) -> None:
         return
     if a.call_s is not None and now >= a.call_s:
         a.calls, a.call_s = a.calls + 1, None
-        question = composing.to_all(me, m.WhoHere())
-        me.floor.want(Intent(Urgency.TURN, "who is here", lambda: question), now)
+        me.floor.say(Urgency.TURN, "who is here", composing.to_all(me, m.WhoHere()), now)
     if a.call_s is None:
         a.call_s = now + CALL_S * 2.0 ** min(a.calls, CALL_DOUBLINGS_MAX)
 

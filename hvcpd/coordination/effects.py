@@ -302,12 +302,11 @@ def forget_report(me: Knowledge, urgency: Urgency, now: float, slot: int = 0) ->
     """Repeat once the unconfirmed report of a finished task, or of one that was given up, with the reason."""
     if me.report.failed and me.report.task is not None:
         gave_up = composing.to_all(me, m.Failed(m.TaskByNumber(me.report.task), me.report.reason))
-        me.floor.want(Intent(urgency, f"failed {me.report.task}", lambda: gave_up, slot=slot), now)
+        me.floor.say(urgency, f"failed {me.report.task}", gave_up, now, slot)
     for number in me.report.tasks if not me.report.failed else ():
         _tell_done(me, number, urgency, now, slot)
     me.report.tasks = ()
 
 
 def _tell_done(me: Knowledge, number: int, urgency: Urgency, now: float, slot: int = 0) -> None:
-    done = composing.to_all(me, composing.done(me, number))
-    me.floor.want(Intent(urgency, f"done {number}", lambda: done, slot=slot), now)
+    me.floor.say(urgency, f"done {number}", composing.to_all(me, composing.done(me, number)), now, slot)

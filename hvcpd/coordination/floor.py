@@ -162,6 +162,10 @@ class Floor:
         intent.ready_s = max(now + self._gap(intent, now), intent.not_before_s)
         self._intents.append(intent)
 
+    def say(self, urgency: Urgency, topic: str, utterance: Utterance, now: float, slot: int | None = None) -> None:
+        """Want to say a sentence that is true whenever it is said."""
+        self.want(Intent(urgency, topic, lambda: utterance, slot=slot), now)
+
     def wants(self, topic: str) -> bool:
         """Whether a sentence on this topic is waiting."""
         return any(intent.topic == topic for intent in self._intents)

@@ -125,5 +125,4 @@ def _want_in_turn(
 def tell_memory_lost(me: Knowledge, now: float) -> None:
     """Say why the robot begins stopped; once released, it asks for the remaining tasks."""
     me.missed.any_work = me.missed.heard_work = True
-    stopped = composing.to_all(me, m.Stopped(forgot=True))
-    me.floor.want(Intent(Urgency.ALARM, "stopped", lambda: stopped, slot=0), now)
+    me.floor.say(Urgency.ALARM, "stopped", composing.to_all(me, m.Stopped(forgot=True)), now, slot=0)

@@ -133,8 +133,7 @@ def _sealed_message(me: Knowledge, heard: Heard, _: m.SealedMessage) -> None:
 def spell_if_unknown(me: Knowledge, now: float) -> None:
     """Nobody answers: listeners may not know the speaker."""
     if any(must_spell_for(me, name, now) for name in me.peers.present(now)):
-        said = composing.spelled_name(me)
-        me.floor.want(Intent(Urgency.ANSWER, SPELLING, lambda: said, slot=0), now)
+        me.floor.say(Urgency.ANSWER, SPELLING, composing.spelled_name(me), now, slot=0)
 
 
 def spell_now_and_then(me: Knowledge, now: float) -> None:
@@ -145,8 +144,7 @@ def spell_now_and_then(me: Knowledge, now: float) -> None:
         return
     if any(name not in a.known_by for name in me.peers.present(now)):
         a.respell_s = min(2.0 * respell_s, RESPELL_MAX_S)
-        said = composing.spelled_name(me)
-        me.floor.want(Intent(Urgency.TURN, SPELLING, lambda: said), now)
+        me.floor.say(Urgency.TURN, SPELLING, composing.spelled_name(me), now)
 
 
 def _ask_names(me: Knowledge, now: float) -> None:
@@ -160,8 +158,7 @@ def _ask_names(me: Knowledge, now: float) -> None:
     longer_s = min(2.0 * (a.pause_s or ASK_NAMES_S), ASK_NAMES_MAX_S)
     a.pause_s = ASK_NAMES_S if len(me.peers.all()) > a.met else longer_s
     a.met, a.ask_s, a.garbled_s = len(me.peers.all()), now + a.pause_s, ()
-    ask = composing.spelled_name(me, ask=True)
-    me.floor.want(Intent(Urgency.TURN, "names", lambda: ask), now)
+    me.floor.say(Urgency.TURN, "names", composing.spelled_name(me, ask=True), now)
 
 
 REACTIONS: Reactions = {m.SayAgain: say_again, m.SealedMessage: _sealed_message}

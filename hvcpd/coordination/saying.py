@@ -41,7 +41,7 @@ def request(me: Knowledge, utterance: m.Utterance, now: float) -> str | None:
     topic = next((topic for topic in topics if not me.floor.wants(topic)), None)
     if topic is None:
         return f"{MAX_SENTENCES} sentences wait to be said already; try again when it is quieter"
-    me.floor.want(Intent(Urgency.TURN, topic, lambda: utterance), now)
+    me.floor.say(Urgency.TURN, topic, utterance, now)
     return None
 
 

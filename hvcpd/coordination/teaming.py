@@ -15,7 +15,7 @@ from functools import partial
 from hvcpd.coordination import composing
 from hvcpd.coordination.addressing import OWNER_SLOT, is_for_me_alone
 from hvcpd.coordination.entry import Entry
-from hvcpd.coordination.floor import LEFT_ALONE, Intent, Urgency, nothing
+from hvcpd.coordination.floor import LEFT_ALONE, Urgency, nothing
 from hvcpd.coordination.knowledge import Heard, Knowledge
 from hvcpd.coordination.states import AT_WORK, PROPOSING, State, Trigger
 from hvcpd.coordination.table import fire
@@ -227,6 +227,5 @@ def leave(me: Knowledge, number: int, now: float) -> None:
     """Nobody is there to do the task with; a robot that had set off says so, because another may still be on its
     way."""
     if me.state in AT_WORK:
-        failed = composing.to_all(me, m.Failed(m.TaskByNumber(number)))
-        me.floor.want(Intent(Urgency.AGAIN, LEFT_ALONE, lambda: failed), now)
+        me.floor.say(Urgency.AGAIN, LEFT_ALONE, composing.to_all(me, m.Failed(m.TaskByNumber(number))), now)
     fire(me, Trigger.LEFT_ALONE, now)
