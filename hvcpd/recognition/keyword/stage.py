@@ -197,25 +197,28 @@ class KeywordStage(Stage):
         found = self._spotter.push(chunk)
         if found is not None and not self._only_fades(found):
             if self._detection is None or found.start_frame != self._detection.start_frame:
+                events += self._reconsider(now)
                 self._excess_gain = max(session.gain - USUAL_GAIN, 0.0) if session.ending_word != KEYWORD else 0.0
             self._detection = found
             self._span = (found.start_frame * HOP_SAMPLES, found.end_frame * HOP_SAMPLES)
             self._spans.append(self._span)
             events += self._verify(found, found.call, now)
-        if self._detection is not None and now >= self._span[1] + CALL_DELAY:
-            events += self._reconsider(self._detection, now)
-            self._detection = None
+        if now >= self._span[1] + CALL_DELAY:
+            events += self._reconsider(now)
         return events + self._as_events(self._verifier.advance(now, session.surely_under_way))
 
-    def _reconsider(self, found: Detection, now: int) -> list[Event]:
-        """Apply the net again, with noise, if the detection is still uncertain now that all of it has been heard."""
+    def _reconsider(self, now: int) -> list[Event]:
+        """Apply the net again, with noise, to the last detection if it is still uncertain: all of it has been heard, or
+        another one begins."""
+        found, self._detection = self._detection, None
         again = self._rescorer.with_noise(*self._span) if self._verifier.is_uncertain(self._span[0]) else None
-        if again is None:
+        if found is None or again is None:
             return []
-        return self._verify(found, logistic((logit(found.call) + logit(again.call)) / 2.0), now)
+        return self._verify(found, logistic((logit(found.call) + logit(again.call)) / 2.0), now, again=True)
 
-    def _verify(self, found: Detection, call: float, now: int) -> list[Event]:
-        """What follows from the probability that the last detection was a call, which is checked if it counts."""
+    def _verify(self, found: Detection, call: float, now: int, again: bool = False) -> list[Event]:
+        """What follows from the probability that the last detection was a call, which is checked if it counts; `again`:
+        by two hearings."""
         if call >= PLAUSIBLE_PROBABILITY:
             sound = self._rescorer.sound_since(self._span[1] - round(CHECKED_BEFORE_S * SAMPLE_RATE_HZ))
             nats = self._check(sound) if sound is not None else 0.0
@@ -225,7 +228,7 @@ class KeywordStage(Stage):
         awaited = bool(session.ending_word) or session.surely_under_way
         # Whether a robot's sentence explains the detection better than a call over it would.
         followed = logit(found.probability) - NATS_PER_GAIN * self._excess_gain < logit(HOLD_PROBABILITY)
-        return self._as_events(self._verifier.detected(*self._span, call, now, awaited, followed))
+        return self._as_events(self._verifier.detected(*self._span, call, now, awaited, followed, again))
 
     def _only_fades(self, found: Detection) -> bool:
         """Whether a detection that seems to begin in the robot's own voice is nothing but its echo: to the net, which

@@ -1,7 +1,7 @@
 """Keyword verification: whether a detection was a call, part of a sentence, or other talk.
 
 The robot stands still at once and decides afterwards, by the probability of a call and by the sound after it. A call is
-accepted in three cases: its probability is high enough; it is repeated, and both together are probable enough; or it
+accepted in three cases: its probability is high enough; it is repeated, and all together are probable enough; or it
 remains when the sentence that was said at that time is subtracted. All other detections are dropped after two seconds.
 That costs nothing more, while a stop ends the mission until a person resumes it.
 
@@ -37,11 +37,11 @@ JOINT_LOG_ODDS = 1.2
 """Log odds of a call over a sentence, by the sound with it and without it together, from which on it counts."""
 WORD_DELAY = 3 * SAMPLE_RATE_HZ // 10
 """Time (0.3 s) after the end of the keyword within which the net detects it; its sentence may be reported before."""
-OPENING_PROBABILITY = 0.9
-"""Probability of a call, below which a sentence explains a detection within it if its samples are unknown; and in the
-residual, below which it explains one at its beginning.
-With an automatic gain, which falls at the first sound, sentences alone had 0.83 to 0.87 there (four of 36 in the world
-`chain`)."""
+CLEAR_PROBABILITY = 0.9
+"""Probability of a call from which on it counts against other evidence: of uncertain calls together, since a voice or a
+noise is mistaken again and again; of one within a sentence whose samples are unknown; and in the residual of one at a
+sentence's beginning. With an automatic gain, which falls at the first sound, sentences alone had 0.83 to 0.87 there
+(four of 36 in the world `chain`)."""
 POSITION_TOLERANCE = 3 * SAMPLE_RATE_HZ // 20
 """Accuracy (0.15 s) of the positions of detections and sentences."""
 OPENING_SPAN = SAMPLE_RATE_HZ // 10, 3 * SAMPLE_RATE_HZ // 5
@@ -91,12 +91,19 @@ class _Detection:
     first_heard: int
     accept_from: int
     """The time from which on a sufficient probability is accepted."""
+    heard_again: bool = False
+    """Its probability is that of two hearings, and will not change any more."""
     pending: bool = True
     """Not decided yet. What is dropped counts if the call is repeated, or remains when a sentence is subtracted."""
 
     @property
     def is_sure(self) -> bool:
         return self.probability >= ACCEPT_PROBABILITY
+
+    @property
+    def may_be_repeated(self) -> bool:
+        """Whether it counts together with another one."""
+        return self.probability >= PLAUSIBLE_PROBABILITY and (self.heard_again or self.is_sure)
 
     def is_within(self, sentence: Recognised) -> bool:
         starts_within = sentence.start_sample - POSITION_TOLERANCE <= self.start
@@ -140,16 +147,25 @@ class CallVerifier:
         return any(d.start == start and not d.is_sure for d in self._detections)
 
     def detected(
-        self, start: int, end: int, probability: float, now: int, awaited: bool = False, followed: bool = False
+        self,
+        start: int,
+        end: int,
+        probability: float,
+        now: int,
+        awaited: bool = False,
+        followed: bool = False,
+        again: bool = False,
     ) -> Verdict:
-        """Take a detection between two samples, or its higher probability. `awaited`: a sentence may soon account for
-        it; `followed`: a sentence in progress seems to, so that the robot stands still only if it is certain."""
+        """Take a detection between two samples, or its higher probability; or, if it was heard `again`, its last one.
+        `awaited`: a sentence may soon account for it; `followed`: a sentence in progress seems to, so that the robot
+        stands still only if it is certain."""
         if start <= self._accepted:
             return None  # the same word, more probable
         before = next((d for d in self._detections if d.start == start), None)
         detection = _Detection(start, end, probability, now, now + (SENTENCE_WAIT if awaited else 0))
         if before is not None:
-            detection = replace(before, end=end, probability=max(probability, before.probability))
+            highest = probability if again else max(probability, before.probability)
+            detection = replace(before, end=end, probability=highest, heard_again=again)
         if self._last_sentence is not None and self._belongs_to(self._last_sentence, detection):
             return None
         self._recheck_at = self._recheck_at or now + WORD_DELAY
@@ -215,11 +231,11 @@ class CallVerifier:
             for d in self._detections
             if d.end - POSITION_TOLERANCE <= detection.start
             and detection.first_heard - d.first_heard <= REPEAT_WINDOW
-            and d.probability >= PLAUSIBLE_PROBABILITY
+            and d.may_be_repeated
         ]
-        plausible = bool(earlier) and detection.probability >= PLAUSIBLE_PROBABILITY
         together = logit(detection.probability) + sum(earlier)
-        return detection.is_sure or (plausible and together >= logit(ACCEPT_PROBABILITY))
+        repeated = bool(earlier) and detection.may_be_repeated
+        return detection.is_sure or (repeated and together >= logit(CLEAR_PROBABILITY))
 
     def _accept(self) -> Verdict:
         self._accepted = max(d.start for d in self._detections)
@@ -237,8 +253,8 @@ def _explains(sentence: Recognised, detection: _Detection, residual: Residual | 
     """Whether nothing but the sentence was heard where the detection is. A sentence whose samples are unknown says
     nothing of a very probable call."""
     if residual is None:
-        is_its_own = detection.is_word_of(sentence) or detection.probability < OPENING_PROBABILITY
+        is_its_own = detection.is_word_of(sentence) or detection.probability < CLEAR_PROBABILITY
         return detection.is_within(sentence) and is_its_own
     if detection.opens(sentence):
-        return residual.call < OPENING_PROBABILITY
+        return residual.call < CLEAR_PROBABILITY
     return detection.is_within(sentence) and residual.log_odds < RESIDUAL_LOG_ODDS
