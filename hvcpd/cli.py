@@ -162,7 +162,7 @@ def _run(daemon: Daemon, limiter: RateLimiter, hangups: Sequence[int]) -> int:
 
     from hvcpd.daemon.allocator import give_back_memory
     from hvcpd.daemon.library_output import LibraryOutput
-    from hvcpd.daemon.logging import tell_held_back
+    from hvcpd.daemon.logging import log_held_back
     from hvcpd.recognition import arrays
 
     log = structlog.get_logger(__name__)
@@ -170,7 +170,7 @@ def _run(daemon: Daemon, limiter: RateLimiter, hangups: Sequence[int]) -> int:
     output.begin()
 
     def clean_up() -> None:
-        tell_held_back(limiter)
+        log_held_back(limiter)
         output.report()
         arrays.release_pages()
         if daemon.robot is None or not daemon.robot.speaking:  # it may take as long as a block of sound
@@ -186,7 +186,7 @@ def _run(daemon: Daemon, limiter: RateLimiter, hangups: Sequence[int]) -> int:
     if error is not None:  # a fault of ours: the log has it, and the wheels are stopped already
         log.error("crashed", exc_info=error, exit_status=EX_SOFTWARE)
         return EX_SOFTWARE
-    tell_held_back(limiter)
+    log_held_back(limiter)
     log.info("stopped")
     return EX_OK
 

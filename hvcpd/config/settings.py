@@ -220,6 +220,6 @@ class Settings:
         """The file of tasks that commands have added to this robot's task file or removed from it."""
         return self.state_dir / f"{self.name.lower()}.tasks.yaml"
 
-    def beyond(self, tasks: TaskRepository) -> frozenset[int]:
+    def unable_for(self, tasks: TaskRepository) -> frozenset[int]:
         """The numbers of the tasks that the robot cannot do: its `unable` and, without wheels, those that drive."""
         return frozenset(self.unable) | (tasks.driving if self.wheels.driver == "none" else frozenset())

@@ -174,7 +174,7 @@ def set_up_logging(
     """Log to `stream` (standard error by default), one line an event; see `log_format` in etc/hvcpd.yaml.
 
     Lines for the journal carry its priority instead of a time, which it has itself. Returns what holds back lines
-    that come too often, for `tell_held_back` and for setting it up anew.
+    that come too often, for `log_held_back` and for setting it up anew.
     """
     out = stream or sys.stderr
     if form == "auto":
@@ -210,13 +210,13 @@ def _renderer(form: LogFormat, colors: bool) -> Any:
     return structlog.dev.ConsoleRenderer(colors=colors, pad_event_to=12, exception_formatter=plain)
 
 
-def tell_held_back(limiter: RateLimiter) -> None:
+def log_held_back(limiter: RateLimiter) -> None:
     """Log a line for each kind of line that was held back."""
     for event, count in limiter.take_held_back().items():
         _log.warning("lines held back", of=event, count=count)
 
 
-def tell(record: Record, tasks: TaskRepository) -> None:
+def log_record(record: Record, tasks: TaskRepository) -> None:
     """Log a record: something that the robot said, heard or did."""
     match record:
         case SaidRecord():

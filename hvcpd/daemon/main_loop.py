@@ -24,7 +24,7 @@ from hvcpd.daemon.control_socket import runtime_file
 from hvcpd.daemon.control_status import Body
 from hvcpd.daemon.devices import Devices
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.logging import tell
+from hvcpd.daemon.logging import log_record
 from hvcpd.daemon.name_learning import NameLearning, Rendered, at_once
 from hvcpd.daemon.notify import ServiceManager
 from hvcpd.daemon.pose_keeper import KeptPose, PoseKeeper
@@ -277,7 +277,7 @@ class Daemon:
             if self._adaptation is not None:
                 self._adaptation.take(output.records)
             for record in output.records:
-                tell(record, self.wiring.tasks)
+                log_record(record, self.wiring.tasks)
             self._tell_manager(robot, sound)
             await asyncio.sleep(0)  # signals and finished work get their turn even while sound waits
 

@@ -18,6 +18,7 @@ from pathlib import Path
 
 import structlog
 
+from hvcpd.config.files import write_whole
 from hvcpd.ports import Pose, WheelReading
 
 EVERY_S = 0.2
@@ -110,9 +111,8 @@ class PoseKeeper:
             return ""
 
     def _write(self, numbers: tuple[float, ...]) -> None:
-        fresh = self._path.with_name(f"{self._path.name}.new")
-        fresh.write_text(json.dumps({"boot": self._boot(), **dict(zip(KEYS, numbers, strict=True))}))
-        fresh.replace(self._path)
+        kept = {"boot": self._boot(), **dict(zip(KEYS, numbers, strict=True))}
+        write_whole(self._path, json.dumps(kept).encode())
 
     def _landed(self, flight: asyncio.Future[None]) -> None:
         self._flight = None

@@ -23,6 +23,7 @@ from hvcpd.errors import EX_CANTCREAT, EX_CONFIG, EX_OK, EX_UNAVAILABLE, ConfigE
 from hvcpd.hardware.audio import KIND, Direction, SoundDevice, find_device
 from hvcpd.hardware.gpio import missing
 from hvcpd.memory.latch import UNREADABLE, Permit, StopLatch
+from hvcpd.reporting.text import plural
 from hvcpd.security.keyring import KeyFile
 from hvcpd.skills.checks import faults
 
@@ -82,8 +83,7 @@ def examine(
     wiring: Wiring | None = None
     try:
         wiring = wire_up(settings, allow_confusable)
-        numbers = len(wiring.tasks.tasks)
-        findings.append(Finding("tasks", f"{numbers} task{'s' * (numbers != 1)} in {settings.tasks}"))
+        findings.append(Finding("tasks", f"{plural(len(wiring.tasks.tasks), 'task')} in {settings.tasks}"))
         robots = {name.casefold() for name in wiring.names} - wiring.people.keys()
         followers = len(robots) - 1 if settings.mode != "volunteer" else None
         doubtful = doubts(wiring.tasks, followers)

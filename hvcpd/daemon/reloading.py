@@ -21,6 +21,7 @@ from hvcpd.daemon.preflight import find_confusable
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError, HvcpdError, NotDoneError, writing
 from hvcpd.people.enrolled import Person
+from hvcpd.reporting.text import plural
 from hvcpd.robot.robot import Robot
 
 LIVE = ("mode", "pick", "talk", "quiet", "unable", "clips", "log_level", "log_format")
@@ -247,4 +248,4 @@ def _described(task: TaskDefinition | None, other: TaskDefinition | None) -> str
     if other is None or other.name != task.name:
         return task.name
     place = f"at x {task.place.x_m:g} m, y {task.place.y_m:g} m" if task.place is not None else "without a place"
-    return f"{place}, {len(task.actions)} action{'s' * (len(task.actions) != 1)}"
+    return f"{place}, {plural(len(task.actions), 'action')}"

@@ -83,7 +83,7 @@ class Wiring:
     @property
     def unable(self) -> frozenset[int]:
         """The tasks that the robot cannot do."""
-        return self.settings.beyond(self.tasks)
+        return self.settings.unable_for(self.tasks)
 
     @property
     def drive(self) -> Drive:

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hvcpd.reporting.events import Event, Moved, Started
-from hvcpd.reporting.live_parts import Artist, conclusion, draw_map, note_lines, overhead, task_board, under_way
+from hvcpd.reporting.live_parts import Artist, conclusion, draw_map, floor_plan, note_lines, task_board, under_way
 from hvcpd.reporting.story import Line
 from hvcpd.reporting.text import clock
 from hvcpd.reporting.watching import Note, Watch
@@ -47,7 +47,7 @@ class LiveView:
         self._began_s = monotonic_s()
         self._drawn_s = -FRAME_S
         self._visited: dict[tuple[int, int], str] = {}
-        self._plan = overhead(started, MAP_COLUMNS, min(max(len(self._watch.names), 9), MAP_MAX_ROWS))
+        self._plan = floor_plan(started, MAP_COLUMNS, min(max(len(self._watch.names), 9), MAP_MAX_ROWS))
         self._live: Live | None = None
         if console.is_terminal and not console.is_dumb_terminal:
             self._live = Live(console=console, auto_refresh=False, transient=True)

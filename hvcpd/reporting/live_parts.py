@@ -193,7 +193,7 @@ def _who(artist: Artist, row: BoardRow) -> Text:
 
 
 @dataclass(frozen=True)
-class Overhead:
+class FloorPlan:
     """The room from above in characters: a column is `metres / 2` wide, a row `metres` high."""
 
     left_m: float
@@ -211,7 +211,7 @@ class Overhead:
         return (column, row) if 0 <= column < self.columns and 0 <= row < self.rows else None
 
 
-def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
+def floor_plan(started: Started, columns: int, rows: int) -> FloorPlan | None:
     """Tasks' places and the starts fitted into `columns` × `rows` characters; None if there is nothing or no room."""
     points = [(plant.x_m, plant.y_m) for plant in started.plants]
     points += [(pose.x_m, pose.y_m) for pose in started.starts]
@@ -222,10 +222,10 @@ def overhead(started: Started, columns: int, rows: int) -> Overhead | None:
     wide, high = max(xs) - min(xs) + 1.0, max(ys) - min(ys) + 1.0
     metres = max(wide * MAP_COLUMNS_PER_ROW / (columns - 1), high / (rows - 1), 0.25)
     used = min(columns, math.ceil(wide / metres * MAP_COLUMNS_PER_ROW) + 1), min(rows, math.ceil(high / metres) + 1)
-    return Overhead(min(xs) - 0.5, max(ys) + 0.5, metres, *used)
+    return FloorPlan(min(xs) - 0.5, max(ys) + 0.5, metres, *used)
 
 
-def draw_map(artist: Artist, plan: Overhead, visited: dict[tuple[int, int], str]) -> list[Text]:
+def draw_map(artist: Artist, plan: FloorPlan, visited: dict[tuple[int, int], str]) -> list[Text]:
     """Trails as dots, tasks as their number (their mark when done), robots by their initial."""
     watch = artist.watch
     cells = {cell: ("·", artist.style(robot)) for cell, robot in visited.items()}

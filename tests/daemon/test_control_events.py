@@ -11,7 +11,7 @@ from structlog.testing import capture_logs
 from hvcpd.config.settings import Settings
 from hvcpd.daemon.control_events import KINDS, EventSource, Meter
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.logging import tell
+from hvcpd.daemon.logging import log_record
 from hvcpd.daemon.wiring import wire_up
 from hvcpd.reporting.events import Noted
 from hvcpd.robot.records import DoubtRecord, Record, StuckRecord, VoiceRecord
@@ -36,7 +36,7 @@ def test_why_driving_failed_is_told_and_written_down_and_logged(tmp_path: Path) 
     told = EventSource("Rob", Meter()).of_step(Bench().robot, [stuck], False)
     assert Noted(1.0, "Rob", None, "driving failed: a wheel is blocked") in list(told)
     with capture_logs() as logs:
-        tell(stuck, wiring.tasks)
+        log_record(stuck, wiring.tasks)
     assert (logs[0]["log_level"], logs[0]["task"], logs[0]["reason"]) == ("warning", 3, "a wheel is blocked")
 
     async def scene() -> None:

@@ -20,8 +20,8 @@ from hvcpd.daemon.logging import (
     REFILL_S,
     LogFormat,
     is_journal,
+    log_held_back,
     set_up_logging,
-    tell_held_back,
 )
 
 FORGED = 'x\nlevel=info event=stopped \x1b[2J\r\u2028\u202e"quoted" a=b\\'
@@ -120,10 +120,10 @@ def test_what_repeats_is_held_back_and_counted() -> None:
     assert held == 1000 - written
     for _ in range(BURST):
         log.info("garbled")
-    tell_held_back(limiter)
+    log_held_back(limiter)
     assert 'event="lines held back" of=garbled' in out.getvalue().splitlines()[-1]
     before = out.getvalue()
-    tell_held_back(limiter)
+    log_held_back(limiter)
     assert out.getvalue() == before
 
 

@@ -13,7 +13,7 @@ import structlog
 
 from hvcpd.config.tasks import TaskDefinition, TaskRepository
 from hvcpd.coordination.actions import SavePeer, SaveTask
-from hvcpd.daemon.logging import set_up_logging, tell
+from hvcpd.daemon.logging import log_record, set_up_logging
 from hvcpd.language.messages import Stop, ToAll, Utterance
 from hvcpd.robot.records import GarbledRecord, HeardRecord, PerformedRecord, Record, SaidRecord, SkillRecord
 from hvcpd.skills.life import Call, Report, SkillState
@@ -44,7 +44,7 @@ def _defaults_afterwards() -> Iterator[None]:
 def written(out: io.StringIO, environment: dict[str, str], level: str = "info") -> list[str]:
     set_up_logging(level, out, environment)
     for record in RECORDS:
-        tell(record, TASKS)
+        log_record(record, TASKS)
     return out.getvalue().splitlines()
 
 
@@ -61,7 +61,7 @@ def test_what_a_word_heard_by_itself_lacks_is_left_out() -> None:
     out = io.StringIO()
     set_up_logging("info", out, {})
     stop = Utterance(None, statement=Stop())
-    tell(HeardRecord(5.0, stop, "stop", 3.0, 4.9, math.nan, math.nan, ""), TASKS)
+    log_record(HeardRecord(5.0, stop, "stop", 3.0, 4.9, math.nan, math.nan, ""), TASKS)
     assert out.getvalue().endswith("level=info event=heard text=stop at_s=3.0\n")
 
 
@@ -71,7 +71,7 @@ def test_why_a_skill_failed_is_told() -> None:
     set_up_logging("info", out, {})
     call = Call(7, 2, "wave", (), 3.0)
     for report in (Report(7, SkillState.RUNNING), Report(7, SkillState.FAILED, text="it took too long")):
-        tell(SkillRecord(5.0, call, report), TASKS)
+        log_record(SkillRecord(5.0, call, report), TASKS)
     (line,) = out.getvalue().splitlines()
     assert line.endswith('level=warning event="skill failed" skill=wave task=2 reason="it took too long" at_s=5.0')
 
@@ -81,7 +81,7 @@ def test_under_systemd_the_journal_keeps_the_time_and_learns_the_priority(tmp_pa
         status = os.fstat(stream.fileno())
         set_up_logging("info", stream, {"JOURNAL_STREAM": f"{status.st_dev}:{status.st_ino}"})
         for record in RECORDS:
-            tell(record, TASKS)
+            log_record(record, TASKS)
         stream.seek(0)
         lines = stream.read().splitlines()
     assert len(lines) == 5

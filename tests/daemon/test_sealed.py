@@ -17,7 +17,7 @@ from hvcpd.config.settings import SecuritySettings, Settings
 from hvcpd.config.task_file import load_tasks
 from hvcpd.config.tasks import default_tasks_path
 from hvcpd.daemon.journal_service import JournalService
-from hvcpd.daemon.logging import tell
+from hvcpd.daemon.logging import log_record
 from hvcpd.daemon.wiring import Wiring, wire_up
 from hvcpd.errors import ConfigError
 from hvcpd.language import messages as m
@@ -155,7 +155,7 @@ def test_what_is_not_believed_is_in_the_log_and_the_transcript(key: Path, tmp_pa
 
     run(scene())
     with capture_logs() as logs:
-        tell(doubt, wiring.tasks)
+        log_record(doubt, wiring.tasks)
     [line] = logs
     assert (line["log_level"], line["not_listened_to_s"], line["speaker"]) == ("warning", 20.0, "Bot")
 

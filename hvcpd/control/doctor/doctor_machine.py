@@ -21,6 +21,7 @@ from hvcpd.hardware.groups import group_of
 from hvcpd.hardware.temperature import THERMAL, processor_temperature_c
 from hvcpd.language.messages import Free, Utterance
 from hvcpd.ports import SAMPLE_RATE_HZ
+from hvcpd.reporting.text import plural
 
 GROUPS = {"audio": "snd/*", "dialout": "tty[AU][CS][MB][0-9]*"}
 """Groups that may use each kind of device on Debian, Ubuntu and Raspberry Pi OS."""
@@ -65,7 +66,7 @@ def _look_at_permissions(machine: Machine) -> Iterator[Finding]:
             remedy = f"`sudo usermod -aG {group_of(denied[0], group)} $USER`, then log in again"
             yield wrong("permissions", f"no permission to use {', '.join(map(str, denied))}: {remedy}")
         elif there:
-            yield fine("permissions", f"{len(there)} device{'s' * (len(there) != 1)} of the group {group} may be used")
+            yield fine("permissions", f"{plural(len(there), 'device')} of the group {group} may be used")
 
 
 def _look_at_clock(machine: Machine) -> Finding:

@@ -110,7 +110,7 @@ def taking_part(robot: str, robots: Iterable[str], option: str) -> str:
 def unable_robots(team: Team, robots: Iterable[str]) -> dict[str, frozenset[int]]:
     """By the name of the settings' robot, if it takes part, the numbers of the tasks that it cannot do."""
     own = as_written(team.settings.name, robots)
-    return {own: team.settings.beyond(team.tasks)} if own is not None else {}
+    return {own: team.settings.unable_for(team.tasks)} if own is not None else {}
 
 
 def lacked_skills(
