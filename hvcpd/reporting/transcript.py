@@ -51,8 +51,9 @@ def read_transcript(path: Path) -> tuple[Event, ...]:
         try:
             events.append(converter.structure(value, kind))
         except (cattrs.BaseValidationError, TypeError, ValueError, KeyError) as error:
+            wrong = cattrs.transform_error(error)[0].replace(" @ $.", ": ")
             raise ConfigError(
-                f"{path}, line {number}: no {kind.__name__.lower()} as a mission has it ({error})"
+                f"{path}, line {number}: no {kind.__name__.lower()} as a mission has it ({wrong})"
             ) from None
     return tuple(events)
 

@@ -101,6 +101,8 @@ def test_a_mission_without_trails_or_sound_can_be_seen_too(tmp_path: Path) -> No
     [
         ("no JSON\n", "line 1"),
         ('{"event": "said"}\n', "line 1: no said"),
+        ('{"event": "said"}\n', "required field missing: at_s"),
+        ('{"event": "garbled", "at_s": "soon", "listener": "Rob"}\n', "expected float: at_s"),
         ('{"event": "garbled", "at_s": "soon", "listener": "Rob"}\n', "garbled"),
         ("", "has no robot"),
         ('{"event": "of a newer version"}\n', "has no robot"),
