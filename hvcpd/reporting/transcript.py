@@ -71,10 +71,15 @@ def read_trails(path: Path) -> tuple[Trail, ...]:
             columns = [np.asarray(value[key], np.float64) for key in ("t_s", "x_m", "y_m")]
             trails.append(Trail(str(value["robot"]), *columns))
         except (KeyError, TypeError, ValueError) as error:
-            raise ConfigError(f"{path}, line {number}: no trail ({error})") from None
+            raise ConfigError(f"{path}, line {number}: no trail ({in_words(error)})") from None
         if len({column.shape for column in columns}) != 1 or columns[0].ndim != 1:
             raise ConfigError(f"{path}, line {number}: no trail (its columns differ in length)")
     return tuple(trails)
+
+
+def in_words(error: Exception) -> str:
+    """What is wrong with the fields of a line, by the error of who reads them."""
+    return f"{error} is missing" if isinstance(error, KeyError) else str(error)
 
 
 def objects(path: Path, *, growing: bool = False) -> Iterable[tuple[int, dict[str, Any]]]:

@@ -120,3 +120,6 @@ def test_a_folder_without_a_recording_is_told_so(tmp_path: Path) -> None:
     (tmp_path / "trails.jsonl").write_text('{"robot": "Rob", "t_s": [1], "x_m": [1, 2], "y_m": [1]}\n')
     with pytest.raises(ConfigError, match="differ in length"):
         read_trails(tmp_path / "trails.jsonl")
+    (tmp_path / "trails.jsonl").write_text('{"robot": "Rob", "t_s": [1], "x_m": [1]}\n')
+    with pytest.raises(ConfigError, match=r"no trail \('y_m' is missing"):
+        read_trails(tmp_path / "trails.jsonl")

@@ -12,7 +12,7 @@ from hvcpd.config.files import write_whole
 from hvcpd.errors import EX_OK, ConfigError, writing
 from hvcpd.hardware.soundfile import read_wav
 from hvcpd.reporting.mcap_file import Message, of_event, of_sound, of_trail, write_mcap
-from hvcpd.reporting.transcript import objects, read_trails
+from hvcpd.reporting.transcript import in_words, objects, read_trails
 
 LAST_S = 2.0**64 / 1e9
 """Seconds that an unsigned 64-bit number of nanoseconds holds (https://mcap.dev/spec, "Message")."""
@@ -50,7 +50,7 @@ def _of_lines(path: Path) -> Iterator[Message]:
             if at_s is not None:
                 yield from of_event(event, _time_s(at_s))
         except (ValueError, TypeError, KeyError, AttributeError) as error:
-            raise ConfigError(f"{path}, line {number}: no event ({error})") from None
+            raise ConfigError(f"{path}, line {number}: no event ({in_words(error)})") from None
 
 
 def _time_s(value: Any) -> float:
