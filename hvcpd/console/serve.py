@@ -15,7 +15,7 @@ import h11
 import uvicorn
 from starlette.types import ASGIApp
 
-from hvcpd.daemon.control_socket import listen_at, short_address
+from hvcpd.daemon.control_socket import answers, listen_at
 from hvcpd.errors import ConfigError
 
 BACKLOG = 64
@@ -58,9 +58,8 @@ def open_port(address: str, port: int) -> Iterator[socket.socket]:
 def open_file(path: Path) -> Iterator[socket.socket]:
     """A listening UNIX socket; one that nobody listens at any more is replaced. Raises ConfigError."""
     try:
-        with socket.socket(socket.AF_UNIX) as probe, short_address(path) as address:
-            if probe.connect_ex(address) == 0:
-                raise FileExistsError(None, "another console has that socket")
+        if answers(path):
+            raise FileExistsError(None, "another console has that socket")
         listener = listen_at(path, SOCKET_MODE, BACKLOG)
     except OSError as error:
         raise ConfigError(f"--unix {path}: {error.strerror or error}; name another file") from None

@@ -177,6 +177,20 @@ def short_address(path: Path) -> Iterator[str]:
         os.close(folder)
 
 
+def answers(path: Path) -> bool:
+    """Whether somebody listens at the path, as far as this user may know."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.setblocking(False)
+        try:
+            with short_address(path) as address:
+                probe.connect(address)
+        except (PermissionError, BlockingIOError):  # somebody is there, and keeps us out, or waiting
+            return True
+        except OSError:
+            return False
+    return True
+
+
 def no_answer(path: Path, error: OSError) -> NotRunningError:
     """The error for a socket at which nobody listens."""
     if os.path.exists(path) and not path.is_socket():  # noqa: PTH110 - false for a name that is too long

@@ -20,7 +20,7 @@ from hvcpd.config.json_objects import json_object
 from hvcpd.config.settings import Settings
 from hvcpd.config.settings_file import guessed_settings, load_with_sources
 from hvcpd.daemon.control_protocol import PROTOCOL
-from hvcpd.daemon.control_socket import no_answer, short_address, socket_folders, socket_name
+from hvcpd.daemon.control_socket import answers, no_answer, short_address, socket_folders, socket_name
 from hvcpd.errors import BusyError, ConfigError, HvcpdError, NotAllowedError, NotDoneError, NotRunningError, PhraseError
 
 ANSWER_S = 10.0
@@ -225,7 +225,7 @@ def sockets_meant(settings: Settings, name: str | None) -> list[Path]:
 def sockets_here(settings: Settings) -> list[Path]:
     """The sockets of all robots that run here, as far as the settings tell where they are."""
     own = settings.control.socket
-    there = [own] if own is not None and own.exists() and _answers(own) else []
+    there = [own] if own is not None and own.exists() and answers(own) else []
     return _each_once([*there, *_running(socket_folders(settings))])
 
 
@@ -289,26 +289,13 @@ def _running(folders: tuple[Path, ...], name: str | None = None) -> list[Path]:
     for folder in folders:
         with suppress(OSError):
             there = sorted(folder.glob("*.sock")) if name is None else [folder / socket_name(name)]
-            found += [path for path in there if path.exists() and _answers(path)]
+            found += [path for path in there if path.exists() and answers(path)]
     return _each_once(found)
 
 
 def _each_once(paths: list[Path]) -> list[Path]:
     """Without those that lead to the same file as one before."""
     return list({os.path.realpath(path): path for path in reversed(paths)}.values())[::-1]
-
-
-def _answers(path: Path) -> bool:
-    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        probe.setblocking(False)
-        try:
-            with short_address(path) as address:
-                probe.connect(address)
-        except (PermissionError, BlockingIOError):  # somebody is there, and keeps us out, or waiting
-            return True
-        except OSError:
-            return False
-    return True
 
 
 def permission_fault(path: Path, uid: int) -> str:
