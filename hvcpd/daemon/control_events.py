@@ -61,11 +61,11 @@ FREQUENT = frozenset({"moved", "level", "odom", "drive", "sound"})
 
 
 class Meter:
-    """Level of the microphone, own voice included; as by `level_dbfs`, without its offset."""
+    """Level of the microphone, own voice included."""
 
     def __init__(self) -> None:
         self.level_dbfs = SILENCE_DBFS
-        self._power, self._sum, self._count = 0.0, 0.0, 0
+        self._power, self._count = 0.0, 0
         self._recent: deque[float] = deque(maxlen=FLOOR_PERIODS)
 
     @property
@@ -76,13 +76,12 @@ class Meter:
     def take(self, heard: Samples) -> bool:
         """Take a block of shape (n,), float32; return whether a reading is complete."""
         self._power += float(np.dot(heard, heard))
-        self._sum += float(heard.sum())
         self._count += heard.size
         if self._count < PERIOD_S * SAMPLE_RATE_HZ:
             return False
-        self.level_dbfs = power_dbfs(self._power / self._count - (self._sum / self._count) ** 2)
+        self.level_dbfs = power_dbfs(self._power / self._count)
         self._recent.append(self.level_dbfs)
-        self._power, self._sum, self._count = 0.0, 0.0, 0
+        self._power, self._count = 0.0, 0
         return True
 
 
